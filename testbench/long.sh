@@ -2,6 +2,7 @@
 # What is too long for the test command: every test with checks of overflow and debug assertions, the tests marked
 # `ignore`, the whole `hpu check`, the explorer in Firefox, libhpu and the Python package under valgrind, stable sets of
 # 1000 random loops against numpy, then commands at random, on all cores. Its record is record/long.txt.
+# One command in five is given files of somebody else (crates/cli/tests/all/fuzz/foreign.rs).
 # Usage: testbench/long.sh [COMMANDS [SEED]]: so many commands [100000] of a seed [1]; --update writes the record.
 # Exit codes: 0 every test passed and every command ended as the contract says, 1 one did not.
 set -euo pipefail
@@ -128,12 +129,13 @@ grep -h "HPU_FUZZ_SEED" -A3 "$scratch"/*.err || true
             seconds[key] += field[2] + 0
             if (field[6] + 0 > longest[key]) longest[key] = field[6] + 0
         }
-        / past reading, / { all += $1; past += $3; rate += $6; failures += $(NF - 1) }
+        / past reading, / { all += $1; past += $3; ours += $5; rate += $11; failures += $(NF - 1) }
         END {
             for (key in count)
                 printf "%s %7d, %6.0f s, the longest %.2f s\n", key, count[key], seconds[key], longest[key] | "sort"
             close("sort")
-            printf "%d commands, %d past reading, %.1f a second, %d failures\n", all, past, rate, failures
+            printf "%d commands, %d of %d of our own past reading, %.1f a second, %d failures\n",
+                all, past, ours, rate, failures
         }' "$scratch"/[0-9]
 } | tee "$scratch/record"
 [ -z "$update" ] || mv "$scratch/record" testbench/record/long.txt

@@ -20,7 +20,8 @@
  * status and message on failure and is left alone on success. A function that fails changes nothing, but for
  * hpu_advance and hpu_advance_ns (see there), and for a handle that an hpu_open function sets to 0. No function ends
  * the program; a fault of the library itself (HPU_BROKEN) also writes a line to standard error. A NULL pointer is
- * refused; any other pointer must be valid, as anywhere in C.
+ * refused; any other pointer must be valid, as anywhere in C. What a call writes to must not overlap what it reads, nor
+ * anything else that it writes to.
  *
  * Threads. Handles may be used from any thread, but one handle by one thread at a time: a second call at the same time
  * is refused with HPU_BUSY. Different handles are independent. The library has no setting that handles share, and

@@ -240,9 +240,16 @@ impl Plant {
     ///
     /// As [`advance`](Self::advance).
     pub fn advance_ns(&mut self, nanoseconds: u64) -> Result<(), Error> {
+        let edges = self.edges_of(nanoseconds);
+        self.advance(edges)
+    }
+
+    /// Returns the clock edges by which [`advance_ns`](Self::advance_ns) moves on, for a caller that does so in parts.
+    /// The rest of the time counts toward the next call.
+    pub fn edges_of(&mut self, nanoseconds: u64) -> u64 {
         let asked = self.owed + u128::from(nanoseconds) * u128::from(self.clock().frequency_hz());
         self.owed = asked % NS_PER_S;
-        self.advance(u64::try_from(asked / NS_PER_S).unwrap_or(u64::MAX))
+        u64::try_from(asked / NS_PER_S).unwrap_or(u64::MAX)
     }
 
     /// Returns the state of this index at the present edge, in SI units.

@@ -1,7 +1,9 @@
 //! A page of marks, which is painted both as SVG and as PNG.
 
+use std::borrow::Cow;
 use std::sync::Once;
 
+use hpu_cosim::printable;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
@@ -62,6 +64,14 @@ pub(crate) fn text_width(text: &str, size: i32) -> i32 {
     font(size, false).box_size(text).map_or(0, |(width, _)| width as i32)
 }
 
+/// Returns a text as a picture shows it: a control character, which an SVG cannot hold, is escaped.
+fn shown(text: String) -> String {
+    match printable(&text) {
+        Cow::Borrowed(_) => text,
+        Cow::Owned(shown) => shown,
+    }
+}
+
 impl Canvas {
     pub fn line(&mut self, points: Vec<(i32, i32)>, color: RGBColor, width: u32) {
         self.marks.push(Mark::Line { points, color, width });
@@ -93,11 +103,12 @@ impl Canvas {
 
     /// Adds a text whose point is at the middle of its height.
     pub fn text(&mut self, at: (i32, i32), text: impl Into<String>, size: i32, color: RGBColor, anchor: Anchor) {
-        self.marks.push(Mark::Text { at, text: text.into(), size, bold: false, color, anchor });
+        let text = shown(text.into());
+        self.marks.push(Mark::Text { at, text, size, bold: false, color, anchor });
     }
 
     pub fn title(&mut self, at: (i32, i32), text: impl Into<String>, size: i32) {
-        let text = text.into();
+        let text = shown(text.into());
         self.marks.push(Mark::Text { at, text, size, bold: true, color: INK, anchor: Anchor::Left });
     }
 

@@ -217,6 +217,7 @@ fn outcome(run: &Run) -> String {
         (Some(0.0), _) => unseen.map_or("; wall not reached".into(), |unseen| past_the_wall(run, unseen)),
         (_, Some(1)) => "; through the wall, product wrapped once".into(),
         (_, Some(wraps)) => format!("; through the wall, product wrapped {wraps} times"),
+        _ if run.summary.unheld.is_some() => "; counter wrapped".into(),
         _ => String::new(),
     };
     verdict(run.summary, run.scene.device.units().position) + &warning
@@ -233,13 +234,13 @@ fn verdict(summary: &Summary, unit: &str) -> String {
     match summary.verdict {
         Some(Verdict::Settled { rms_rad }) if rms_rad < 1e-5 => format!("settled, below 0.01 m{unit} rms"),
         Some(Verdict::Settled { rms_rad }) => format!("settled, {:.2} m{unit} rms", 1e3 * rms_rad),
-        Some(Verdict::LimitCycle { amplitude_rad, frequency_hz: 0.0, .. }) => {
-            format!("moving to the end, over {:.0} m{unit}", 2e3 * amplitude_rad)
-        }
+        Some(Verdict::NotTold { amplitude_rad, .. }) => format!("not told, over {:.2} m{unit}", 2e3 * amplitude_rad),
+        Some(Verdict::HandMoves { until_s, .. }) => format!("the hand moves until {until_s:.2} s"),
         Some(Verdict::LimitCycle { amplitude_rad, frequency_hz, .. }) => {
             format!("limit cycle of {:.1} m{unit} at {frequency_hz:.0} Hz", 1e3 * amplitude_rad)
         }
         Some(Verdict::Diverged { amplitude_rad, .. }) => format!("diverged, to {amplitude_rad:.2} {unit}"),
+        Some(Verdict::NoWallTorque { depth, .. }) => format!("{depth:.2} {unit} in the wall without its torque"),
         Some(Verdict::Tracking { rms_m, .. }) => format!("tracking, {:.2} mm rms", 1e3 * rms_m),
         Some(Verdict::Passive { .. } | Verdict::NonPassive { .. } | Verdict::HighlyUnstable { .. }) => {
             unreachable!("the verdicts of a drop test")

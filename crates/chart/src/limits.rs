@@ -38,12 +38,17 @@ impl Scale<'_> {
     }
 }
 
-/// Returns the picture of a scene's limits over stiffness: the linear loop's set, its set over a box if one was asked
-/// for, the stiffness words that were run with the number of phases at which each settles, and the criteria.
+/// Returns the picture of a scene's limits over stiffness: the linear loop's set with an ideal drive and as it is
+/// driven, its set over a box if one was asked for, the stiffness words that were run with the number of phases at
+/// which each settles, and the criteria.
 pub fn limits(scene: &str, found: &Limits, over: &[Unknown], command: &str) -> Picture {
     let unit = dotted(unit_of(found));
     let what = found.varied.as_deref().unwrap_or("stiffnesses");
-    let proved = found.varied.is_none().then(|| "linear loop: every stiffness, proved".to_string());
+    let proved = match &found.driven {
+        _ if found.varied.is_some() => None,
+        Ok(_) => Some("linear loop: proved where it settles".to_string()),
+        Err(_) => Some("linear loop as driven: not worked out".to_string()),
+    };
     let mut conditions: Vec<String> = proved.into_iter().collect();
     if let Ok(set) = &found.in_words {
         let worlds = if set.worlds > 1 { format!(" in each of {} worlds", set.worlds) } else { String::new() };
@@ -83,11 +88,16 @@ pub fn limits(scene: &str, found: &Limits, over: &[Unknown], command: &str) -> P
 
     let named = |canvas: &mut Canvas, y: i32, name: &str| canvas.text((LEFT - 24, y), name, 26, INK, Anchor::Right);
     let mut y = TOP + 40;
-    named(&mut canvas, y, "linear loop");
+    named(&mut canvas, y, "linear loop, ideal drive");
     linear(&mut canvas, &scale, y, &found.linear);
+    if found.varied.is_none() {
+        y += 70;
+        named(&mut canvas, y, "linear loop, as driven");
+        linear(&mut canvas, &scale, y, &found.driven.clone().map(|set| set.set).map_err(|reason| reason.why));
+    }
     if let Some(set) = &found.in_box {
         y += 70;
-        named(&mut canvas, y, "linear loop, whole box");
+        named(&mut canvas, y, "ideal drive, whole box");
         match set {
             Ok(set) => {
                 scale.band(&mut canvas, y, found.range, MAROON.color);
@@ -139,6 +149,7 @@ fn words(canvas: &mut Canvas, scale: &Scale, y: i32, set: &WordsSet) -> i32 {
             Group::All => SKY,
             Group::Some => SAND,
             Group::None => MAROON.color,
+            Group::NotTold => BLANK,
         };
         scale.band(canvas, y, [from.stiffness, to.stiffness], color);
     }

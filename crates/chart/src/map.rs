@@ -11,7 +11,8 @@ use hpu_study::map::{
 use crate::canvas::{Anchor, Canvas, INK, QUIET, WIDTH, text_width};
 use crate::map_frame::frames;
 use crate::series::{
-    BLACK, BLANK, BLUE, GREEN, LILAC, Look, MAROON, MAUVE, ORANGE, PURPLE, RUST, SAND, SKY, Style, TAUPE, entry,
+    BLACK, BLANK, BLUE, GREEN, LILAC, Look, MAROON, MAUVE, MINT, ORANGE, PURPLE, ROSE, RUST, SAND, SKY, Style, TAUPE,
+    entry,
 };
 use crate::{Picture, dotted, page};
 
@@ -95,6 +96,9 @@ fn class_color(class: Option<Class>) -> RGBColor {
         Some(Class::Outcome(OutcomeKind::Settled | OutcomeKind::Passive | OutcomeKind::Tracking)) => SKY,
         Some(Class::Outcome(OutcomeKind::LimitCycle | OutcomeKind::NonPassive)) => SAND,
         Some(Class::Outcome(OutcomeKind::Diverged | OutcomeKind::HighlyUnstable)) => MAROON.color,
+        Some(Class::Outcome(OutcomeKind::NotTold)) => MINT,
+        Some(Class::Outcome(OutcomeKind::HandMoves)) => ROSE,
+        Some(Class::Outcome(OutcomeKind::NoWallTorque)) => TAUPE.color,
         Some(Class::WallNotReached) => MAUVE,
         None => BLANK,
     }

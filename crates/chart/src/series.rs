@@ -37,6 +37,10 @@ pub(crate) const SAND: RGBColor = RGBColor(247, 205, 128);
 pub(crate) const SHADE: RGBColor = RGBColor(233, 228, 220);
 /// Colour of a map's cells that did not reach the wall.
 pub(crate) const MAUVE: RGBColor = RGBColor(146, 131, 160);
+/// Colour of runs that are too short to tell.
+pub(crate) const MINT: RGBColor = RGBColor(196, 230, 195);
+/// Colour of a map's cells whose hand moves nearly to the end.
+pub(crate) const ROSE: RGBColor = RGBColor(240, 190, 205);
 /// Colour of cells of which nothing is known.
 pub(crate) const BLANK: RGBColor = RGBColor(217, 217, 217);
 

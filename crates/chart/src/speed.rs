@@ -2,7 +2,7 @@
 
 mod plane;
 
-use hpu_study::accuracy::{Chart, Contestant, Entry, Grade, Share, front_of_shares, time};
+use hpu_study::accuracy::{Chart, Contestant, Entry, Grade, Share, Speed, front_of_shares, time};
 use hpu_study::map::{Map, outcome_name};
 
 use crate::series::{BLACK, BLUE, GREEN, LILAC, MAROON, ORANGE, PURPLE, Style, TAUPE};
@@ -129,18 +129,23 @@ fn times(factor: f64) -> String {
 
 /// Returns the findings of the chart in one line of text.
 fn findings(chart: &Chart) -> String {
-    let speed = |entry: &Entry| entry.row.as_ref().ok().map(|row| row.speed.motion_per_wall());
+    fn speed(entry: &Entry) -> Option<&Speed> {
+        entry.row.as_ref().ok().map(|row| &row.speed)
+    }
     let of = |name: &str| chart.entries.iter().find(|entry| entry.contestant.name == name).and_then(speed);
+    let factor = |ours: &Speed, other: &Speed, name: &str| match ours.over(other).told() {
+        Some(factor) => format!("{} times as fast as {name}", times(factor)),
+        None => format!("its speed beside {name} is not told, for it varied"),
+    };
     let mut findings = Vec::new();
     if let (Some(events), Some(clock)) = (of("events"), of("clock")) {
-        findings.push(format!("events: {} times as fast as clock, every register edge equal", times(events / clock)));
+        findings.push(format!("events: {}, every register edge equal", factor(events, clock, "clock")));
     }
     if let Some(fastest) = chart.fastest_within() {
         let entry = &chart.entries[fastest];
-        let factor = speed(entry).zip(of("events")).map(|(ours, events)| ours / events);
-        let factor = factor.filter(|_| entry.contestant.name != "events");
-        let factor = factor.map_or(String::new(), |factor| format!(", {} times as fast as events", times(factor)));
-        findings.push(format!("fastest within {}: {}{factor}", percent(chart.within), entry.contestant.name));
+        let both = speed(entry).zip(of("events")).filter(|_| entry.contestant.name != "events");
+        let said = both.map_or(String::new(), |(ours, events)| format!(", {}", factor(ours, events, "events")));
+        findings.push(format!("fastest within {}: {}{said}", percent(chart.within), entry.contestant.name));
     }
     findings.join("; ")
 }
@@ -187,7 +192,7 @@ pub fn shares(scene: &str, map: &Map, shares: &[Share], command: &str) -> Pictur
     let mut indices = Vec::new();
     let mut ran = Vec::new();
     for (index, one) in shares.iter().enumerate() {
-        if let (Some(speed), Some(share)) = (one.speed, one.share()) {
+        if let (Some(speed), Some(share)) = (&one.speed, one.share()) {
             indices.push(index);
             let height = if one.wrong == 0 { Height::Floor } else { Height::At(share) };
             ran.push((&one.contestant, speed.motion_per_wall(), height));

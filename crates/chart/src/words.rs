@@ -4,6 +4,7 @@ use hpu_signal::{Format, Narrowing, Overflow, Rounding};
 
 use crate::{Run, nets};
 
+const POSITION: &str = "position";
 pub(crate) const PENETRATION: &str = "penetration";
 pub(crate) const SPRING: &str = "spring";
 pub(crate) const COMMAND: &str = "command";
@@ -48,7 +49,8 @@ impl<'a> Run<'a> {
         narrowing.apply(i128::from(penetration) * i128::from(self.words.stiffness)).word
     }
 
-    /// Returns for each row whether a net had overflowed, by narrowing the exact product or sum behind it once more.
+    /// Returns for each row whether a net had overflowed, by narrowing the exact product or sum behind it once more;
+    /// for the position, whether the device was out of its counter's reach.
     pub(crate) fn overflowed(&self, net: &str) -> Vec<bool> {
         let config = &self.words.config;
         let fits = |from_frac: i32, to: Format, value: i128| {
@@ -62,6 +64,9 @@ impl<'a> Run<'a> {
         };
         let unsigned = Format::unsigned(config.pwm.width);
         let signed = Format::signed(config.pwm.width + 1);
+        if let (POSITION, Some([least, most])) = (net, self.scene.held_rad()) {
+            return self.trace.angles_rad().iter().map(|angle_rad| !(least..most).contains(angle_rad)).collect();
+        }
         let is_plain = nets(self.scene).contains(&SPRING);
         match net {
             COMMAND if nets(self.scene).contains(&"shaped") => {

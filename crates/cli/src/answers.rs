@@ -12,7 +12,7 @@ pub use crate::progress::Watch;
 pub use crate::run::{Finished, Recorded, finished as run, table, unseen};
 pub use crate::scene::{Named, first_sentence};
 pub use crate::waves::layout;
-use crate::{fit as fits, keys as all_keys, limits as sets, map as maps, widths as bits};
+use crate::{fit as fits, keys as all_keys, limits as sets, map as maps, modes, widths as bits};
 pub use hpu_study::told::energies;
 
 /// Maps a scene over two of its keys, as `hpu map`; `None` when stopped. `words` are the options.
@@ -73,11 +73,13 @@ pub(crate) fn read<A: Args>(verb: &'static str, words: &[String], scenes: &[&str
 pub(crate) fn read_words<A: Args>(verb: &'static str, words: &[impl AsRef<str>]) -> Result<A, Failure> {
     let words = words.iter().map(AsRef::as_ref);
     let command = A::augment_args(clap::Command::new(verb).no_binary_name(true));
-    let matches = command.try_get_matches_from(words).and_then(|matches| A::from_arg_matches(&matches));
-    matches.map_err(|refusal| {
+    let refused = |refusal: clap::Error| {
         // Usage and help follow, which are those of the command.
         let said = refusal.to_string();
         let said = said.split("\n\n").next().unwrap_or_default();
         Failure::usage(said.trim_start_matches("error: "))
-    })
+    };
+    let matches = command.try_get_matches_from(words).map_err(refused)?;
+    modes::unread(verb, &matches).map_err(Failure::usage)?;
+    A::from_arg_matches(&matches).map_err(refused)
 }

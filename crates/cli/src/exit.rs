@@ -4,8 +4,9 @@ use std::fmt;
 use std::path::Path;
 
 use hpu_cosim::scene::SceneError;
-use hpu_rtl::dut::DutError;
+use hpu_rtl::dut::{DutError, was_refused};
 use hpu_rtl::{CostError, GhdlError, ToolError};
+use hpu_study::map::{CellError, MapError};
 
 /// An exit code.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -21,13 +22,16 @@ pub enum Exit {
     /// A bad scene, vector or data file, a file that could not be written to its end (a full disk), or a tool that
     /// failed.
     BadFile = 4,
-    /// Interrupted by SIGINT, or by an unknown signal.
+    /// Interrupted by SIGINT, or by a signal of another number.
     Interrupted = 130,
-    /// Interrupted by SIGTERM.
-    Terminated = 143,
 }
 
 impl Exit {
+    /// Returns the failure with this code, if it is one that a command ends with by itself.
+    pub fn of(code: i32) -> Option<Self> {
+        [Self::Differs, Self::Usage, Self::NoTool, Self::BadFile].into_iter().find(|exit| *exit as i32 == code)
+    }
+
     /// Returns `Fine` if `holds`, else `Differs`.
     pub fn when(holds: bool) -> Self {
         if holds { Self::Fine } else { Self::Differs }
@@ -66,6 +70,12 @@ impl Failure {
     pub fn exit(&self) -> Exit {
         self.exit
     }
+}
+
+/// Returns the failure of a command that has refused to simulate a design, and so has no whole result.
+pub fn refused() -> Option<Failure> {
+    let why = "a design is code that runs on this machine, and HPU_NO_DUT or --no-dut forbids to simulate it";
+    was_refused().then(|| Failure::usage(why))
 }
 
 impl fmt::Display for Failure {
@@ -109,13 +119,34 @@ impl From<hpu_cosim::dut::Fault> for Failure {
         match fault.downcast::<DutError>() {
             Ok(error) => match *error {
                 DutError::Tool(error) => error.into(),
+                error @ DutError::Forbidden { .. } => Self::usage(error),
                 // A design that a tool refuses, or that ends its simulation, has not passed the check.
                 error @ (DutError::Refused { .. } | DutError::Lost { .. } | DutError::Ended(_)) => {
                     Self::new(Exit::Differs, error)
                 }
-                error @ DutError::Io(..) => Self::file(error),
+                error @ (DutError::Generic(..) | DutError::Io(..)) => Self::file(error),
             },
             Err(fault) => Self::file(fault),
+        }
+    }
+}
+
+/// A study of scenes ends as a run of one of them does.
+impl From<CellError> for Failure {
+    fn from(error: CellError) -> Self {
+        match error {
+            CellError::Design(fault) => fault.into(),
+            CellError::Unjudged(why) | CellError::Other(why) => Self::file(why),
+        }
+    }
+}
+
+impl From<MapError> for Failure {
+    fn from(error: MapError) -> Self {
+        let said = error.to_string();
+        match error {
+            MapError::Method(_, why) => Self { message: said, ..why.into() },
+            _ => Self::usage(said),
         }
     }
 }

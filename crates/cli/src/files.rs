@@ -1,10 +1,11 @@
 //! Files that appear whole or not at all: they are written beside their place under a temporary name, then renamed
-//! together.
+//! together. A name that a file gets is checked here, whoever gives it: it stays within the folder.
 
 use std::fs::{self, File};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use hpu_cosim::{NotPlain, PlainName, excerpt};
 use hpu_rtl::temporary::{self, Temporary, sweep_files};
 
 use crate::exit::Failure;
@@ -30,10 +31,20 @@ impl Folder {
         Ok(folder)
     }
 
-    /// Creates a file. `name` may have folders in front, which are created.
+    /// Creates a file. `name` may have folders in front, which are created. Each part of it must be a plain name.
     pub fn create(&mut self, name: &str) -> Result<File, Failure> {
-        let place = self.dir.join(name);
-        let parent = place.parent().unwrap_or(&self.dir);
+        for part in name.split('/') {
+            if !PlainName::begins(part) {
+                return Err(Failure::usage(format!("`{}` is {NotPlain}", excerpt(name))));
+            }
+        }
+        self.stage(self.dir.join(name))
+    }
+
+    /// Creates a file at a place in the folder.
+    fn stage(&mut self, place: PathBuf) -> Result<File, Failure> {
+        let parent = place.parent().unwrap_or(&self.dir).to_path_buf();
+        let parent = parent.as_path();
         fs::create_dir_all(parent).map_err(|error| Failure::at(parent, error))?;
         if parent != self.dir && self.staged.iter().all(|(_, staged)| staged.parent() != Some(parent)) {
             sweep_files(parent);
@@ -80,10 +91,20 @@ impl Drop for Folder {
     }
 }
 
-/// A single file. It is refused before anything is computed when its folder cannot be written to.
+/// Refuses a link in the place of a file or folder that is written to where it stands: in a folder of somebody else it
+/// may lead anywhere.
+pub fn not_a_link(place: &Path) -> Result<(), Failure> {
+    match fs::symlink_metadata(place) {
+        Ok(found) if found.is_symlink() => Err(Failure::at(place, "is a link; remove it, or choose another folder")),
+        _ => Ok(()),
+    }
+}
+
+/// A single file, which the command line names. It is refused before anything is computed when its folder cannot be
+/// written to.
 pub struct Single {
     folder: Folder,
-    name: String,
+    place: PathBuf,
 }
 
 impl Single {
@@ -91,12 +112,13 @@ impl Single {
     pub fn open(path: &Path) -> Result<Self, Failure> {
         let name = path.file_name().ok_or_else(|| Failure::usage(format!("{} is no file", path.display())))?;
         let dir = path.parent().filter(|dir| !dir.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        Ok(Self { folder: Folder::open(dir)?, name: name.to_string_lossy().into_owned() })
+        Ok(Self { folder: Folder::open(dir)?, place: dir.join(name) })
     }
 
     /// Writes the file and puts it in its place.
     pub fn write(mut self, content: &str) -> Result<(), Failure> {
-        self.folder.write(&self.name, content)?;
+        let mut file = self.folder.stage(self.place.clone())?;
+        file.write_all(content.as_bytes()).map_err(|error| Failure::at(&self.place, error))?;
         self.folder.commit()
     }
 }

@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use hpu_rtl::dut::Simulators;
+use hpu_cosim::scene::Experiment;
+use hpu_rtl::dut::{Simulators, is_forbidden};
 use hpu_rtl::{Hdl, Setup};
 
 use crate::cache::cache_folder;
@@ -33,35 +34,58 @@ pub struct Simulated {
     tool_timeout: Option<Duration>,
 }
 
+/// Refuses a time limit of tools for a scene without a design of the user's own, of which no tool runs.
+fn agree(timeout: Option<Duration>, scene: &Experiment, reads: &str) -> Result<(), Failure> {
+    match (timeout, scene) {
+        (None, _) | (_, Experiment::Dut(_)) => Ok(()),
+        _ => Err(Failure::usage(format!(
+            "--tool-timeout: {} does not read it, because no tool runs; a scene with a [dut] reads it{reads}",
+            scene.name
+        ))),
+    }
+}
+
 impl Simulated {
+    /// Refuses options that this scene does not read.
+    pub fn agree(&self, scene: &Experiment) -> Result<(), Failure> {
+        agree(self.tool_timeout, scene, "")
+    }
+
     /// Returns the simulators of designs of the user's own.
-    pub fn simulators(&self) -> Result<Simulators, Failure> {
+    pub fn simulators(&self) -> Simulators {
         simulators(Setup { hdl: Hdl::Carried, library: LIBRARY, timeout: self.tool_timeout })
     }
 }
 
-fn simulators(setup: Setup) -> Result<Simulators, Failure> {
-    let cache = cache_folder("dut").ok_or_else(|| Failure::usage("no HOME to keep built models in"))?;
-    Ok(Simulators { cache, setup })
+fn simulators(setup: Setup) -> Simulators {
+    Simulators { cache: cache_folder("dut", "built models").with_programs(), setup }
 }
 
-fn seconds(text: &str) -> Result<Duration, String> {
+/// Reads a time limit in seconds.
+pub fn seconds(text: &str) -> Result<Duration, String> {
     let seconds = text.parse().ok().filter(|seconds| (0.001..=1e9).contains(seconds));
     seconds.map(Duration::from_secs_f64).ok_or_else(|| "write a number of seconds from 0.001 to 1e9".to_string())
 }
 
 impl Vhdl {
+    /// Refuses options that a run of this scene does not read, unless it is a run of VHDL.
+    pub fn agree(&self, scene: &Experiment) -> Result<(), Failure> {
+        agree(self.tool_timeout, scene, ", and so does --driver rtl")
+    }
+
     /// Returns the VHDL, the library and the time limit that these options ask for.
     pub fn setup(&self) -> Setup {
         let hdl = match &self.hdl {
             Some(folder) => Hdl::Folder(folder.clone()),
+            // VHDL where the command runs may be somebody else's.
+            None if is_forbidden() => Hdl::Carried,
             None => Hdl::of_folder_or_carried(Path::new("hdl")),
         };
         Setup { hdl, library: LIBRARY, timeout: self.tool_timeout }
     }
 
     /// Returns the simulators of designs of the user's own.
-    pub fn simulators(&self) -> Result<Simulators, Failure> {
+    pub fn simulators(&self) -> Simulators {
         simulators(self.setup())
     }
 }

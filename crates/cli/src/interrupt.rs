@@ -1,13 +1,13 @@
-//! Handles Ctrl-C (SIGINT) and SIGTERM. A run stops at its next event and reports what was done; any other command ends
-//! at once. Running tools are ended, and temporary files are removed.
+//! Handles Ctrl-C (SIGINT), SIGTERM, SIGHUP of a terminal that closes, and SIGQUIT. A run stops at its next event and
+//! reports what was done; any other command ends at once. Running tools are ended, and temporary files are removed.
 
 use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
 use std::thread;
 use std::time::Duration;
 
 use hpu_cosim::Control;
-use hpu_rtl::{stop_tools, temporary};
-use signal_hook::consts::signal::{SIGINT, SIGTERM};
+use hpu_rtl::{is_ignored, stop_tools, temporary};
+use signal_hook::consts::signal::{SIGHUP, SIGINT, SIGQUIT, SIGTERM};
 use signal_hook::iterator::Signals;
 
 use crate::exit::{Exit, Failure};
@@ -23,9 +23,11 @@ static SIGNAL: AtomicI32 = AtomicI32::new(0);
 const PATIENCE: Duration = Duration::from_millis(1500);
 
 /// Starts to listen for signals. The first signal asks the command to stop within [`PATIENCE`], if the command checks
-/// `CONTROL.stop`. The second signal ends the program, and so does the first if the command does not check.
+/// `CONTROL.stop`. The second signal ends the program, and so does the first if the command does not check. SIGHUP and
+/// SIGQUIT stay ignored where they were, as behind `nohup`.
 pub fn listen() -> Result<(), Failure> {
-    let listening = Signals::new([SIGINT, SIGTERM]).and_then(|mut signals| {
+    let ending = [SIGHUP, SIGQUIT].into_iter().filter(|signal| !is_ignored(*signal));
+    let listening = Signals::new([SIGINT, SIGTERM].into_iter().chain(ending)).and_then(|mut signals| {
         thread::Builder::new().name("signals".to_string()).spawn(move || {
             for signal in signals.forever() {
                 let is_first = SIGNAL.compare_exchange(0, signal, Ordering::Relaxed, Ordering::Relaxed).is_ok();
@@ -51,9 +53,13 @@ pub fn end() -> ! {
     std::process::exit(code().into());
 }
 
-/// Returns the exit code of an interrupted program: 130 after SIGINT, 143 after SIGTERM.
+/// Returns the exit code of an interrupted program, as a shell has it of one that a signal ended: 130 after SIGINT, 143
+/// after SIGTERM.
 pub fn code() -> u8 {
-    if SIGNAL.load(Ordering::Relaxed) == SIGTERM { Exit::Terminated as u8 } else { Exit::Interrupted as u8 }
+    match SIGNAL.load(Ordering::Relaxed) {
+        0 => Exit::Interrupted as u8,
+        signal => 128 + u8::try_from(signal).unwrap_or_default(),
+    }
 }
 
 /// Returns the control of a run. From here on the caller must check `CONTROL.stop`.

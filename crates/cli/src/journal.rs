@@ -3,14 +3,15 @@
 //! No other place writes one.
 
 use std::collections::BTreeMap;
-use std::fs::File;
+use std::fs::{File, TryLockError};
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 
 use hpu_rtl::temporary::{self, Temporary};
 use hpu_study::units::{self, JournalError, UnitResult};
 
-use crate::exit::Failure;
+use crate::exit::{Failure, refused};
+use crate::files::not_a_link;
 use crate::program;
 use crate::terminal;
 
@@ -54,6 +55,9 @@ impl Journal {
     /// Adds a row.
     pub fn add(&mut self, index: usize, row: &UnitResult) -> Result<(), Failure> {
         let Some(Kept { path, header, file }) = &mut self.0 else { return Ok(()) };
+        if let Some(refusal) = refused() {
+            return Err(refusal);
+        }
         let line = units::Journal::line(header, index, row);
         file.write_all(line.as_bytes()).map_err(|error| Failure::at(path, error))
     }
@@ -64,10 +68,14 @@ impl Kept {
     /// stderr and removed, and their units are run again.
     fn open(path: PathBuf, header: &str, count: usize) -> Result<(Self, BTreeMap<usize, UnitResult>), Failure> {
         let at = |error| Failure::at(&path, error);
+        not_a_link(&path)?;
         let mut file = File::options().read(true).append(true).create(true).open(&path).map_err(at)?;
         let locked = |file: &File| match file.try_lock() {
-            Ok(()) => Ok(()),
-            Err(_) => Err(Failure::usage(format!("{}: another process is writing to it", path.display()))),
+            // A file system without locks, as NFS can be, cannot tell of other processes.
+            Ok(()) | Err(TryLockError::Error(_)) => Ok(()),
+            Err(TryLockError::WouldBlock) => {
+                Err(Failure::usage(format!("{}: another process is writing to it", path.display())))
+            }
         };
         locked(&file)?;
         let mut bytes = Vec::new();

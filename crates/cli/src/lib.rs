@@ -23,6 +23,7 @@ mod keys;
 mod limits;
 mod manual;
 mod map;
+mod modes;
 mod new;
 mod notation;
 mod page;
@@ -49,22 +50,27 @@ use std::env;
 use std::ffi::OsString;
 use std::process::ExitCode;
 
-use clap::{CommandFactory, Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use exit::{Exit, Failure};
+use hpu_rtl::temporary;
 use hpu_study::quantities as units;
 
 /// Cycle-accurate emulator of haptic FPGA datapaths.
 ///
 /// Exit codes: 0 fine; 1 a mismatch, an unmet expectation; 2 wrong usage, an output place that cannot be used; 3 a
 /// needed tool is missing or too old; 4 a bad scene, vector or data file, a write or a tool that failed; 130
-/// interrupted (SIGINT); 143 terminated (SIGTERM).
+/// interrupted (SIGINT); 143 terminated (SIGTERM), 129 and 131 likewise (SIGHUP, SIGQUIT).
 #[derive(Parser)]
 #[command(name = "hpu", version = env!("HPU_VERSION"), max_term_width = 100)]
 struct Command {
     /// Show no progress: no bar on a terminal, no line every 10 s elsewhere
     #[arg(short, long, global = true)]
     quiet: bool,
+    /// Refuse to simulate designs: a scene with a [dut] is code, which a simulation runs on this machine. So does
+    /// HPU_NO_DUT=1 in the environment
+    #[arg(long, global = true)]
+    no_dut: bool,
     #[command(subcommand)]
     verb: Verb,
 }
@@ -97,12 +103,16 @@ enum Verb {
 
 /// Runs the command whose arguments are those of this process.
 pub fn main() -> ExitCode {
-    let command = match Command::try_parse() {
+    let command = match parsed(env::args_os()) {
         Ok(command) => command,
-        Err(refusal) if refusal.use_stderr() => refusal.exit(),
+        Err(refusal) if refusal.use_stderr() => return ExitCode::from(terminal::refuse(&refusal)),
         // Help and the version are results like any other: a full disk is an error.
         Err(help) => return ended(terminal::print(&help.render().to_string()).map(|()| Exit::Fine)),
     };
+    hpu_rtl::tell_notes(terminal::tell);
+    if command.no_dut {
+        hpu_rtl::dut::forbid();
+    }
     if !command.quiet {
         progress::begin(&named(env::args_os().skip(1)));
     }
@@ -150,13 +160,32 @@ impl Verb {
     }
 }
 
+/// Returns the description of the command, with all verbs and options.
+pub fn description() -> clap::Command {
+    Command::command()
+}
+
+/// Reads a command. Options that its mode does not read are refused.
+fn parsed(words: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> Result<Command, clap::Error> {
+    let mut description = description();
+    let matches = description.try_get_matches_from_mut(words)?;
+    modes::check(&mut description, &matches)?;
+    Command::from_arg_matches(&matches)
+}
+
 /// Reads a command that a study's file makes, to be called later.
 fn again(words: &[String]) -> Result<study::Call, clap::Error> {
-    let command = Command::try_parse_from(words)?;
+    let command = parsed(words)?;
     Ok(Box::new(|| command.verb.call()))
 }
 
 fn ended(done: Result<Exit, Failure>) -> ExitCode {
+    // Where a part of a result is a refusal alone, there is no result.
+    let done = match (done, exit::refused()) {
+        (Ok(_), Some(refusal)) => Err(refusal),
+        (Err(failure), Some(_)) => Err(Failure::usage(failure)),
+        (done, None) => done,
+    };
     let exit = done.unwrap_or_else(|failure: Failure| {
         // The user who interrupted a command knows why it ended.
         if failure.exit() != Exit::Interrupted {
@@ -165,6 +194,7 @@ fn ended(done: Result<Exit, Failure>) -> ExitCode {
         failure.exit()
     });
     progress::end();
+    temporary::remove_temporaries();
     ExitCode::from(if exit == Exit::Interrupted { interrupt::code() } else { exit as u8 })
 }
 

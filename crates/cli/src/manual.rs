@@ -8,7 +8,7 @@ use clap_mangen::Man;
 
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
-use crate::terminal::print;
+use crate::terminal::{print, print_file};
 
 /// Print a shell's completions of every verb and option
 ///
@@ -38,7 +38,7 @@ pub struct ManArgs {
 pub fn completions(args: &CompletionArgs, mut command: Command) -> Result<Exit, Failure> {
     let mut script = Vec::new();
     clap_complete::generate(args.shell, &mut command, "hpu", &mut script);
-    print(&String::from_utf8_lossy(&script))?;
+    print_file(&String::from_utf8_lossy(&script))?;
     Ok(Exit::Fine)
 }
 
@@ -53,7 +53,7 @@ pub fn man(args: &ManArgs, command: Command) -> Result<Exit, Failure> {
                 Failure::usage(format!("`{}` has no verb `{verb}`; it has: {}", of.get_name(), verbs.join(", ")))
             })?;
         }
-        print(&page(of)?)?;
+        print_file(&page(of)?)?;
         return Ok(Exit::Fine);
     };
     let mut folder = Folder::open(out)?;

@@ -5,6 +5,7 @@ use std::path::Path;
 use clap::builder::{PossibleValue, PossibleValuesParser};
 use hpu_cosim::scene::keys::{Takes, rows};
 use hpu_cosim::scene::{BEGINNINGS, Begin, Experiment, Resolved, ValueSource, WRITTEN_BY_NEW, as_scene, resolved};
+use hpu_cosim::{PlainName, excerpt};
 
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
@@ -68,10 +69,12 @@ type Given = Vec<(String, String)>;
 
 /// Runs `hpu new`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
-    let name = args.name.strip_suffix(".toml").unwrap_or(&args.name);
-    let stem = Path::new(name).file_name().and_then(|stem| stem.to_str()).unwrap_or_default();
-    if stem.is_empty() {
-        return Err(Failure::usage(format!("`{}` is no name of a scene", args.name)));
+    let name = args.name.trim_end_matches('/');
+    let name = name.strip_suffix(".toml").unwrap_or(name);
+    let stem = name.rsplit('/').next().unwrap_or(name);
+    let plain: Result<PlainName, _> = stem.parse();
+    if let Err(why) = plain {
+        return Err(Failure::usage(format!("`{}` is no name of a scene: `{}` is {why}", args.name, excerpt(stem))));
     }
     if beginning(args).is_some() && (args.method.is_some() || args.counts.is_some()) {
         return Err(Failure::usage("this device has its own law and encoders; leave --method and --counts out"));

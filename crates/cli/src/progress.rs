@@ -10,7 +10,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use hpu_cosim::Control;
+use hpu_cosim::{Control, printable};
 
 /// Time from one line to the next where stderr is not a terminal.
 const LINE: Duration = Duration::from_secs(10);
@@ -187,7 +187,7 @@ impl State {
         let line = match &self.count {
             Some(count) => bar(count.so_far(), count.total, count.what, count.begin.elapsed().as_secs_f64()),
             None if self.elapsed_s() < 2.0 => return,
-            None => self.line(),
+            None => printable(&self.line()).into_owned(),
         };
         // An error is ignored, because nobody reads a missing stderr.
         let _ = write!(io::stderr(), "\r{line}\x1b[K");
@@ -201,7 +201,7 @@ impl State {
     }
 
     fn write_line(&self, out: &mut impl Write) {
-        let _ = writeln!(out, "{}", self.line());
+        let _ = writeln!(out, "{}", printable(&self.line()));
     }
 
     /// Returns the progress line: the part of the command, the share done, the time so far and the time left, as far as

@@ -1,7 +1,5 @@
 //! Scenes on the command line: by path or by shipped name, with `--set`.
 
-use std::path::PathBuf;
-
 use clap::{Args, ValueEnum};
 use hpu_cosim::SceneFile;
 use hpu_cosim::scene::{Experiment, SceneError, shipped};
@@ -11,7 +9,7 @@ use serde_json::json;
 pub use hpu_study::command::{quoted, set_options};
 
 use crate::exit::{Exit, Failure};
-use crate::terminal::{print, print_json};
+use crate::terminal::{print, print_file, print_json};
 
 /// List the shipped scenes
 #[derive(Args)]
@@ -46,7 +44,7 @@ impl Template {
 /// Runs `hpu scenes`.
 pub fn scenes(args: &ListArgs) -> Result<Exit, Failure> {
     if let Some(template) = args.template {
-        print(template.text())?;
+        print_file(template.text())?;
         return Ok(Exit::Fine);
     }
     list(args.json)
@@ -78,11 +76,8 @@ pub type Named = (String, SceneFile);
 pub struct Loaded {
     /// The scene.
     pub scene: Experiment,
-    name: String,
-    text: String,
+    source: SceneFile,
     overrides: Vec<(String, String)>,
-    data: PathBuf,
-    is_shipped: bool,
 }
 
 impl Loaded {
@@ -100,25 +95,18 @@ impl Loaded {
             overrides.push(("run.duration".to_string(), format!("{duration_s:?}")));
             parsed = source.parse(&overrides)?;
         }
-        let SceneFile { name, text, data, is_shipped } = source;
-        Ok(Self { scene: parsed, name, text, overrides, data, is_shipped })
+        Ok(Self { scene: parsed, source, overrides })
     }
 
     /// Returns the scene for GHDL.
     pub fn in_vhdl(&self, edges: u64) -> LoopScene {
-        LoopScene {
-            name: self.name.clone(),
-            text: self.text.clone(),
-            overrides: self.overrides.clone(),
-            data: self.data.clone(),
-            edges,
-        }
+        LoopScene { source: self.source.clone(), overrides: self.overrides.clone(), edges }
     }
 
     /// Returns the command that runs this scene.
     pub fn command(&self) -> String {
-        let place = if self.is_shipped { &self.scene.name } else { &self.name };
-        format!("hpu run {place}{}", set_options(&self.overrides))
+        let place = if self.source.is_shipped { &self.scene.name } else { &self.source.name };
+        format!("hpu run {}{}", quoted(place), set_options(&self.overrides))
     }
 }
 

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use crate::exit::{Exit, Failure};
 use crate::parameters::as_json;
 use crate::scene::{Set, quoted, set_options, source};
-use crate::terminal::{print, print_json, tell};
+use crate::terminal::{print_file, print_json, tell};
 
 /// Look into a scene
 #[derive(clap::Args)]
@@ -48,7 +48,7 @@ pub fn run(Args { verb: Verb::Show(args) }: &Args) -> Result<Exit, Failure> {
         print_json(&json!({ "scene": scene.name, "keys": keys }))?;
     } else {
         let command = format!("hpu scene show {}{}", quoted(&args.scene), set_options(&args.set.set));
-        print(&format!("# {}: `{command}`\n{}", scene.name, as_scene(&all, line)))?;
+        print_file(&format!("# {}: `{command}`\n{}", scene.name, as_scene(&all, line)))?;
     }
     Ok(Exit::Fine)
 }

@@ -3,7 +3,7 @@
 use std::fs::File;
 use std::io::{self, Write};
 
-use hpu_cosim::{AnySimulation, Mark, Simulation, Wired};
+use hpu_cosim::{AnySimulation, Mark, PlainName, Simulation, Wired};
 use hpu_rtl::Around;
 use hpu_signal::{Clock, Cycle, Observe, UNKNOWN};
 use hpu_wave::{Layout, WaveFile, fst_aside, gtkw, mismatch_gtkw, mismatch_vcd, sucl, vcd_aside};
@@ -20,7 +20,7 @@ pub fn waveform(around: &Around, number: u64, name: &str, folder: Option<&mut Fo
     let [Some(first), Some(last)] = [around.rows.first(), around.rows.last()] else { return Ok(String::new()) };
     let rows = format!("{}s {} to {}", around.counted, first.number, last.number);
     let Some(folder) = folder else { return Ok(format!("    -o DIR writes a waveform of {rows}\n")) };
-    let vcd = format!("{name}.vcd");
+    let vcd = format!("{}.vcd", PlainName::near(name));
     let save = format!("{vcd}.gtkw");
     folder.write(&vcd, mismatch_vcd(around))?;
     folder.write(&save, mismatch_gtkw(around, number, &vcd))?;

@@ -31,6 +31,9 @@ pub trait Work: Sync {
     fn scenes(&self) -> Vec<(String, SceneText)>;
     /// Returns the place of a point, as values for the columns.
     fn place(&self, point: usize) -> Vec<Value>;
+    /// Returns the number of all points, which are numbered from 0; `None` for a search, which numbers its runs as they
+    /// come up.
+    fn count(&self) -> Option<u64>;
     /// Whether the points of a wave depend on the rows of the waves before it.
     fn is_adaptive(&self) -> bool;
     /// Returns the points of the next wave when these rows are done; none when the sweep is complete.

@@ -1,6 +1,6 @@
 //! The device of an axis's world: flowed exactly, or stepped.
 
-use hpu_plant::{Device, Drive, Energy, Event, Measured, Pace, Pulses, REALS};
+use hpu_plant::{Device, Drive, Energy, Event, Measured, Pace, Pulses, REALS, State};
 
 use crate::encoder::side_of;
 use crate::stepped::Stepped;
@@ -39,6 +39,19 @@ impl AnyDevice<'_> {
         forward!(self, body => body.reals(edge))
     }
 
+    /// Returns the state at an edge that has not been left yet, rounded once; of a body in steps its straight line.
+    pub(crate) fn exact_state(&self, edge: u64) -> State {
+        match self {
+            Self::Exact(body) => body.exact_state(edge),
+            Self::Stepped(body) => body.state(edge),
+        }
+    }
+
+    /// Returns the outputs of a state.
+    pub(crate) fn shown(&self, x: &State) -> [f64; REALS.len()] {
+        forward!(self, body => body.shown(x))
+    }
+
     /// Returns the outputs at this edge and at all later ones, if the body is known to move no more as it is driven.
     pub(crate) fn still(&self, edge: u64) -> Option<[f64; REALS.len()]> {
         match self {
@@ -75,14 +88,15 @@ impl AnyDevice<'_> {
         forward!(self, body => body.measure(pace, read));
     }
 
-    /// Returns mean and extremes of current and speed between the row at an edge not left yet and the row before it.
-    pub(crate) fn measured(&self, edge: u64) -> Option<[Measured; 2]> {
-        forward!(self, body => body.measured(edge))
+    /// Returns mean and extremes of current and speed between the row at an edge not left yet, at which the state is
+    /// `x`, and the row before it.
+    pub(crate) fn measured(&self, edge: u64, x: &State) -> Option<[Measured; 2]> {
+        forward!(self, body => body.measured(edge, x))
     }
 
-    /// Returns the hand's angle and torque at an edge that has not been left yet.
-    pub(crate) fn felt(&self, edge: u64) -> [f64; 2] {
-        forward!(self, body => body.felt(edge))
+    /// Returns the hand's angle and torque in a state.
+    pub(crate) fn felt(&self, x: &State) -> [f64; 2] {
+        forward!(self, body => body.felt(x))
     }
 
     /// Sets the angle and the speed that the hand intends from `edge` on.

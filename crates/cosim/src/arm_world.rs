@@ -96,7 +96,8 @@ impl<S: Side, L: Links> World for ArmWorld<'_, S, L> {
         self.state.measure(stride);
     }
 
-    fn measured(&self, edge: u64, row: &mut Vec<f64>) {
+    fn shown(&self, edge: u64, row: &mut Vec<f64>) {
+        row.extend_from_slice(self.reals(edge).as_ref());
         self.state.measured(edge, row);
     }
 

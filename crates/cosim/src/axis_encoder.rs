@@ -22,7 +22,7 @@ impl AxisEncoder {
             scene::Encoder::Rotary { lines } => Some(4 * i64::from(lines)),
             scene::Encoder::Linear { .. } => None,
         };
-        Self { revolution, wall: (wall_rad / encoder.count_rad()).round() as i64 }
+        Self { revolution, wall: encoder.nearest(wall_rad) }
     }
 
     /// Returns the level of the index.

@@ -9,9 +9,11 @@ use crate::direct::{AxisDirect, Computed};
 use crate::method::AxisLoop;
 use crate::outline::Outline;
 use crate::plant::Plant;
-use crate::scene::{Device, EncoderModel, LoopWords, Scene, Solver};
+use crate::scene::{Device, EncoderModel, LoopWords, Scene, Setup, Solver};
 use crate::simulation::{Direct, LoopVisitor, Simulation, TheLoop, Wired};
 use crate::simulation_error::SimulationError;
+use crate::stays::DEEP_COUNTS;
+use crate::time_constants::TimeConstants;
 
 /// A scene made ready: its words, its wiring, its plant.
 pub struct AxisSimulation<'s> {
@@ -43,9 +45,11 @@ impl<'s> AxisSimulation<'s> {
         // A positive command drives the bridge, and the amplifier, against the positive direction.
         let column = if matches!(scene.device, Device::Mass(_)) { "wall_force_n" } else { "wall_torque_nm" };
         let commands = vec![("command", column, -words.command_quantum_nm(scene))];
-        let device = (&scene.device, scene.encoder.count_rad(), words.realised.wall_position_rad);
-        let wiring = closed.wiring();
-        let outline = Outline::of_axis(scene, device, (wiring.name(), wiring.nets()), commands, plant.has_device());
+        let (device, wiring) = ((&scene.device, scene.encoder.count_rad()), closed.wiring());
+        let wall = (words.realised.wall_position_rad, scene.wall_push(&words));
+        let closed_by = (wiring.name(), wiring.nets());
+        let outline = Outline::of_axis(scene, device, wall, closed_by, commands, plant.has_device());
+        let outline = Outline { slowest: Some(TimeConstants::of(scene)), ..outline.with_hand(scene.hand_path()) };
         Ok(Self { scene, plant, words, closed, outline })
     }
 
@@ -61,7 +65,7 @@ impl<'s> AxisSimulation<'s> {
 
     /// Returns the world, whose averaged bridge or amplifier follows this wiring's command.
     fn world<W: AxisWiring>(&self, _: &W) -> AxisWorld<'_> {
-        AxisWorld::new(&self.plant, W::COMMAND, self.words.schedule)
+        AxisWorld::new(&self.plant, W::COMMAND, self.words.schedule).counted_by(self.outline.net("position"))
     }
 
     /// Returns the loop in words; `None` for a law in floats.
@@ -138,6 +142,7 @@ impl Wired for AxisSimulation<'_> {
             } else {
                 realised.wall_position_rad + realised.count_rad
             },
+            wall_rad: [0, DEEP_COUNTS].map(|deep| realised.wall_position_rad + deep as f64 * realised.count_rad),
             plant: &self.plant,
             computed,
             schedule: self.words.schedule,

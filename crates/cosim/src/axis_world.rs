@@ -4,7 +4,7 @@
 //! [`Plant`] holds the immutable laws of a scene, [`AxisWorld`] its state.
 
 use hpu_datapath::{LoopIn, LoopOut, Repeat};
-use hpu_plant::{Band, Device, Drive, Energy, Gates, Pace, Pulses, REALS};
+use hpu_plant::{Band, Device, Drive, Gates, Pace, Pulses, REALS};
 use hpu_signal::{Cycle, Observe, Real};
 
 use crate::actuator::{Actuator, Latch, Shaping};
@@ -14,8 +14,9 @@ use crate::encoder::{Encoder, Pins};
 use crate::faults::FaultState;
 use crate::plant::{Kind, Plant};
 use crate::schedule::Schedule;
+use crate::stays::{Stay, Stays, Sums};
 use crate::stepped::Stepped;
-use crate::summary::{EnergyAudit, Summary};
+use crate::summary::{EnergyAudit, Summary, Unheld};
 use crate::world::{EncoderState, World};
 
 /// Steps passed at a time: enough that the leaps between them cost little, few enough that a run can be stopped.
@@ -36,6 +37,10 @@ pub struct AxisWorld<'p> {
     /// The word of the command that an averaged bridge or an amplifier was last told.
     commanded: Option<i64>,
     encoder: Encoder,
+    /// The set with the net of the position counter; empty where no net counts.
+    counter: u64,
+    /// The edges inside the wall, deep inside it, and out of the position counter's reach.
+    stays: [Stay; 3],
     /// Faults between device and logic, if the scene asks for any.
     faults: Option<Box<FaultState<'p>>>,
     /// Why the run cannot go on, apart from the reasons that the device itself knows.
@@ -68,6 +73,8 @@ impl<'p> AxisWorld<'p> {
             told: None,
             commanded: None,
             encoder: Encoder::new(plant.count_rad, 0.0),
+            counter: 0,
+            stays: plant.places.stays(0),
             faults: plant.faults.as_ref().map(|plan| Box::new(FaultState::new(plan))),
             over: None,
             edge: 0,
@@ -87,6 +94,7 @@ impl<'p> AxisWorld<'p> {
                 }
             });
             world.encoder = Encoder::new(plant.count_rad, *angle_rad);
+            world.stays = plant.places.stays(world.encoder.count());
             world.pins = world.encoder.pins();
             world.over = world.encoder.over();
         }
@@ -103,6 +111,12 @@ impl<'p> AxisWorld<'p> {
         world.due();
         world.recorded = 0;
         world
+    }
+
+    /// Returns the world whose position counter shows its count in the net of this index.
+    #[must_use]
+    pub(crate) fn counted_by(self, net: Option<usize>) -> Self {
+        Self { counter: net.map_or(0, |net| 1 << net), ..self }
     }
 
     /// Returns the device, unless it is stepped or a recording stands in for it.
@@ -160,6 +174,18 @@ impl<'p> AxisWorld<'p> {
                 faults.pins(self.encoder.count())
             }
         };
+        self.stay();
+    }
+
+    /// Takes note of where the device is from the present edge on. The position counter counts what the lines show.
+    #[inline(always)]
+    fn stay(&mut self) {
+        let count = self.encoder.count();
+        let shown = self.faults.as_ref().map_or(count, |faults| faults.count(count));
+        let [inside, deep, unheld] = &mut self.stays;
+        inside.see(self.edge, count);
+        deep.see(self.edge, count);
+        unheld.see(self.edge, shown);
     }
 
     /// Carries out what is due at the present edge: the hand's knot, a recorded change, a word, the shaper's output,
@@ -205,6 +231,7 @@ impl<'p> AxisWorld<'p> {
                 self.over = self.over.or(faults.over());
             }
             self.pins = faults.pins(self.encoder.count());
+            self.stay();
         }
         self.plan();
     }
@@ -489,25 +516,34 @@ impl World for AxisWorld<'_> {
         }
     }
 
-    fn measured(&self, edge: u64, row: &mut Vec<f64>) {
-        let Kind::Axis { axis, .. } = &self.plant.kind else {
+    fn exact(&self, edge: u64) -> Self::Row {
+        self.device.as_ref().map_or([0.0; REALS.len()], |device| device.shown(&device.exact_state(edge)))
+    }
+
+    fn shown(&self, edge: u64, row: &mut Vec<f64>) {
+        let (Kind::Axis { axis, .. }, Some(device)) = (&self.plant.kind, &self.device) else {
             return row.resize(AXIS_ROW.len(), 0.0);
         };
-        let Some((device, measured)) = self.device.as_ref().and_then(|body| Some((body, body.measured(edge)?))) else {
-            return;
-        };
-        tell(axis, &measured, device.felt(edge), row);
-    }
-
-    fn energy(&self, edge: u64) -> Energy {
-        self.device.as_ref().map_or_else(Energy::default, |device| device.energy(edge))
-    }
-
-    fn effort_per_a(&self) -> f64 {
-        match &self.plant.kind {
-            Kind::Axis { axis, .. } => axis.torque_constant_nm_per_a(),
-            Kind::Capture { .. } => 1.0,
+        let x = device.exact_state(edge);
+        row.extend(device.shown(&x));
+        if let Some(measured) = device.measured(edge, &x) {
+            tell(axis, &measured, device.felt(&x), row);
         }
+    }
+
+    fn sums(&self, edge: u64) -> Sums {
+        let (Kind::Axis { axis, .. }, Some(device)) = (&self.plant.kind, &self.device) else { return Sums::default() };
+        let [inside, deep, unheld] = self.stays.map(|stay| stay.edges(edge));
+        Sums {
+            energy: device.energy(edge),
+            stays: Stays { inside, deep, unheld },
+            effort_per_a: axis.torque_constant_nm_per_a(),
+        }
+    }
+
+    fn overflowing(&self) -> u64 {
+        let [.., unheld] = &self.stays;
+        if unheld.is_there() { self.counter } else { 0 }
     }
 
     fn encoder(&self) -> Option<EncoderState> {
@@ -541,13 +577,18 @@ impl World for AxisWorld<'_> {
             device.repeat(edges, [before, after], times);
         }
         self.encoder.edges += times * (now.encoder.edges - then.encoder.edges);
+        for (stay, (before, after)) in self.stays.iter_mut().zip(then.stays.iter().zip(&now.stays)) {
+            stay.repeat(edges, [(before, then.edge), (after, now.edge)], times);
+        }
         self.edge += edges;
     }
 
     fn summary(&self) -> Summary {
         let (device, faults) = (self.device.as_ref(), self.faults.as_ref());
         let audit = |device: &AnyDevice| EnergyAudit::of(&device.energy(self.edge), device.stored_j(self.edge));
+        let [.., unheld] = &self.stays;
         Summary {
+            unheld: unheld.first().map(|first| Unheld { first, edges: unheld.edges(self.edge) }),
             encoder_edges: self.encoder.edges + self.recorded,
             mode_changes: device.map_or(0, AnyDevice::mode_changes),
             steps: device.map_or(0, AnyDevice::steps),

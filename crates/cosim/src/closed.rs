@@ -1,7 +1,5 @@
 //! The wiring that closes the loop of an axis: a scene's method in words, or its reference law in floats.
 
-use hpu_signal::Format;
-
 use crate::law_loop::{LawConfig, LawLoop};
 use crate::method::{AxisLoop, Unmade};
 use crate::scene::{Datapath, LoopWords, Scene};
@@ -59,7 +57,7 @@ fn law_config(scene: &Scene, words: &LoopWords, gains: [f64; 2]) -> Result<LawCo
         law: scene.method.kind.float(&setting)?,
         start_gains: [setting.stiffness_n_per_m, scene.method.kind.features().scale],
         live: scene.method.kind.is_live(),
-        surface: Format::signed(words.config.position_width).wrap(words.reference.into()),
+        surface: scene.surface(words),
         count_m: setting.count_m,
         full_scale_n: setting.limit_n + setting.quantum_n,
         limit_n: setting.limit_n,

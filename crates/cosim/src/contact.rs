@@ -1,6 +1,6 @@
 //! Contact: the share of the judged window in which the wall sees penetration.
 //!
-//! The window is that of the [verdict](crate::verdict): the last 30 % of the run. The position that the wall's law
+//! The window is that of the [verdict](crate::verdict). The position that the wall's law
 //! reads decides, not the true angle. The share is
 //!
 //! - for a loop with a clock, the share of the clock cycles in which the net `penetration` is above 0 (of another
@@ -9,27 +9,21 @@
 //! - for an axis in steps without a clock, the share of the time beyond the first count inside the wall (with an ideal
 //!   encoder, beyond the wall itself), on the straight line between the ends of a step;
 //! - for a design of the user's own, the share of the cycles in which the encoder's count is beyond the wall's.
+//!
+//! A held position, or a counter that wrapped, tells the logic of another contact than that of the device. So the world
+//! counts how long the device itself is beyond its wall ([`Stays`](crate::Stays)).
 
-use hpu_signal::{Clock, Cycle};
+use hpu_signal::Cycle;
 
-use crate::scene::Experiment;
-use crate::window::window;
-
-/// Returns the clock edges from one row of a trace at this rate to the next; at least 1.
-pub(crate) fn stride(clock: Clock, rate_hz: f64) -> u64 {
-    clock.edges(1.0 / rate_hz).max(1)
-}
-
-/// Returns the first clock edge of the judged window of a run of `edges` edges, with a row every `stride` edges.
-pub(crate) fn window_start(edges: u64, stride: u64) -> u64 {
-    window(edges / stride + 1).start * stride
-}
+use crate::judged::{stride, window_start};
+use crate::scene::{Experiment, moves_until_s};
 
 /// Returns begin and end of the judged window of a scene's complete run, in seconds.
 pub fn judged_window_s(experiment: &Experiment) -> [f64; 2] {
     let clock = experiment.clock;
     let (edges, stride) = (experiment.edges(), stride(clock, experiment.record.plant_rate_hz));
-    [window_start(edges, stride), edges].map(|edge| clock.seconds(Cycle(edge)))
+    let still = clock.edges(moves_until_s(&experiment.setup().hand_path()));
+    [window_start(edges, stride, still), edges].map(|edge| clock.seconds(Cycle(edge)))
 }
 
 /// Counts the clock edges of the window in which the wall is touched.

@@ -31,9 +31,10 @@ use crate::method::AxisLoop;
 use crate::plant::{Kind, Plant};
 use crate::schedule::Schedule;
 use crate::simulation::Direct;
+use crate::stays::Stays;
 use crate::stepped::{DIVERGED, FAR};
 use crate::stopwatch::Stopwatch;
-use crate::summary::{EnergyAudit, Summary};
+use crate::summary::{EnergyAudit, Summary, Unheld};
 use crate::trace::{Lines, Trace};
 
 /// The law that an [`AxisDirect`] closes its loop with.
@@ -51,6 +52,8 @@ pub struct AxisDirect<'p> {
     pub(crate) schedule: Schedule,
     /// The least angle at which the wall sees penetration.
     pub(crate) touched_rad: f64,
+    /// The wall's surface, and the least angle deep inside it.
+    pub(crate) wall_rad: [f64; 2],
     /// The stepping method; `None` flows exactly.
     pub(crate) method: Option<Method>,
     /// Clock edges of a step.
@@ -106,12 +109,16 @@ impl Direct for AxisDirect<'_> {
 }
 
 impl AxisDirect<'_> {
-    /// Returns the edges of contact in a step that ends in the window, on a straight line between two angles.
+    /// Returns the edges of contact, beyond the wall's surface, and deep inside it, in a step that ends in the window,
+    /// on a straight line between two angles.
     #[inline(always)]
-    fn contact(&self, (edge, next): (u64, u64), from: u64, (before_rad, after_rad): (f64, f64)) -> f64 {
+    fn contact(&self, (edge, next): (u64, u64), from: u64, (before_rad, after_rad): (f64, f64)) -> [f64; 3] {
         let per_edge = (after_rad - before_rad) / (next - edge) as f64;
         let start_rad = before_rad + per_edge * from.saturating_sub(edge) as f64;
-        share_beyond(self.touched_rad, start_rad, after_rad) * (next - edge.max(from)) as f64
+        let edges = (next - edge.max(from)) as f64;
+        let [surface_rad, deep_rad] = self.wall_rad;
+        let limits_rad = [self.touched_rad, surface_rad, deep_rad];
+        limits_rad.map(|limit_rad| share_beyond(limit_rad, start_rad, after_rad) * edges)
     }
 
     /// Returns the loop in words, ready to be loaded.
@@ -142,7 +149,8 @@ impl AxisDirect<'_> {
         }
         let initial_j = course.axis.stored_j(&course.x);
         let (mut edge, mut steps, mut next_row) = (0, 0u64, 0);
-        let (mut complete, mut over, mut contact) = (true, None, 0.0);
+        let (mut complete, mut over, mut contact) = (true, None, [0.0; 3]);
+        let mut unheld = self.plant.places.stays(course.start_count)[2];
         while edge < end {
             let next = course.act(edge, end);
             let before = course.x;
@@ -172,8 +180,10 @@ impl AxisDirect<'_> {
             }
             course.average(edge, next, from, &before);
             if next > from {
-                contact += self.contact((edge, next), from, (before[2], course.x[2]));
+                let more = self.contact((edge, next), from, (before[2], course.x[2]));
+                contact.iter_mut().zip(more).for_each(|(edges, more)| *edges += more);
             }
+            unheld.see(edge, course.encoder.count());
             edge = next;
             steps += 1;
             if course.x[2].abs() > FAR || course.x[2].is_nan() {
@@ -200,6 +210,7 @@ impl AxisDirect<'_> {
         control.progress.store(edge, Ordering::Relaxed);
         let stored_j = course.axis.stored_j(&course.x) - initial_j;
         let (energy, mode_changes, redecided) = course.integrator.audit(edge);
+        let [contact, inside, deep] = contact;
         let summary = Summary {
             complete,
             edges: edge,
@@ -212,6 +223,8 @@ impl AxisDirect<'_> {
             redecided,
             energy: EnergyAudit::of(&energy, stored_j),
             averages: course.averages(edge, from),
+            stays: Some(Stays { inside: inside.round() as u64, deep: deep.round() as u64, unheld: 0 }),
+            unheld: unheld.first().map(|first| Unheld { first, edges: unheld.edges(edge) }),
             ..Summary::default()
         };
         (summary, contact, over)

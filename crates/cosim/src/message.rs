@@ -1,5 +1,7 @@
 //! Numbers and excerpts of input as messages write them, and the error for input that is not text.
 
+use std::borrow::Cow;
+
 /// Characters of input that a message repeats.
 const MOST_REPEATED: usize = 60;
 
@@ -51,6 +53,48 @@ pub fn excerpt(text: &str) -> String {
     }
 }
 
+/// Returns whether a character shows nothing of its own, but may change what is around it: a control character (of C0,
+/// C1, or delete), a separator of lines, or a mark that changes the direction of text.
+pub(crate) fn is_unseen(c: char) -> bool {
+    c.is_control()
+        || matches!(c, '\u{200e}' | '\u{200f}' | '\u{61c}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+}
+
+/// Returns text as a terminal may show it: characters that would steer the terminal, or turn the direction of text,
+/// are escaped as in `\u{1b}`. Lines and tabs stay.
+///
+/// # Example
+///
+/// ```
+/// use hpu_cosim::printable;
+/// assert_eq!(printable("a\u{1b}[2Jb\n"), "a\\u{1b}[2Jb\n");
+/// ```
+pub fn printable(text: &str) -> Cow<'_, str> {
+    let is_steering = |c: char| is_unseen(c) && !matches!(c, '\n' | '\t');
+    if !text.contains(is_steering) {
+        return Cow::Borrowed(text);
+    }
+    let mut shown = String::with_capacity(text.len() + 16);
+    for c in text.chars() {
+        if is_steering(c) {
+            shown.extend(c.escape_default());
+        } else {
+            shown.push(c);
+        }
+    }
+    Cow::Owned(shown)
+}
+
+/// Returns JSON as a terminal may show it: the characters that [`printable`] escapes are escaped as JSON has it.
+pub fn printable_json(json: &str) -> Cow<'_, str> {
+    let is_steering = |c: char| is_unseen(c) && c != '\n';
+    if !json.contains(is_steering) {
+        return Cow::Borrowed(json);
+    }
+    let shown = |c: char| if is_steering(c) { format!("\\u{:04x}", u32::from(c)) } else { c.to_string() };
+    Cow::Owned(json.chars().map(shown).collect())
+}
+
 /// Returns the end of a message about an unknown name, as `; did you mean stiffness?`; empty if no accepted name is
 /// near. A name is near if at most two letters are added, left out or changed, or two neighbours swapped.
 pub fn did_you_mean(name: &str, names: &[&str]) -> String {
@@ -83,6 +127,47 @@ fn letters_apart(one: &str, other: &str) -> usize {
     apart[one.len()][other.len()]
 }
 
+/// The lines and columns of a text. Asking for many places takes a time that is linear in the text, even where the text
+/// is one line.
+pub struct Lines<'t> {
+    text: &'t [u8],
+    /// Line and column, from 1, at every [`STRIDE`]th byte.
+    marks: Vec<(usize, usize)>,
+}
+
+/// Bytes between two marks, the most that are looked at for a place.
+const STRIDE: usize = 256;
+
+impl<'t> Lines<'t> {
+    /// Reads a text.
+    pub fn new(text: &'t str) -> Self {
+        let text = text.as_bytes();
+        let (mut marks, mut at) = (Vec::new(), (1, 1));
+        for chunk in text.chunks(STRIDE) {
+            marks.push(at);
+            at = after(at, chunk);
+        }
+        Self { text, marks }
+    }
+
+    /// Returns the line and the column of a byte, from 1; those of the end for a byte behind it.
+    pub fn place(&self, byte: usize) -> (usize, usize) {
+        let byte = byte.min(self.text.len());
+        let Some(last) = self.marks.len().checked_sub(1) else { return (1, 1) };
+        let mark = (byte / STRIDE).min(last);
+        after(self.marks[mark], &self.text[mark * STRIDE..byte])
+    }
+}
+
+/// Returns line and column after these bytes. Bytes that go on with a character have no column of their own.
+fn after(at: (usize, usize), bytes: &[u8]) -> (usize, usize) {
+    bytes.iter().fold(at, |(line, column), byte| match byte {
+        b'\n' => (line + 1, 1),
+        0x80..=0xbf => (line, column),
+        _ => (line, column + 1),
+    })
+}
+
 /// Returns input as text.
 ///
 /// # Errors
@@ -98,7 +183,7 @@ pub fn utf8(bytes: &[u8]) -> Result<&str, String> {
 
 #[cfg(test)]
 mod tests {
-    use super::{did_you_mean, excerpt, letters_apart, number, number_above, number_below};
+    use super::{Lines, did_you_mean, excerpt, letters_apart, number, number_above, number_below};
 
     #[test]
     fn a_name_is_near_to_those_that_two_letters_make_of_it() {
@@ -148,6 +233,20 @@ mod tests {
             let (below, above) = (read(number_below(value)), read(number_above(value)));
             assert!(below <= value && above >= value, "{below} {value} {above}");
             assert!(below > value * (1.0 - 3e-6) && above < value * (1.0 + 3e-6), "{below} {value} {above}");
+        }
+    }
+
+    #[test]
+    fn places_are_those_of_a_count_from_the_beginning() {
+        let long = "é".repeat(300) + "\n" + &"x".repeat(1000);
+        for text in ["", "\n", "a", "ab\ncd\n\n", "é\nüß€ x\n", &long, &"\n".repeat(600)] {
+            let lines = Lines::new(text);
+            for byte in (0..=text.len() + 3).filter(|byte| text.is_char_boundary((*byte).min(text.len()))) {
+                let before = &text[..byte.min(text.len())];
+                let line = before.matches('\n').count() + 1;
+                let column = before.rsplit('\n').next().map_or(0, |line| line.chars().count()) + 1;
+                assert_eq!(lines.place(byte), (line, column), "byte {byte}");
+            }
         }
     }
 

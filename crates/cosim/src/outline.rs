@@ -4,9 +4,12 @@ use hpu_plant::REALS;
 use hpu_signal::{Clock, Real, Signal};
 
 use crate::columns::{AXIS_ROW, CURRENTS, RAIL_ROW, TORQUE_BETWEEN};
-use crate::scene::{Device, Head, Record};
+use crate::judged::{is_enough, stride};
+use crate::scene::{Device, Head, Push, Record, moves_until_s};
+use crate::summary::Summary;
+use crate::time_constants::TimeConstants;
 use crate::trace::{ANGLE, TORQUE, Trace};
-use crate::verdict::{Abort, Verdict, judge, judge_drop, judge_following};
+use crate::verdict::{Abort, Verdict, judge_drop, judge_following, judge_hand, judge_rest, without_torque};
 
 /// A net that commands an actuator, the column of the effort that it asks for, and the effort of one ulp of its word.
 pub(crate) type Command = (&'static str, &'static str, f64);
@@ -36,8 +39,14 @@ pub struct Outline {
     pub(crate) contact: Option<usize>,
     /// The position of an axis's wall, in the unit of the position's column.
     pub(crate) wall: Option<f64>,
+    /// What that wall gives at rest.
+    pub(crate) push: Option<Push>,
     pub(crate) waves: Waves,
     pub(crate) rule: Rule,
+    /// The edge from which on the hand stands still.
+    pub(crate) still: u64,
+    /// The greatest time constants of an axis whose wall is known.
+    pub(crate) slowest: Option<TimeConstants>,
 }
 
 /// The nets as waveforms show them. Nets of several joints are listed without the joint's number.
@@ -53,6 +62,9 @@ pub struct Waves {
 pub(crate) enum Rule {
     /// That of an axis, for the motion in this column, with the motion of one encoder count.
     Rest(usize, f64),
+    /// The distance from a hand on this path, which moves until too late, in s, of the motion in this column, with the
+    /// motion of one encoder count.
+    Hand((usize, f64), Vec<(f64, f64)>, f64),
     /// That of a drop test, with the column of the logged coordinate.
     Drop(usize),
     /// The device follows its target, from which it is as far as this column says.
@@ -86,16 +98,33 @@ impl Outline {
             has_contact: true,
             contact: None,
             wall: None,
+            push: None,
             waves: Waves::default(),
             rule,
+            still: 0,
+            slowest: None,
         }
     }
 
-    /// Returns the outline of an axis with this device and a wall at this position; without `has_device`, a recording
-    /// stands in its place.
+    /// Returns the outline with a hand on this path: the motion is judged after the last move of the hand, or against
+    /// the hand if too little is left.
+    pub(crate) fn with_hand(self, path: Vec<(f64, f64)>) -> Self {
+        let until_s = moves_until_s(&path);
+        let (still, stride) = (self.clock.edges(until_s), stride(self.clock, self.record.plant_rate_hz));
+        let is_judged = is_enough(self.edges / stride + 1, still.div_ceil(stride));
+        let rule = match self.rule {
+            Rule::Rest(column, count) if !is_judged => Rule::Hand((column, count), path, until_s),
+            rule => rule,
+        };
+        Self { still, rule, ..self }
+    }
+
+    /// Returns the outline of an axis with this device and a wall at this position, which gives this push; without
+    /// `has_device`, a recording stands in its place.
     pub(crate) fn of_axis(
         head: &Head,
-        (device, count_rad, wall_rad): (&Device, f64, f64),
+        (device, count_rad): (&Device, f64),
+        (wall_rad, push): (f64, Push),
         closed_by: (&str, Vec<Signal>),
         commands: Vec<Command>,
         has_device: bool,
@@ -113,6 +142,7 @@ impl Outline {
             judged: vec![ANGLE, TORQUE],
             contact,
             wall: has_device.then_some(wall_rad),
+            push: has_device.then_some(push),
             ..outline
         }
     }
@@ -124,13 +154,23 @@ impl Outline {
 
     /// Returns the verdict on the motion, from the trace of a complete run.
     pub(crate) fn judge(&self, trace: &Trace, aborted: Option<Abort>) -> Verdict {
+        let slowest_s = |position| self.slowest?.at(position);
         match (&self.rule, aborted) {
-            (Rule::Rest(..) | Rule::Follow(_), Some(Abort { at_s, .. })) => {
+            (Rule::Rest(..) | Rule::Follow(_) | Rule::Hand(..), Some(Abort { at_s, .. })) => {
                 Verdict::Diverged { at_s, amplitude_rad: f64::INFINITY }
             }
-            (Rule::Rest(column, count), None) => judge(trace, *column, *count),
+            (Rule::Rest(column, count), None) => judge_rest(trace, *column, *count, slowest_s),
+            (Rule::Hand(motion, path, until_s), None) => judge_hand(trace, *motion, (path, *until_s), slowest_s),
             (Rule::Follow(distance), None) => judge_following(trace, *distance),
             (Rule::Drop(logged), aborted) => judge_drop(trace, *logged, aborted),
         }
+    }
+
+    /// Returns the verdict on a motion inside an axis's wall that gives no torque, from trace and summary of a complete
+    /// run; `None` for any other motion.
+    pub(crate) fn without_torque(&self, trace: &Trace, summary: &Summary) -> Option<Verdict> {
+        let (wall, [effort, _]) = (self.wall.zip(self.push)?, summary.averages?);
+        let deep_s = summary.stays?.deep as f64 * self.clock.period_s();
+        without_torque(trace, ANGLE, wall, effort, deep_s)
     }
 }

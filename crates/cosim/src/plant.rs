@@ -9,6 +9,7 @@ use crate::actuator::{Actuator, Latch, Shaping};
 use crate::encoder::Pins;
 use crate::faults::FaultPlan;
 use crate::scene::{self, BridgeModel, COMMAND_BITS, Datapath, Friction, PathPoint, Scene, Winding};
+use crate::stays::Places;
 use crate::stepped::Stepping;
 
 /// The reason why a scene has no plant of this kind.
@@ -49,6 +50,8 @@ pub struct Plant {
     pub(crate) stepping: Option<Stepping>,
     /// The faults between device and logic.
     pub(crate) faults: Option<FaultPlan>,
+    /// The places of the device that are told apart.
+    pub(crate) places: Places,
 }
 
 /// The parts of a scene that make up its world.
@@ -65,6 +68,8 @@ pub(crate) struct Around<'a> {
     pub(crate) modulator: Option<u64>,
     pub(crate) stepping: Option<Stepping>,
     pub(crate) faults: Option<FaultPlan>,
+    /// The places of the device that are told apart.
+    pub(crate) places: Places,
     /// The farthest that the world looks, in edges.
     pub(crate) horizon: u64,
 }
@@ -88,6 +93,7 @@ impl Plant {
             modulator: scene.modulator_clocks(),
             stepping: stepping(scene),
             faults: scene.faults.as_ref().map(|all| FaultPlan::new(all, scene.clock, scene.run, scene.edges())),
+            places: Places { wall: scene.wall_count(), reach: scene.reach() },
             // A step may be longer than the part of it that is run.
             horizon: scene.edges().max(scene.step_clocks()),
         })
@@ -96,7 +102,7 @@ impl Plant {
     /// Creates the world from these parts.
     pub(crate) fn around(around: Around) -> Result<Self, PlantError> {
         let Around { device, bridge, hand, friction, winding, clock, horizon, .. } = around;
-        let Around { count_rad, actuator, modulator, stepping, faults, .. } = around;
+        let Around { count_rad, actuator, modulator, stepping, faults, places, .. } = around;
         let edge_s = clock.period_s();
         if let scene::Hand::Capture { edges } = hand {
             let pins = edges
@@ -114,6 +120,7 @@ impl Plant {
                 modulator,
                 stepping: None,
                 faults,
+                places,
             });
         }
         let (hand, path) = match hand {
@@ -166,7 +173,7 @@ impl Plant {
             (angle_rad, speed_rad_per_s) = (first.angle_rad, first.speed_rad_per_s);
         }
         let kind = Kind::Axis { axis, current_a, speed_rad_per_s, angle_rad, knots };
-        Ok(Self { kind, count_rad, actuator, edge_s, modulator, stepping, faults })
+        Ok(Self { kind, count_rad, actuator, edge_s, modulator, stepping, faults, places })
     }
 
     /// Returns whether there is a device, not a recording in its place.

@@ -65,13 +65,14 @@ impl SceneFile {
         Experiment::plant(&self.name, &self.text, overrides, &mut |file: &str| self.load(file))
     }
 
-    /// Reads a data file that the scene names.
+    /// Reads a data file that the scene names: of a shipped scene the shipped one, else one where the command runs.
     ///
     /// # Errors
     ///
     /// As [`std::fs::read`]; also when it is no ordinary file, or larger than 256 MiB.
     pub fn load(&self, file: &str) -> io::Result<Vec<u8>> {
-        let read = read_plain(&self.data.join(file));
-        if self.is_shipped { read.or_else(|error| shipped_file(file).map_err(|_| error)) } else { read }
+        let read = || read_plain(&self.data.join(file));
+        // A file of the same name where the command runs is another file.
+        if self.is_shipped { shipped_file(file).or_else(|_| read()) } else { read() }
     }
 }

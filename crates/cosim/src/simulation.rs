@@ -5,14 +5,15 @@ use std::ops::Range;
 use hpu_datapath::{AnyBlock, AnyWiring, Instance, Wiring};
 use hpu_signal::{Clock, Cycle, Observe, Real, Signal, UNKNOWN};
 
-use crate::contact::{Contact, stride, window_start};
+use crate::contact::Contact;
 use crate::engine::{ClosedLoop, Comparison, Control, Driver, compare};
+use crate::judged::{stride, window_start};
 use crate::law_loop::LawLoop;
 use crate::method::AxisLoop;
 use crate::outline::{Command, Outline, Waves};
 use crate::scene::Record;
 use crate::stopwatch::Stopwatch;
-use crate::summary::{NetUse, Summary};
+use crate::summary::Summary;
 use crate::trace::{ANGLE, Trace};
 use crate::untyped::{AnyClosedLoop, Closed};
 use crate::verdict::Abort;
@@ -173,6 +174,11 @@ pub trait Simulation {
         stride(self.clock(), self.record().plant_rate_hz)
     }
 
+    /// Returns the first clock edge of the judged window.
+    fn window_start(&self) -> u64 {
+        window_start(self.edges(), self.stride(), self.outline().still)
+    }
+
     /// Returns an empty trace of the plant and of the nets with these names.
     fn trace(&self, nets: &[&str]) -> Trace {
         let all = self.nets();
@@ -283,8 +289,8 @@ pub(crate) fn run<R: Wired>(
     control: &Control,
 ) -> Summary {
     let (end, stride, modulated) = (simulation.edges(), simulation.stride(), simulation.gates_drive());
-    trace.begin(end / stride + 1);
-    let from = window_start(end, stride);
+    trace.begin(end / stride + 1, simulation.outline().still);
+    let from = simulation.window_start();
     let (summary, contact, over) = match simulation.direct() {
         Some(direct) => direct.run((from, end), stride, trace, observer, control),
         None => {
@@ -299,8 +305,8 @@ pub(crate) fn run<R: Wired>(
 }
 
 /// Runs a simulation's world with another program as the driver, such as a simulator of VHDL. `play` shows the run to
-/// the observer as [`Wired::run`] does, and returns its summary and why it ended early, if it did. Fills the trace
-/// anew, with unknown words as 0, and judges it.
+/// the observer as [`Wired::run`] does, and returns its summary and why it ended early, if it did; it also gets the
+/// edge from which on the run is judged. Fills the trace anew, with unknown words as 0, and judges it.
 ///
 /// # Errors
 ///
@@ -309,13 +315,13 @@ pub fn follow<R: Simulation, E>(
     simulation: &R,
     trace: &mut Trace,
     observer: &mut dyn Observe,
-    play: impl FnOnce(&mut dyn Observe) -> Result<(Summary, Option<&'static str>), E>,
+    play: impl FnOnce(&mut dyn Observe, u64) -> Result<(Summary, Option<&'static str>), E>,
 ) -> Result<Summary, E> {
-    trace.begin(simulation.edges() / simulation.stride() + 1);
-    let from = window_start(simulation.edges(), simulation.stride());
+    trace.begin(simulation.edges() / simulation.stride() + 1, simulation.outline().still);
+    let from = simulation.window_start();
     let contact = Contact::of(simulation.outline().contact.expect("a loop around a wall"), from);
     let mut follow = Follow { trace, observer, contact, known: Vec::new() };
-    let (summary, over) = play(&mut follow)?;
+    let (summary, over) = play(&mut follow, from)?;
     let contact = follow.contact.edges(summary.edges) as f64;
     Ok(judged(simulation, trace, summary, contact, over))
 }
@@ -341,6 +347,11 @@ impl Observe for Follow<'_> {
         self.trace.reals(cycle, values);
         self.observer.reals(cycle, values);
     }
+
+    fn row(&mut self, cycle: Cycle, judged: &[f64], shown: &[f64]) {
+        self.trace.reals(cycle, judged);
+        self.observer.row(cycle, judged, shown);
+    }
 }
 
 /// Returns the summary with verdict and figures from the trace of its run.
@@ -354,10 +365,13 @@ pub(crate) fn judged<R: Simulation>(
     summary.motion_s = simulation.clock().seconds(Cycle(summary.edges));
     summary.aborted = over.map(|why| Abort { at_s: summary.motion_s, why });
     if summary.complete && simulation.has_device() {
-        summary.verdict = Some(simulation.outline().judge(trace, summary.aborted));
-        let window = simulation.edges() - window_start(simulation.edges(), simulation.stride());
-        let is_told = over.is_none() && simulation.outline().has_contact;
-        summary.contact_share = is_told.then_some(contact_edges / window as f64);
+        let outline = simulation.outline();
+        let verdict = if over.is_none() { outline.without_torque(trace, &summary) } else { None };
+        summary.verdict = verdict.or_else(|| Some(outline.judge(trace, summary.aborted)));
+        let window = simulation.edges() - simulation.window_start();
+        let share = |edges: f64| (over.is_none() && outline.has_contact).then_some(edges / window as f64);
+        summary.contact_share = share(contact_edges);
+        summary.device_contact_share = outline.wall.and(summary.stays).and_then(|stays| share(stays.inside as f64));
     }
     summary
 }
@@ -409,6 +423,12 @@ impl Observe for Recorder<'_> {
         self.trace.reals(cycle, values);
         if let Some(observer) = &mut self.observer {
             observer.reals(cycle, values);
+        }
+    }
+    fn row(&mut self, cycle: Cycle, judged: &[f64], shown: &[f64]) {
+        self.trace.reals(cycle, judged);
+        if let Some(observer) = &mut self.observer {
+            observer.row(cycle, judged, shown);
         }
     }
     #[inline]
@@ -483,17 +503,21 @@ impl<'s> LoopVisitor<'s> for Run<'_> {
         let run = ClosedLoop::new(wiring, world, input, self.stride).averaged_from(from);
         let mut run = if self.observer.measures() { run.measured(&self.observer) } else { run };
         let complete = run.run(self.driver, end, &mut self.observer, self.control);
+        let judged = if complete { run.judged(self.edge_s) } else { None };
+        let of_world = run.world.summary();
         let nets = run.wiring.nets().into_iter().zip(run.wiring.uses());
+        let nets = nets.map(|(signal, usage)| of_world.used(signal, usage));
         let summary = Summary {
             complete,
             edges: run.edge(),
             wall_s: start.seconds(),
             ticks: run.ticks(),
             output_changes: run.output_changes(),
-            averages: if complete { run.averages(self.edge_s) } else { None },
+            averages: judged.map(|(averages, _)| averages),
+            stays: judged.map(|(_, stays)| stays),
             recurrence: run.recurrence(),
-            nets: nets.map(|(signal, usage)| NetUse { signal, usage, losses_seen: true }).collect(),
-            ..run.world.summary()
+            nets: nets.collect(),
+            ..of_world
         };
         (summary, self.observer.contact.edges(run.edge()) as f64, run.world.over())
     }

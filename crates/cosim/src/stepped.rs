@@ -111,14 +111,14 @@ impl<'p> Stepped<'p> {
         self.gauge = Some(Box::new(Gauge::new(pace, read)));
     }
 
-    /// Returns mean and extremes of current and speed for the row at an edge; both are linear within a step.
-    pub(crate) fn measured(&self, edge: u64) -> Option<[Measured; 2]> {
+    /// Returns mean and extremes of current and speed for the row at an edge, at which the state is `x`; both are
+    /// linear within a step.
+    pub(crate) fn measured(&self, edge: u64, x: &State) -> Option<[Measured; 2]> {
         let gauge = self.gauge.as_deref()?;
-        let x = self.state(edge);
         let now = if edge == self.start {
             gauge.clone()
         } else {
-            gauge.after(self.start, edge, Some(edge), &self.chord(edge, &x))
+            gauge.after(self.start, edge, Some(edge), &self.chord(edge, x))
         };
         Some(now.row(edge, self.edge_s, &[x[0], x[1]]))
     }
@@ -129,10 +129,14 @@ impl<'p> Stepped<'p> {
         Chord { start, edges: edge - start, edge_s, ends: [[from[0], from[1]], [x[0], x[1]]] }
     }
 
-    /// Returns the hand's angle and torque at an edge.
-    pub(crate) fn felt(&self, edge: u64) -> [f64; 2] {
-        let intent_rad_per_s = self.intent_rad_per_s;
-        self.axis.felt(&self.state(edge), intent_rad_per_s)
+    /// Returns the hand's angle and torque in a state.
+    pub(crate) fn felt(&self, x: &State) -> [f64; 2] {
+        self.axis.felt(x, self.intent_rad_per_s)
+    }
+
+    /// Returns the outputs of a state.
+    pub(crate) fn shown(&self, x: &State) -> [f64; REALS.len()] {
+        self.axis.reals(x)
     }
 
     #[inline(never)]
@@ -153,7 +157,7 @@ impl<'p> Stepped<'p> {
     }
 
     pub(crate) fn reals(&self, edge: u64) -> [f64; REALS.len()] {
-        self.axis.reals(&self.state(edge))
+        self.shown(&self.state(edge))
     }
 
     pub(crate) fn intend(&mut self, edge: u64, angle_rad: f64, speed_rad_per_s: f64) {

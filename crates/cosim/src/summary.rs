@@ -5,6 +5,7 @@ use hpu_signal::{Signal, SignalUse};
 
 use crate::faults::Mark;
 use crate::scene::{Experiment, Metric, OutcomeKind};
+use crate::stays::Stays;
 use crate::trace::{ANGLE, TORQUE, Trace};
 use crate::verdict::{Abort, Verdict};
 
@@ -66,6 +67,15 @@ pub struct Recurrence {
     pub period: u64,
 }
 
+/// A position counter that wrapped under its device: the distance to the wall did not fit its width.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Unheld {
+    /// The clock edge at which it was so first.
+    pub first: u64,
+    /// The number of clock edges at which it was so.
+    pub edges: u64,
+}
+
 /// The use of a net in a run.
 #[derive(Clone, PartialEq, Debug)]
 pub struct NetUse {
@@ -82,9 +92,17 @@ pub struct NetUse {
 pub struct Summary {
     /// The verdict on the motion; `None` for a recording, which has no device.
     pub verdict: Option<Verdict>,
-    /// Share of the judged window, the last 30 % of the run, in which the wall sees penetration; 0 if the wall is not
-    /// reached. `None` for a run that did not come to its end and for a recording.
+    /// Share of the judged window, the last 30 % of the run without the time in which the hand moves, in which the wall
+    /// sees penetration; 0 if the wall is not reached. `None` for a run that did not come to its end and for a
+    /// recording.
     pub contact_share: Option<f64>,
+    /// Share of the judged window in which the device itself is beyond the wall. `None` as for `contact_share`, and for
+    /// a device with more than one axis.
+    pub device_contact_share: Option<f64>,
+    /// The places of an axis in the judged window, in clock edges.
+    pub stays: Option<Stays>,
+    /// The loss of the position counter, if the device was out of its reach.
+    pub unheld: Option<Unheld>,
     /// The early end and its reason, if the world ended the run.
     pub aborted: Option<Abort>,
     /// Whether the run reached its end, or the end that its world set; false if it was stopped or used up its events.
@@ -136,17 +154,16 @@ impl Summary {
         self.ticks as f64 / self.edges.max(1) as f64
     }
 
+    /// Returns the use of a net whose wiring has counted all losses but one: a loop reads through the wrap of its
+    /// position counter as long as the device is within reach, which only the world knows.
+    pub fn used(&self, signal: Signal, usage: SignalUse) -> NetUse {
+        let unheld = self.unheld.filter(|_| signal.name == "position").map_or(0, |unheld| unheld.edges);
+        NetUse { signal, usage: SignalUse { overflowed: usage.overflowed + unheld, ..usage }, losses_seen: true }
+    }
+
     /// Returns the kind of the verdict.
     pub fn outcome(&self) -> Option<OutcomeKind> {
-        self.verdict.map(|verdict| match verdict {
-            Verdict::Settled { .. } => OutcomeKind::Settled,
-            Verdict::LimitCycle { .. } => OutcomeKind::LimitCycle,
-            Verdict::Diverged { .. } => OutcomeKind::Diverged,
-            Verdict::Passive { .. } => OutcomeKind::Passive,
-            Verdict::NonPassive { .. } => OutcomeKind::NonPassive,
-            Verdict::HighlyUnstable { .. } => OutcomeKind::HighlyUnstable,
-            Verdict::Tracking { .. } => OutcomeKind::Tracking,
-        })
+        self.verdict.map(Verdict::outcome)
     }
 }
 
@@ -161,11 +178,13 @@ pub fn metric(metric: Metric, experiment: &Experiment, summary: &Summary, trace:
         Metric::PeakAngle => trace.greatest(ANGLE),
         Metric::PeakPenetration => (trace.greatest(ANGLE) - experiment.setup().wall_position()).max(0.0),
         Metric::Amplitude => match summary.verdict? {
-            Verdict::LimitCycle { amplitude_rad, .. } | Verdict::Diverged { amplitude_rad, .. } => amplitude_rad,
+            Verdict::LimitCycle { amplitude_rad, .. }
+            | Verdict::NotTold { amplitude_rad, .. }
+            | Verdict::Diverged { amplitude_rad, .. } => amplitude_rad,
             _ => 0.0,
         },
         Metric::Frequency => match summary.verdict? {
-            Verdict::LimitCycle { frequency_hz, .. } => frequency_hz,
+            Verdict::LimitCycle { frequency_hz, .. } | Verdict::NotTold { frequency_hz, .. } => frequency_hz,
             _ => 0.0,
         },
         Metric::PeakTorque => trace.greatest_size(TORQUE),

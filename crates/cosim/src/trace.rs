@@ -5,7 +5,8 @@ use std::ops::Range;
 
 use hpu_signal::{Clock, Cycle, Observe};
 
-use crate::window::{Streamed, range, window};
+use crate::judged::window;
+use crate::window::{Streamed, range};
 
 /// Index of an axis's angle among its outputs.
 pub const ANGLE: usize = 2;
@@ -22,6 +23,8 @@ pub struct Trace {
     clock: Clock,
     stride: u64,
     rows: usize,
+    /// The first row at which the hand stands still.
+    still: u64,
     kept: Vec<usize>,
     /// Indices, among the kept outputs, of mean, least and greatest value of an output.
     between: Vec<usize>,
@@ -82,6 +85,7 @@ impl Trace {
             clock,
             stride,
             rows: 0,
+            still: 0,
             reals: vec![Vec::new(); kept.len()],
             kept,
             between: Vec::new(),
@@ -135,9 +139,11 @@ impl Trace {
         self
     }
 
-    /// Begins anew, with room for this number of rows: the rows of an earlier run are dropped, and their memory is used
-    /// again.
-    pub(crate) fn begin(&mut self, rows: u64) {
+    /// Begins anew, with room for this number of rows, whose hand stands still from edge `still` on: the rows of an
+    /// earlier run are dropped, and their memory is used again.
+    pub(crate) fn begin(&mut self, rows: u64, still: u64) {
+        self.still = still.div_ceil(self.stride);
+        let still = self.still;
         let mut room = usize::try_from(rows).unwrap_or(0).min(1 << 20);
         (self.beyond, self.before, self.full) = (None, None, usize::MAX);
         if let Some((most, judged)) = self.bound.as_ref().filter(|(most, _)| rows > *most as u64) {
@@ -146,11 +152,11 @@ impl Trace {
                 came: 0,
                 every: 1,
                 extremes: vec![[f64::INFINITY, f64::NEG_INFINITY, f64::NAN]; self.kept.len()],
-                judged: judged.iter().map(|index| Streamed::new(*index, rows)).collect(),
+                judged: judged.iter().map(|index| Streamed::new(*index, rows, still)).collect(),
                 waiting: vec![NOTHING; self.between.len()],
             }));
         } else if self.is_of_window {
-            let Range { start, end } = window(rows);
+            let Range { start, end } = window(rows, still);
             let extremes = vec![[f64::INFINITY, f64::NEG_INFINITY, f64::NAN]; self.kept.len()];
             (room, self.full) = (room.min((end - start) as usize + 2 * TOGETHER), TOGETHER);
             self.before = Some(Box::new(Before { gone: 0, window: start, extremes }));
@@ -339,7 +345,7 @@ impl Trace {
         let rows = self.real(index);
         match &self.before {
             Some(before) => &rows[rows.len().min((before.window - before.gone) as usize)..],
-            None => &rows[window(rows.len() as u64).start as usize..],
+            None => &rows[window(rows.len() as u64, self.still).start as usize..],
         }
     }
 

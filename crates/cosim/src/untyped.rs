@@ -7,6 +7,7 @@ use hpu_datapath::{AnyWiring, Repeat, Wiring, bundle, flatten};
 use hpu_signal::{Cycle, Observe, Ports};
 
 use crate::engine::ClosedLoop;
+use crate::stays::Sums;
 use crate::summary::Summary;
 use crate::world::{EncoderState, World};
 
@@ -28,14 +29,18 @@ pub trait AnyWorld<'s> {
     fn drive(&mut self, out: &[i64], words: &[i64]);
     /// See [`World::foresee`].
     fn foresee(&mut self, repeat: &Repeat<Vec<i64>>);
-    /// Returns one of the continuous outputs at an edge that the world has not left yet. See [`World::reals`].
+    /// Returns one of the continuous outputs at an edge that the world has not left yet. See [`World::exact`].
     fn real(&self, edge: u64, index: usize) -> f64;
-    /// Appends all continuous outputs at an edge to a row.
+    /// Appends all continuous outputs at an edge to a row. See [`World::exact`].
+    fn exact(&self, edge: u64, row: &mut Vec<f64>);
+    /// Appends them as verdicts are made of them. See [`World::reals`].
     fn reals(&self, edge: u64, row: &mut Vec<f64>);
     /// See [`World::measure`].
     fn measure(&mut self, stride: u64, observer: &dyn Observe);
-    /// See [`World::measured`].
-    fn measured(&self, edge: u64, row: &mut Vec<f64>);
+    /// See [`World::shown`].
+    fn shown(&self, edge: u64, row: &mut Vec<f64>);
+    /// See [`World::sums`].
+    fn sums(&self, edge: u64) -> Sums;
     /// See [`World::encoder`].
     fn encoder(&self) -> Option<EncoderState>;
     /// See [`World::summary`].
@@ -74,7 +79,10 @@ impl<'s, E: World + 's> AnyWorld<'s> for E {
         World::foresee(self, &Repeat { period, first, others: bundle(others), edges });
     }
     fn real(&self, edge: u64, index: usize) -> f64 {
-        World::reals(self, edge).as_ref()[index]
+        World::exact(self, edge).as_ref()[index]
+    }
+    fn exact(&self, edge: u64, row: &mut Vec<f64>) {
+        row.extend_from_slice(World::exact(self, edge).as_ref());
     }
     fn reals(&self, edge: u64, row: &mut Vec<f64>) {
         row.extend_from_slice(World::reals(self, edge).as_ref());
@@ -82,8 +90,11 @@ impl<'s, E: World + 's> AnyWorld<'s> for E {
     fn measure(&mut self, stride: u64, observer: &dyn Observe) {
         World::measure(self, stride, observer);
     }
-    fn measured(&self, edge: u64, row: &mut Vec<f64>) {
-        World::measured(self, edge, row);
+    fn shown(&self, edge: u64, row: &mut Vec<f64>) {
+        World::shown(self, edge, row);
+    }
+    fn sums(&self, edge: u64) -> Sums {
+        World::sums(self, edge)
     }
     fn encoder(&self) -> Option<EncoderState> {
         World::encoder(self)
@@ -166,6 +177,9 @@ impl Observe for Through<'_> {
     }
     fn reals(&mut self, cycle: Cycle, values: &[f64]) {
         self.0.reals(cycle, values);
+    }
+    fn row(&mut self, cycle: Cycle, judged: &[f64], shown: &[f64]) {
+        self.0.row(cycle, judged, shown);
     }
     fn follows(&self, nets: std::ops::Range<usize>) -> bool {
         self.0.follows(nets)

@@ -2,15 +2,14 @@
 
 use std::ops::Range;
 
-/// Returns the rows that a verdict judges: the last 30 % of `rows` rows.
-pub(crate) fn window(rows: u64) -> Range<u64> {
-    let three_tenths = (u128::from(rows) * 3 / 10) as u64;
-    rows - three_tenths.max(2).min(rows)..rows
-}
+use crate::judged::window;
 
-/// Returns the row at which quarter `of` of `rows` rows begins, counted from 0; for 4, the end of the rows.
-pub(crate) fn quarter(rows: usize, of: usize) -> usize {
-    (rows as u128 * of as u128 / 4) as usize
+/// Number of parts of a window.
+pub(crate) const PARTS: usize = 8;
+
+/// Returns the row at which part `of` of `rows` rows begins, counted from 0; for [`PARTS`], the end of the rows.
+pub(crate) fn part(rows: usize, of: usize) -> usize {
+    (rows as u128 * of as u128 / PARTS as u128) as usize
 }
 
 /// Returns the least and the greatest of numbers; infinity and minus infinity of none. NaN is ignored. Eight of each
@@ -76,26 +75,27 @@ pub(crate) struct Streamed {
     /// Index of the output.
     pub(crate) index: usize,
     window: Range<u64>,
-    /// The rows at which the quarters after the first begin.
-    begins: [u64; 3],
-    quarters: [Spread; 4],
+    /// The rows at which the parts after the first begin.
+    begins: [u64; PARTS - 1],
+    parts: [Spread; PARTS],
     turns: Turns,
 }
 
 impl Streamed {
-    /// Creates the window of an output for a run that will have `rows` rows.
-    pub(crate) fn new(index: usize, rows: u64) -> Self {
-        let window = window(rows);
+    /// Creates the window of an output for a run that will have `rows` rows, whose hand stands still from row `still`
+    /// on.
+    pub(crate) fn new(index: usize, rows: u64, still: u64) -> Self {
+        let window = window(rows, still);
         let long = (window.end - window.start) as usize;
-        let begins = [1, 2, 3].map(|of| window.start + quarter(long, of) as u64);
-        Self { index, window, begins, quarters: [Spread::NONE; 4], turns: Turns::new(MOST_TURNS) }
+        let begins = std::array::from_fn(|of| window.start + part(long, of + 1) as u64);
+        Self { index, window, begins, parts: [Spread::NONE; PARTS], turns: Turns::new(MOST_TURNS) }
     }
 
     /// Takes the next row.
     #[inline]
     pub(crate) fn add(&mut self, row: u64, x: f64) {
         if row >= self.window.start {
-            self.quarters[self.begins.iter().filter(|begin| row >= **begin).count()].add(x);
+            self.parts[self.begins.iter().filter(|begin| row >= **begin).count()].add(x);
             self.turns.add(row, x);
         }
     }
@@ -108,18 +108,29 @@ impl Streamed {
     /// Returns whether all numbers were finite.
     pub(crate) fn is_finite(&self) -> bool {
         // A mean stays non-finite after the first number that is not finite.
-        self.quarters.iter().all(|quarter| quarter.mean.is_finite())
+        self.parts.iter().all(|part| part.mean.is_finite())
     }
 
     /// Returns the rms about the mean, and the mean.
     pub(crate) fn rms_about_mean(&self) -> (f64, f64) {
-        let all = self.quarters.iter().fold(Spread::NONE, |all, quarter| all.with(quarter));
+        let all = self.parts.iter().fold(Spread::NONE, |all, part| all.with(part));
         ((all.squares / all.rows as f64).sqrt(), all.mean)
     }
 
-    /// Returns the least and the greatest value of each quarter.
-    pub(crate) fn quarters(&self) -> [[f64; 2]; 4] {
-        self.quarters.map(|quarter| [quarter.low, quarter.high])
+    /// Returns the least and the greatest value of each part.
+    pub(crate) fn parts(&self) -> [[f64; 2]; PARTS] {
+        self.parts.map(|part| [part.low, part.high])
+    }
+
+    /// Returns the mean of each quarter.
+    pub(crate) fn quarter_means(&self) -> [f64; 4] {
+        [0, 2, 4, 6].map(|of| self.parts[of].with(&self.parts[of + 1]).mean)
+    }
+
+    /// Returns rows and values at which the motion turned back by more than a sixteenth of its range, without its first
+    /// row and its last.
+    pub(crate) fn turns(&self) -> Vec<(u64, f64)> {
+        turns(self.turns.turns.iter().copied().chain(self.turns.last), [self.turns.low, self.turns.high])
     }
 
     /// Returns the number of upward passages of the mean, each after a passage below it by a quarter of the amplitude,
@@ -135,6 +146,16 @@ pub(crate) type Swing = [(u64, f64); 2];
 /// Returns the row at which a swing passes the mean, on the straight line from turn to turn.
 pub(crate) fn passage(&[from, to]: &Swing, mean: f64) -> f64 {
     from.0 as f64 + (to.0 - from.0) as f64 * ((mean - from.1) / (to.1 - from.1))
+}
+
+/// Returns rows and values at which a motion within a range turned back by more than a sixteenth of it. The first row
+/// is no turn, nor is the last.
+pub(crate) fn turns(rows: impl Iterator<Item = (u64, f64)>, [low, high]: [f64; 2]) -> Vec<(u64, f64)> {
+    let mut turns = Turns { low, high, ..Turns::new(usize::MAX) };
+    rows.for_each(|(row, x)| turns.turn(row, x));
+    let first = turns.turns.first().map(|first| first.0);
+    turns.turns.retain(|(row, _)| Some(*row) != first);
+    turns.turns
 }
 
 /// The most turns of a motion that are kept: half a million swings.
@@ -316,9 +337,9 @@ mod tests {
     #[test]
     fn numbers_of_the_window_are_those_of_its_rows() {
         let rows: Vec<f64> = (0..10_001).map(|row| 5.0 + 1e-3 * noise(row) + 1e-7 * row as f64).collect();
-        let mut streamed = Streamed::new(2, rows.len() as u64);
+        let mut streamed = Streamed::new(2, rows.len() as u64, 0);
         rows.iter().enumerate().for_each(|(row, x)| streamed.add(row as u64, *x));
-        let window = &rows[window(rows.len() as u64).start as usize..];
+        let window = &rows[window(rows.len() as u64, 0).start as usize..];
         assert_eq!((window.len(), streamed.start()), (3000, 7001));
         let mean = window.iter().sum::<f64>() / 3000.0;
         let rms = (window.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / 3000.0).sqrt();
@@ -328,11 +349,15 @@ mod tests {
             let (low, high) = rows.iter().fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(*x), h.max(*x)));
             [low, high]
         };
-        let expected = [0, 750, 1500, 2250].map(|from| range(&window[from..from + 750]));
-        assert_eq!(streamed.quarters(), expected);
+        let expected = [0, 375, 750, 1125, 1500, 1875, 2250, 2625].map(|from| range(&window[from..from + 375]));
+        assert_eq!(streamed.parts(), expected);
+        let means = [0, 750, 1500, 2250].map(|from| window[from..from + 750].iter().sum::<f64>() / 750.0);
+        for (found, mean) in streamed.quarter_means().into_iter().zip(means) {
+            assert!((found - mean).abs() < 1e-14, "{found} {mean}");
+        }
         assert!(streamed.is_finite());
         for lost in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-            let mut streamed = Streamed::new(2, 100);
+            let mut streamed = Streamed::new(2, 100, 0);
             (0..100).for_each(|row| streamed.add(row, if row == 80 { lost } else { 0.0 }));
             assert!(!streamed.is_finite(), "{lost}");
         }

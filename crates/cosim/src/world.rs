@@ -4,10 +4,10 @@
 //! host's commands), and the outputs that hold from that edge to the next.
 
 use hpu_datapath::Repeat;
-use hpu_plant::Energy;
 use hpu_signal::{Cycle, Observe, Ports, Real};
 
 use crate::encoder::Pins;
+use crate::stays::Sums;
 use crate::summary::Summary;
 
 /// A `World` is the state of everything outside the FPGA: plant, encoders, hand, on some platforms a host. The engine
@@ -96,21 +96,30 @@ pub trait World: Clone {
             observer.reals(Cycle(edge), self.reals(edge).as_ref());
         }
     }
-    /// Gathers, from edge 0 on, the figures that [`measured`](World::measured) appends to the rows at every
+    /// Gathers, from edge 0 on, the figures that [`shown`](World::shown) appends to the rows at every
     /// `stride` edges, as far as the observer reads them. A run whose observer does not ask for them must not pay for
     /// them.
     fn measure(&mut self, _stride: u64, _observer: &dyn Observe) {}
-    /// Appends to the row at an edge the columns beyond [`reals`](World::reals): means and extremes since the row
-    /// before, and what the hand feels.
-    fn measured(&self, _edge: u64, _row: &mut Vec<f64>) {}
-    /// Returns the energies exchanged since the start, with the integrals of current and position, at an edge that the
-    /// world has not left yet. Only a world with one axis has them.
-    fn energy(&self, _edge: u64) -> Energy {
-        Energy::default()
+    /// Returns the continuous outputs at an edge that the world has not left yet, as observers and other programs are
+    /// shown them: each the exact state, rounded once. [`reals`](World::reals) costs less, may be off by some units in
+    /// the last place, and is what verdicts are made of.
+    fn exact(&self, edge: u64) -> Self::Row {
+        self.reals(edge)
     }
-    /// Returns the actuator's torque or force of a current of 1 A.
-    fn effort_per_a(&self) -> f64 {
-        1.0
+    /// Appends to a row the outputs at an edge, as [`exact`](World::exact) returns them, and what the world has
+    /// gathered: means and extremes since the row before, and what the hand feels.
+    fn shown(&self, edge: u64, row: &mut Vec<f64>) {
+        row.extend_from_slice(self.exact(edge).as_ref());
+    }
+    /// Returns the sums from the start up to an edge that the world has not left yet. Only a world with one axis has
+    /// them.
+    fn sums(&self, _edge: u64) -> Sums {
+        Sums::default()
+    }
+    /// Returns the nets whose words do not tell what they stand for at the present edge, as the set of their indices: a
+    /// position counter whose device is out of its reach.
+    fn overflowing(&self) -> u64 {
+        0
     }
     /// Returns the state of the encoder; `None` for a world without one encoder of its own.
     fn encoder(&self) -> Option<EncoderState> {

@@ -88,7 +88,10 @@ impl Step for CommandLimiter {
         let Some(last) = u32::try_from(self.late.len()).ok().filter(|&last| last > 0) else { return Vec::new() };
         let format = self.limiter.outputs().limited.format;
         // Place 0 of the row is not a register but the limited value itself; the last place is the output.
-        let late = |place| Register { low: (last - place) * format.width(), ..Register::new("late", format) };
+        let late = |place| {
+            let low = (last - place) * format.width();
+            Register { low, is_alone: false, ..Register::new("late", format) }
+        };
         (1..last).map(late).chain([Register::new("limited", format)]).collect()
     }
 

@@ -11,6 +11,7 @@ use crate::handle::Handle;
 use crate::scene::overrides;
 use crate::signal::{index, named, tuple, word};
 use crate::trace::{Column, Values};
+use crate::work::Signals;
 
 /// Clock edges above which a call lets other threads of Python run.
 pub const LONG: u64 = 4096;
@@ -71,6 +72,7 @@ impl Block {
     ///
     /// Raises `hpu.ArgumentError` for an input that is missing or unknown, for another type or shape, for arrays of
     /// different length, and for a word that does not fit its input; edges before that row have then been computed.
+    /// Ctrl-C ends the call between two edges.
     #[pyo3(signature = (*words, **names))]
     fn tick<'py>(
         &self,
@@ -95,21 +97,22 @@ impl Block {
             return Err(ArgumentError::new_err(said));
         }
         let columns = self.block.with(|block| {
-            let mut ticked = || {
+            let mut ticked = || -> PyResult<_> {
+                let mut signals = Signals::new();
                 let mut columns = vec![Vec::with_capacity(edges); self.outputs.len()];
                 let mut row = vec![0; given.len()];
                 for edge in 0..edges {
+                    signals.turn()?;
                     row.iter_mut().zip(&given).for_each(|(word, given)| *word = given.at(edge));
                     let words = block.tick(&row).map_err(|mut error| {
                         error.text = format!("row {edge}: {}", error.text);
-                        error
+                        of_plant(&error, None)
                     })?;
                     columns.iter_mut().zip(words).for_each(|(column, word)| column.push(word));
                 }
                 Ok(columns)
             };
-            let columns = if edges as u64 > LONG { py.detach(ticked) } else { ticked() };
-            columns.map_err(|error: hpu::Error| of_plant(&error, None))
+            if edges as u64 > LONG { py.detach(ticked) } else { ticked() }
         })?;
         let dict = PyDict::new(py);
         for (output, column) in self.outputs.iter().zip(columns) {

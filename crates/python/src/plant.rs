@@ -11,6 +11,7 @@ use crate::handle::Handle;
 use crate::json::object;
 use crate::scene::{overrides, scene};
 use crate::signal::{index, named, tuple, word};
+use crate::work::Signals;
 
 /// The plant of a scene, everything outside the FPGA, at a clock edge.
 ///
@@ -141,21 +142,32 @@ impl Plant {
 
     /// Moves on by this number of clock edges [1], or by `ns` nanoseconds; no time is lost between calls.
     ///
-    /// Raises `hpu.EndError` when the scene ends before, or when the device cannot go on.
+    /// Raises `hpu.EndError` when the scene ends before, or when the device cannot go on. After Ctrl-C the plant stands
+    /// at the edge to which it has come.
     #[pyo3(signature = (edges = None, *, ns = None))]
     fn advance(&self, py: Python, edges: Option<u64>, ns: Option<u64>) -> PyResult<()> {
         self.plant.with(|driven| {
             let plant = &mut driven.plant;
-            let mut moved = || match (edges, ns) {
-                (Some(edges), None) => Some(plant.advance(edges)),
-                (None, None) => Some(plant.advance(1)),
-                (None, Some(ns)) => Some(plant.advance_ns(ns)),
-                (Some(_), Some(_)) => None,
+            let edges = match (edges, ns) {
+                (Some(edges), None) => edges,
+                (None, None) => 1,
+                (None, Some(ns)) => plant.edges_of(ns),
+                (Some(_), Some(_)) => return Err(ArgumentError::new_err("edges and ns; accepted: one of both")),
             };
-            let is_long = edges.is_some_and(|edges| edges > LONG) || ns.is_some_and(|ns| ns > LONG);
-            let moved = if is_long { py.detach(moved) } else { moved() };
-            let moved = moved.ok_or_else(|| ArgumentError::new_err("edges and ns; accepted: one of both"))?;
-            moved.map_err(|error| of_plant(&error, None))
+            if edges <= LONG {
+                return plant.advance(edges).map_err(|error| of_plant(&error, None));
+            }
+            py.detach(|| -> PyResult<()> {
+                let (mut left, mut signals) = (edges, Signals::new());
+                while left > 0 {
+                    signals.turn()?;
+                    // To the next edge at which the plant is asked: the same steps as in one call.
+                    let part = left.min(plant.quiet().saturating_add(1));
+                    plant.advance(part).map_err(|error| of_plant(&error, None))?;
+                    left -= part;
+                }
+                Ok(())
+            })
         })
     }
 

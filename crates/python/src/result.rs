@@ -96,8 +96,9 @@ impl Result {
 
 #[pymethods]
 impl Result {
-    /// The kind of the outcome: settled, limit_cycle, diverged; of an arm passive, non_passive, highly_unstable; of
-    /// a moving target tracking. None for a recording, which has no device. `summary["outcome"]` has its figures.
+    /// The kind of the outcome: settled, limit_cycle, diverged; not_told if the run is too short, hand_moves if the
+    /// hand moves nearly to its end; of an arm passive, non_passive, highly_unstable; of a moving target tracking. None
+    /// for a recording, which has no device. `summary["outcome"]` has its figures.
     #[getter]
     fn verdict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let outcome = self.summary.bind(py).get_item("outcome")?;

@@ -4,6 +4,7 @@ use hpu_cli::answers;
 use hpu_cosim::SceneFile;
 use hpu_cosim::scene::shipped;
 use pyo3::exceptions::PyTypeError;
+use pyo3::ffi::PyObject;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
 
@@ -81,8 +82,16 @@ pub fn overrides(dict: Option<&Bound<PyDict>>, keywords: Option<&Bound<PyDict>>)
     Ok(all)
 }
 
+/// The deepest list of lists that is read; that of a scene is a list of points.
+const MOST_DEEP: usize = 8;
+
 /// Returns a value as `--set` has it.
 fn text(key: &str, value: &Bound<PyAny>) -> PyResult<String> {
+    within(key, value, &mut Vec::new())
+}
+
+/// Returns a value within these lists. One that contains itself, or that is too deep, is a `TypeError`.
+fn within(key: &str, value: &Bound<PyAny>, lists: &mut Vec<*mut PyObject>) -> PyResult<String> {
     if let Ok(flag) = value.cast::<PyBool>() {
         return Ok(flag.is_true().to_string());
     }
@@ -97,12 +106,22 @@ fn text(key: &str, value: &Bound<PyAny>) -> PyResult<String> {
         };
     }
     if value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>() {
+        let refused = |said: &str| Err(PyTypeError::new_err(format!("{key} is a list {said}")));
+        if lists.contains(&value.as_ptr()) {
+            return refused("that contains itself");
+        }
+        if lists.len() == MOST_DEEP {
+            return refused(&format!("of lists that is more than {MOST_DEEP} deep"));
+        }
+        lists.push(value.as_ptr());
         let values = value.try_iter()?.map(|value| {
             let value = value?;
-            let said = text(key, &value)?;
+            let said = within(key, &value, lists)?;
             Ok(if value.is_instance_of::<PyString>() { format!("{said:?}") } else { said })
         });
-        return Ok(format!("[{}]", values.collect::<PyResult<Vec<_>>>()?.join(", ")));
+        let values = values.collect::<PyResult<Vec<_>>>()?;
+        lists.pop();
+        return Ok(format!("[{}]", values.join(", ")));
     }
     // A scalar of NumPy.
     if let Ok(value) = value.call_method0("item")

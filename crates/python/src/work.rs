@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use hpu_cli::answers::{Failure, Watch};
 use hpu_cosim::{Control, SceneFile};
@@ -51,6 +51,32 @@ pub fn work<T: Send>(py: Python, progress: Option<&Bound<PyAny>>, work: impl FnO
     })?;
     tell(py)?;
     Ok(done)
+}
+
+/// Listens for signals in a call that works without the GIL on its own thread.
+pub struct Signals {
+    turns: u32,
+    last: Instant,
+}
+
+/// Turns of the work between two looks at the time. A turn takes some microseconds.
+const TURNS: u32 = 256;
+
+impl Signals {
+    /// Begins to listen.
+    pub fn new() -> Self {
+        Self { turns: 0, last: Instant::now() }
+    }
+
+    /// Counts a turn of the work. Raises the exception of a signal, such as that of Ctrl-C, once in 50 ms.
+    pub fn turn(&mut self) -> PyResult<()> {
+        self.turns = (self.turns + 1) % TURNS;
+        if self.turns > 0 || self.last.elapsed() < LOOK {
+            return Ok(());
+        }
+        self.last = Instant::now();
+        Python::attach(|py| py.check_signals())
+    }
 }
 
 /// Returns what a run gave, or its exception.

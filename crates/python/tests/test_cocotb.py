@@ -9,6 +9,7 @@ import unittest
 from pathlib import Path
 
 import hpu
+from common import digest
 
 ROOT = Path(__file__).parents[3]
 # The hand is in the wall after 2 ms.
@@ -28,6 +29,9 @@ class Designs(unittest.TestCase):
         self.assertEqual(motion["edges"], run.summary["edges"])
         self.assertEqual(motion["energy"], run.summary["energy"])
         self.assertEqual(motion["states"], {state: last[state] for state in motion["states"]})
+        rows = list(zip(*(run.trace[state] for state in motion["states"]), strict=True))
+        self.assertEqual(len(motion["rows"]), 81)
+        self.assertEqual(digest(motion["rows"]), digest(rows))
         self.assertGreater(run.contact, 0.5)
         self.assertGreater(run.summary["output_changes"], 10)
         print(f"cocotb {name}: {motion['edges_per_s']:.2e} clock edges a second of processor time")

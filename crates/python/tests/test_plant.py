@@ -1,6 +1,8 @@
 """The plant and the loop: motion against C, against a whole run, and handles that are misused."""
 
+import csv
 import os
+import signal
 import subprocess
 import tempfile
 import threading
@@ -8,7 +10,10 @@ import time
 import unittest
 from pathlib import Path
 
+import numpy as np
+
 import hpu
+from common import HPU, digest, options
 
 ROOT = Path(__file__).parents[3]
 # The folder of libhpu.
@@ -23,8 +28,11 @@ def limited(value, least, most):
     return max(least, min(most, value))
 
 
-def close(plant):
-    """Closes the hybrid wall around a plant, to the end of its scene, by the logic of crates/capi/examples/motor.c."""
+def close(plant, look=lambda: None):
+    """Closes the hybrid wall around a plant, to the end of its scene, by the logic of crates/capi/examples/motor.c.
+
+    Calls `look` at each clock edge once the device is driven.
+    """
     reference, stiffness, damping, period = (plant[name] for name in ("reference", "stiffness", "damping", "period"))
     fraction = next(signal.format[2] for signal in plant.inputs if signal.name == "damping")
     stage = lines = previous = settled = step = position = sampled = velocity = countdown = phase = held = 0
@@ -52,6 +60,7 @@ def close(plant):
                 settled += 1
             previous, lines, stage = lines, stage, 2 * a_pin + b_pin
             plant.drive(high_a, 1 - high_a, high_b, 1 - high_b)
+            look()
     except hpu.EndError:
         return position
 
@@ -79,6 +88,31 @@ class Plants(unittest.TestCase):
         self.assertEqual(mine, in_c)
         self.assertEqual(plant_edges(overrides), 200_000)
         self.assertNotEqual(mine["speed_rad_per_s"], 0.0)
+
+    def test_rows_of_a_run_are_the_states_of_the_plant_by_their_hash(self):
+        overrides = {"run.duration": "4 ms", "wall.position": "-0.05 rad"}
+        # Clock cycles between rows: 50 MHz over 10 kHz.
+        seen, stride = [], 5000
+        with hpu.Plant("hybrid-wall", overrides) as plant:
+            names = list(plant.states)
+
+            def look():
+                if plant.edge % stride == 0:
+                    seen.append(tuple(plant.states.values()))
+
+            look()
+            close(plant, look)
+        trace = hpu.run("hybrid-wall", overrides, trace=True).trace
+        rows = list(zip(*(trace[name] for name in names), strict=True))
+        self.assertEqual(len(seen), 41)
+        self.assertEqual(digest(rows), digest(seen))
+        for driver in ("events", "clock"):
+            with tempfile.TemporaryDirectory() as folder:
+                command = [HPU, "run", "hybrid-wall", *options(overrides), "--driver", driver]
+                subprocess.run([*command, "--no-plot", "-o", folder], capture_output=True, check=True)
+                with open(Path(folder, "trace.csv"), encoding="ascii") as file:
+                    told = [[float(row[name]) for name in names] for row in csv.DictReader(file)]
+            self.assertEqual(digest(told), digest(seen), driver)
 
     def test_a_plant_alone_moves_as_that_of_a_scene_with_a_method(self):
         alone = """
@@ -191,6 +225,45 @@ class Plants(unittest.TestCase):
 def plant_edges(overrides):
     with hpu.Plant("hybrid-wall", overrides) as plant:
         return plant.edges
+
+
+class Signals(unittest.TestCase):
+    def answered_s(self, call):
+        """Returns the time from Ctrl-C to the exception: the shortest of some, as the machine may have other work."""
+        # Ignored in a job that a shell has begun in the background.
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        times, sent = [], []
+
+        def press():
+            sent.append(time.monotonic())
+            os.kill(os.getpid(), signal.SIGINT)
+
+        for _ in range(5):
+            threading.Timer(0.2, press).start()
+            with self.assertRaises(KeyboardInterrupt):
+                call()
+            times.append(time.monotonic() - sent[-1])
+        return min(times)
+
+    def test_ctrl_c_ends_an_advance_at_an_edge(self):
+        overrides = {"run.duration": "10000000 s", "hand.path": [["0 s", 0], ["1000000 s", 1000]]}
+        with hpu.Plant("hybrid-wall", overrides) as plant:
+            for advance in (lambda: plant.advance(4 * 10**14), lambda: plant.advance(ns=10**18)):
+                self.assertLess(self.answered_s(advance), 0.1)
+            reached = plant.edge
+            self.assertGreater(reached, 0)
+            # The plant goes on, and is where one that was never stopped is.
+            plant.advance(10**6)
+            with hpu.Plant("hybrid-wall", overrides) as other:
+                other.advance(reached + 10**6)
+                self.assertEqual((plant.states, plant.read()), (other.states, other.read()))
+
+    def test_ctrl_c_ends_the_ticks_of_a_block(self):
+        block = hpu.Block("truncating_multiplier")
+        # Enough for half a second; the memory of more takes too long to be given back.
+        words = np.full(60_000_000, 60)
+        self.assertLess(self.answered_s(lambda: block.tick(words, b=70)), 0.1)
+        self.assertEqual(block.tick(60, 70), {"product": 4095})
 
 
 class Loops(unittest.TestCase):

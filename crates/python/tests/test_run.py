@@ -167,7 +167,7 @@ class Refused(unittest.TestCase):
             self.assertGreater(refusal.raised.line, 0)
 
     def test_an_override_that_does_not_exist_names_those_that_do(self):
-        with self.refused(hpu.SceneError, "wall.stifness", "unknown key", "position, stiffness") as refusal:
+        with self.refused(hpu.SceneError, "wall.stifness", "unknown key", "position, wraps, stiffness") as refusal:
             hpu.run("hybrid-wall", wall__stifness=1)
         self.assertIsNone(refusal.raised.line)
         with self.refused(hpu.SceneError, "no scene `hybrid-wal`", "did you mean hybrid-wall?"):
@@ -184,6 +184,26 @@ class Refused(unittest.TestCase):
             hpu.run("hybrid-wall", SHORT).save_wave("nowhere/wave.fst")
         with self.refused(KeyError, "no column angle", "angle_rad"):
             hpu.run("hybrid-wall", SHORT).trace["angle"]
+
+    def test_a_list_that_contains_itself_or_is_endlessly_deep_is_refused(self):
+        own, deep = [], []
+        own.extend([own] * 10)
+        for _ in range(100_000):
+            deep = [deep]
+        beyond = ([1], own)
+        for value in (own, deep, beyond, tuple([own])):
+            for call in (
+                lambda: hpu.run("hybrid-wall", {"hand.path": value}),
+                lambda: hpu.run("hybrid-wall", hand__path=value),
+                lambda: hpu.Plant("hybrid-wall", {"hand.path": value}),
+                lambda: hpu.Block("pwm", WIDTH=value),
+            ):
+                with self.assertRaises(TypeError):
+                    call()
+        # The same list twice is no list within itself.
+        point = [0, 0]
+        with self.refused(hpu.SceneError, "times must increase"):
+            hpu.run("hybrid-wall", {"hand.path": [point, point]})
 
     def test_a_trace_beyond_all_memory_is_refused(self):
         with self.refused(hpu.Error, "no memory for the trace", "lower record.plant_rate"):

@@ -1,6 +1,11 @@
 """Bitwuzla on a file of SMT-LIB, by its library for Python: prints what the program of that name prints."""
 
+import site
 import sys
+
+# An isolated Python leaves out the packages that are installed for the user alone. They are the user's own, too.
+if sys.prefix == sys.base_prefix:
+    sys.path.append(site.getusersitepackages())
 
 import bitwuzla
 

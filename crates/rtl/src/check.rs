@@ -112,7 +112,7 @@ impl<'o> Check<'o> {
     pub fn new(options: &'o CheckOptions) -> Result<Self, GhdlError> {
         let scenes = options.scenes.iter().map(|scene| LoopJob::new(scene).map(LoopJob::late));
         let scenes = scenes.collect::<Result<Vec<_>, _>>()?;
-        Tool::Ghdl.version().map_err(GhdlError::Tool)?;
+        Tool::Ghdl.version(options.setup.timeout).map_err(GhdlError::Tool)?;
         let (mut rows, mut jobs) = (Vec::new(), Vec::new());
         for (label, block) in options.wanted() {
             let runs = sets(&*block, &label, options);

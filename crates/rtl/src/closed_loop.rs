@@ -6,12 +6,10 @@
 //! report every net inside. The bench talks through the shared library `libhpu_vhpi.so`. It is the one that the program
 //! carries; otherwise it is looked for beside the running executable and in `deps` there, where cargo leaves it.
 
-use std::fs;
-use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use hpu_cosim::scene::{Dut, DutClock, DutReset, Engine, Experiment, Generic, Standard, shipped_file};
-use hpu_cosim::{Control, NetUse, Simulation, Summary, Trace, Wired, WiredSimulation, follow};
+use hpu_cosim::scene::{Dut, DutClock, DutReset, Engine, Experiment, Generic, Identifier, Standard};
+use hpu_cosim::{Control, NetUse, SceneFile, Simulation, Summary, Trace, Wired, WiredSimulation, follow};
 use hpu_signal::{Clock, Observe, SignalUse};
 use hpu_wave::Around;
 
@@ -29,14 +27,10 @@ use crate::vector::literal;
 /// A scene to run in VHDL.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct LoopScene {
-    /// The name of the scene's file in messages.
-    pub name: String,
-    /// The scene's text.
-    pub text: String,
+    /// The scene's text, and the place of its data files.
+    pub source: SceneFile,
     /// Keys and values that replace the scene's.
     pub overrides: Vec<(String, String)>,
-    /// Directory of the data files that the scene names. The files of shipped scenes are found without it.
-    pub data: PathBuf,
     /// Number of clock edges to run.
     pub edges: u64,
 }
@@ -51,7 +45,7 @@ pub struct LoopScene {
 pub fn closed_loop(scene: &LoopScene, setup: &Setup) -> Result<CheckRow, GhdlError> {
     let start = Instant::now();
     let job = LoopJob::new(scene)?;
-    Tool::Ghdl.version().map_err(GhdlError::Tool)?;
+    Tool::Ghdl.version(setup.timeout).map_err(GhdlError::Tool)?;
     let loops = Loops::new(std::slice::from_ref(&job), setup)?;
     let mut row = job.row();
     row.add(Ok(job.run(&loops)?), true, start.elapsed().as_secs_f64());
@@ -79,15 +73,15 @@ pub fn run_vhdl(
 ) -> Result<(Summary, CheckRow), GhdlError> {
     let start = Instant::now();
     let job = LoopJob::new(scene)?;
-    Tool::Ghdl.version().map_err(GhdlError::Tool)?;
+    Tool::Ghdl.version(setup.timeout).map_err(GhdlError::Tool)?;
     let loops = Loops::new(std::slice::from_ref(&job), setup)?;
     let mut row = job.row();
-    let summary = follow(simulation, trace, observer, |observer| {
+    let summary = follow(simulation, trace, observer, |observer, from| {
         let mut lockstep = Lockstep::new(simulation, job.edges, false);
-        lockstep.show(observer, simulation.stride());
+        lockstep.show(observer, simulation.stride(), from);
         let tally = job.close(&loops, &mut lockstep, control)?;
         row.add(Ok(tally), true, start.elapsed().as_secs_f64());
-        Ok::<_, GhdlError>(sum_up(simulation, lockstep.played(), &row))
+        Ok::<_, GhdlError>(sum_up(simulation, lockstep.played(simulation.clock().period_s()), &row))
     })?;
     Ok((summary, row))
 }
@@ -97,11 +91,12 @@ fn sum_up(simulation: &impl Wired, played: Played, row: &CheckRow) -> (Summary, 
     let Played { summary, over, uses, ranges } = played;
     let losses_seen = row.mismatches == 0;
     let nets = simulation.nets().into_iter().zip(uses).zip(ranges);
-    let nets = nets.map(|((signal, usage), (min, max))| {
-        let usage = if losses_seen { usage } else { SignalUse { min, max, rounded: 0, overflowed: 0 } };
-        NetUse { signal, usage, losses_seen }
+    let nets = nets.map(|((signal, usage), (min, max))| match losses_seen {
+        true => summary.used(signal, usage),
+        false => NetUse { signal, usage: SignalUse { min, max, rounded: 0, overflowed: 0 }, losses_seen },
     });
-    (Summary { complete: true, wall_s: row.seconds, nets: nets.collect(), ..summary }, over)
+    let nets = nets.collect();
+    (Summary { complete: true, wall_s: row.seconds, nets, ..summary }, over)
 }
 
 /// A scene whose wiring is known, ready to be run.
@@ -124,8 +119,9 @@ pub(crate) struct LoopJob {
 }
 
 impl LoopJob {
-    pub(crate) fn new(LoopScene { name, text, overrides, data, edges }: &LoopScene) -> Result<Self, GhdlError> {
-        let scene = parse(name, text, overrides, data).map_err(GhdlError::Scene)?;
+    pub(crate) fn new(LoopScene { source, overrides, edges }: &LoopScene) -> Result<Self, GhdlError> {
+        let name = &source.name;
+        let scene = source.parse(overrides).map_err(|error| GhdlError::Scene(error.to_string()))?;
         let simulation = WiredSimulation::new(&scene).map_err(|error| GhdlError::Scene(format!("{name}: {error}")))?;
         if !simulation.wiring().is_hardware() {
             let why = "a law in floats has no VHDL; write model.datapath = \"words\"";
@@ -144,13 +140,13 @@ impl LoopJob {
         let generics = block.generics().into_iter();
         let dut = Dut {
             files: Vec::new(),
-            library: "work".to_string(),
-            top: block.name().to_string(),
+            library: Identifier::fixed("work"),
+            top: Identifier::fixed(block.name()),
             standard: Standard::Vhdl2008,
             engine: Engine::Ghdl,
-            clocks: vec![DutClock { port: "clk".to_string(), divide: 1 }],
-            reset: Some(DutReset { port: "rst".to_string(), active_low: false, clocks: 1 }),
-            generics: generics.map(|(name, value)| (name.to_string(), Generic::Text(literal(value)))).collect(),
+            clocks: vec![DutClock { port: Identifier::fixed("clk"), divide: 1 }],
+            reset: Some(DutReset { port: Identifier::fixed("rst"), active_low: false, clocks: 1 }),
+            generics: generics.map(|(name, value)| (Identifier::fixed(name), Generic::Text(literal(value)))).collect(),
             ports: Vec::new(),
             floats: false,
         };
@@ -209,7 +205,7 @@ pub(crate) struct Loops {
 /// The bench of a scene.
 struct Bench {
     wiring: &'static str,
-    generics: Vec<(String, Generic)>,
+    generics: Vec<(Identifier, Generic)>,
     clock: Clock,
     /// The bench's entity.
     unit: String,
@@ -259,6 +255,7 @@ impl Loops {
                 let unit = format!("bench_{wiring}_{}", benches.len());
                 let (generics, clock) = (job.dut.generics.clone(), job.clock);
                 let text = bench(&unit, &Model { dut: &job.dut, clock, settle: 1 }, &interface);
+                let text = text.map_err(|error| failed(error.to_string()))?;
                 texts.push((format!("{unit}.vhd"), text));
                 benches.push(Bench { wiring, generics, clock, unit, ports: nets.clone() });
             }
@@ -270,9 +267,4 @@ impl Loops {
         place_library(setup, library.dir())?;
         Ok(Self { benches, library, limit: setup.timeout.unwrap_or(ANSWER) })
     }
-}
-
-fn parse(name: &str, text: &str, overrides: &[(String, String)], data: &Path) -> Result<Experiment, String> {
-    let mut load = |file: &str| fs::read(data.join(file)).or_else(|error| shipped_file(file).map_err(|_| error));
-    Experiment::parse(name, text, overrides, &mut load).map_err(|error| error.to_string())
 }

@@ -1,16 +1,18 @@
 //! A cache of tool results: a folder of small files. The key of an entry is the SHA-256 of everything that the result
 //! depends on.
 //!
-//! An entry says what it is about, and ends with a checksum over all of it. A file whose checksum is wrong, or that has
-//! another key, is ignored and replaced. Several programs may share a folder, because files appear whole.
+//! An entry says what it is about, and ends with a checksum over all of it. A file whose checksum is wrong, that has
+//! another key, or that another user can have written, is ignored and replaced. Several programs may share a folder,
+//! because files appear whole.
 
-use std::fs;
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
 
 use crate::ghdl::GhdlError;
+use crate::note::note;
+use crate::owned;
 use crate::temporary::{self, Temporary, sweep_files};
 
 const FIRST: &str = "hpu entry 3";
@@ -64,29 +66,35 @@ pub struct Entries(PathBuf);
 impl Entries {
     /// Opens a folder, and makes it when it is missing.
     pub fn open(dir: PathBuf) -> Result<Self, GhdlError> {
-        fs::create_dir_all(&dir).map_err(|error| refused(&dir, error))?;
+        owned::make_folders(&dir).map_err(|error| refused(&dir, error))?;
         sweep_files(&dir);
         Ok(Self(dir))
     }
 
-    /// Returns the result under a key, if there is one.
-    pub fn find<C: Content>(&self, key: &str) -> Result<Option<C>, GhdlError> {
+    /// Returns the result under a key, if there is one that can be read.
+    pub fn find<C: Content>(&self, key: &str) -> Option<C> {
         let place = self.place::<C>(key);
-        match fs::read(&place) {
-            Ok(bytes) => Ok(std::str::from_utf8(&bytes).ok().and_then(|text| read(key, text))),
-            Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
-            Err(error) => Err(refused(&place, error)),
+        match owned::read(&place) {
+            Ok(bytes) => std::str::from_utf8(&bytes).ok().and_then(|text| read(key, text)),
+            Err(error) if error.kind() == ErrorKind::NotFound => None,
+            Err(error) => {
+                note(format!("{}: {error}; it is made again", place.display()));
+                None
+            }
         }
     }
 
-    /// Writes a result under a key.
-    pub fn keep<C: Content>(&self, key: &str, about: &str, content: &C) -> Result<(), GhdlError> {
+    /// Writes a result under a key. A result that cannot be kept, as where the disk is full, is a result all the same.
+    pub fn keep<C: Content>(&self, key: &str, about: &str, content: &C) {
         let place = self.place::<C>(key);
         let written = Temporary::file(&self.0, key).and_then(|file| {
             file.open()?.write_all(write(key, about, content).as_bytes())?;
             temporary::place(vec![(file, place.clone())]).map_err(|(_, error)| error)
         });
-        written.map_err(|error| refused(&place, error))
+        if let Err(error) = written {
+            let folder = self.0.display();
+            note(format!("{folder}: {error}; the result is not kept, and is made again next time"));
+        }
     }
 
     fn place<C: Content>(&self, key: &str) -> PathBuf {

@@ -21,13 +21,13 @@ pub struct Library {
 }
 
 /// Returns whether elaboration writes a program, which runs start. GHDL's mcode back end writes none: each run
-/// elaborates for itself, and elaboration alone would be done for nothing.
-pub(crate) fn writes_programs() -> bool {
+/// elaborates for itself, and elaboration alone would be done for nothing. GHDL is asked for at most the time `limit`.
+pub(crate) fn writes_programs(limit: Duration) -> bool {
     static KNOWN: OnceLock<bool> = OnceLock::new();
     *KNOWN.get_or_init(|| {
         let mut command = Tool::Ghdl.command();
         command.arg("--version");
-        let said = run(Tool::Ghdl, "tell its back end", command, TIMEOUT);
+        let said = run(Tool::Ghdl, "tell its back end", command, limit);
         said.map_or(true, |said| !said.out.contains("mcode code generator"))
     })
 }
@@ -135,7 +135,7 @@ impl Library {
         environment: &[(&str, String)],
         work: Duration,
     ) -> Result<String, GhdlError> {
-        if writes_programs() {
+        if writes_programs(self.limit(Duration::ZERO)) {
             self.elaborate(unit)?;
         }
         let mut command = self.command("-r");

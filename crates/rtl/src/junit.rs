@@ -54,8 +54,8 @@ pub fn junit_suite(name: &str, cases: &[Case]) -> String {
     xml + "</testsuite>\n</testsuites>\n"
 }
 
-/// Escapes text for XML 1.0: the five special characters become entities; control characters, which XML cannot hold,
-/// become `?`.
+/// Escapes text for XML 1.0: the five special characters become entities; control characters, most of which XML cannot
+/// hold, become `?`.
 fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for character in text.chars() {
@@ -66,7 +66,7 @@ fn escape(text: &str) -> String {
             '"' => escaped += "&quot;",
             '\'' => escaped += "&apos;",
             '\n' | '\t' => escaped.push(character),
-            control if control < ' ' || matches!(control, '\u{fffe}' | '\u{ffff}') => escaped.push('?'),
+            control if control.is_control() || matches!(control, '\u{fffe}' | '\u{ffff}') => escaped.push('?'),
             plain => escaped.push(plain),
         }
     }

@@ -9,7 +9,7 @@ use std::collections::VecDeque;
 use std::sync::atomic::Ordering;
 
 use hpu_cosim::dut::{Change, RunningDesign};
-use hpu_cosim::{Control, Summary, Wired};
+use hpu_cosim::{Control, Summary, Sums, Wired};
 use hpu_signal::{Cycle, Format, Observe, Signal, SignalUse, UNKNOWN};
 use hpu_wave::{Around, ComparedRow};
 
@@ -47,11 +47,15 @@ struct Shown<'s> {
     observer: &'s mut dyn Observe,
     /// Edges between the rows of the plant's outputs.
     stride: u64,
+    /// The edge from which on the motion is judged, and the sums of the world up to it.
+    from: u64,
+    before: Option<Sums>,
     /// The words that were shown last, with [`UNKNOWN`] for unknown words, and at the end whether any net has ever
     /// differed.
     words: Vec<i64>,
     ranges: Vec<(i64, i64)>,
-    reals: Vec<f64>,
+    /// The present row: as it is judged, and as it is shown.
+    row: [Vec<f64>; 2],
 }
 
 /// The result of a motion that was shown to its end.
@@ -131,11 +135,13 @@ impl<'s> Lockstep<'s> {
         }
     }
 
-    /// Shows the VHDL's world to an observer, with a row of the plant's outputs every `stride` edges.
-    pub(crate) fn show(&mut self, observer: &'s mut dyn Observe, stride: u64) {
+    /// Shows the VHDL's world to an observer, with a row of the plant's outputs every `stride` edges. The motion is
+    /// judged from the edge `from` on.
+    pub(crate) fn show(&mut self, observer: &'s mut dyn Observe, stride: u64, from: u64) {
         self.pair.measure(stride, observer);
         let ranges = vec![(i64::MAX, i64::MIN); self.nets.len() + 1];
-        self.shown = Some(Shown { observer, stride, words: Vec::new(), ranges, reals: Vec::new() });
+        let (words, row) = (Vec::new(), Default::default());
+        self.shown = Some(Shown { observer, stride, from, before: None, words, ranges, row });
     }
 
     /// Runs to the end of the comparison, or until a world that is shown ends the run. `ports` has the net of each port
@@ -291,9 +297,13 @@ impl<'s> Lockstep<'s> {
             }
             shown.observer.nets(Cycle(self.edge), &shown.words);
         }
+        if self.edge == shown.from {
+            shown.before = Some(self.pair.sums(self.edge));
+        }
         if self.edge.is_multiple_of(shown.stride) {
-            self.pair.reals(self.edge, &mut shown.reals);
-            shown.observer.reals(Cycle(self.edge), &shown.reals);
+            self.pair.row(self.edge, &mut shown.row);
+            let [judged, row] = &shown.row;
+            shown.observer.row(Cycle(self.edge), judged, row);
         }
     }
 
@@ -319,9 +329,18 @@ impl<'s> Lockstep<'s> {
         Tally { rows: self.edge, mismatches: self.mismatches, first, contact, coverage: self.coverage.clone() }
     }
 
-    /// Returns the result of a motion that was shown.
-    pub(crate) fn played(self) -> Played {
-        let summary = Summary { edges: self.edge, ticks: self.edge, ..self.pair.summary() };
+    /// Returns the result of a motion that was shown. `edge_s` is the clock period in seconds.
+    pub(crate) fn played(self, edge_s: f64) -> Played {
+        let judged = self.shown.as_ref().and_then(|&Shown { from, before, .. }| {
+            self.pair.sums(self.edge).since(&before?, (self.edge - from) as f64 * edge_s)
+        });
+        let summary = Summary {
+            edges: self.edge,
+            ticks: self.edge,
+            averages: judged.map(|(averages, _)| averages),
+            stays: judged.map(|(_, stays)| stays),
+            ..self.pair.summary()
+        };
         let (over, uses) = (self.pair.over(), self.pair.uses());
         Played { summary, over, uses, ranges: self.shown.map(|shown| shown.ranges).unwrap_or_default() }
     }

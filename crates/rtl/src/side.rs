@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use hpu_cosim::{AnyWorld, Summary, Wired};
+use hpu_cosim::{AnyWorld, Summary, Sums, Wired};
 use hpu_datapath::{AnyWiring, Repeat};
 use hpu_signal::{Observe, Signal, SignalUse};
 
@@ -98,11 +98,18 @@ impl Pair<'_> {
         self.vhdl.world.measure(stride, observer);
     }
 
-    /// Returns in `values` the row of the VHDL's world at the present edge.
-    pub(crate) fn reals(&self, edge: u64, values: &mut Vec<f64>) {
-        values.clear();
-        self.vhdl.world.reals(edge, values);
-        self.vhdl.world.measured(edge, values);
+    /// Returns the row of the VHDL's world at the present edge: as it is judged, and as it is shown.
+    pub(crate) fn row(&self, edge: u64, [judged, shown]: &mut [Vec<f64>; 2]) {
+        judged.clear();
+        shown.clear();
+        self.vhdl.world.shown(edge, shown);
+        self.vhdl.world.reals(edge, judged);
+        judged.extend_from_slice(&shown[judged.len()..]);
+    }
+
+    /// Returns the sums of the VHDL's world from the start up to the present edge.
+    pub(crate) fn sums(&self, edge: u64) -> Sums {
+        self.vhdl.world.sums(edge)
     }
 
     /// Returns the reason why the VHDL's world cannot go on, if it cannot.

@@ -14,6 +14,8 @@ use std::thread;
 use std::time::Duration;
 use std::{mem, process};
 
+use crate::owned;
+
 /// Prefix of the folders' names.
 const FOLDERS: &str = "hpu-ghdl-work-";
 /// The text between the file's name and the numbers, and the suffix of the files' names.
@@ -61,7 +63,7 @@ impl Temporary {
     /// An error when the folder cannot be made.
     pub fn folder_in(parent: &Path) -> io::Result<Self> {
         sweep(parent, |name| name.starts_with(FOLDERS));
-        let open = |path: &Path| fs::create_dir(path).and_then(|()| File::open(path));
+        let open = |path: &Path| owned::make_folder(path).and_then(|()| owned::open(path, |_| true));
         Self::new(|numbers| parent.join(format!("{FOLDERS}{numbers}")), open)
     }
 
@@ -170,15 +172,13 @@ pub fn sweep_files(dir: &Path) {
     });
 }
 
-/// Removes the entries of a folder that have such a name and that no process has locked. Entries that cannot be opened
-/// are left alone.
+/// Removes the files and folders of this user in a folder that have such a name and that no process has locked. Others
+/// are left alone: those of another user, links, FIFOs, and what cannot be opened.
 fn sweep(dir: &Path, is_ours: impl Fn(&str) -> bool) {
     for entry in fs::read_dir(dir).into_iter().flatten().flatten() {
         let path = entry.path();
-        if !entry.file_name().to_str().is_some_and(&is_ours) || entry.file_type().is_ok_and(|kind| kind.is_symlink()) {
-            continue;
-        }
-        if let Ok(file) = File::open(&path)
+        if entry.file_name().to_str().is_some_and(&is_ours)
+            && let Ok(file) = owned::open(&path, owned::is_ours)
             && file.try_lock().is_ok()
         {
             remove(&path);

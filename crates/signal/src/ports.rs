@@ -104,6 +104,12 @@ pub trait Observe {
     /// Receives the continuous outputs of the plant at `cycle`, in SI units. It is called at the rate at which the
     /// scene records them.
     fn reals(&mut self, cycle: Cycle, values: &[f64]);
+    /// Receives a row with means and extremes: `shown` has the outputs as exact values rounded once. `judged` is the
+    /// same row with the outputs of a run without means and extremes, which may be off by some units in the last place.
+    /// A trace reads `judged`, so that verdicts do not depend on who watches.
+    fn row(&mut self, cycle: Cycle, _judged: &[f64], shown: &[f64]) {
+        self.reals(cycle, shown);
+    }
     /// Receives successive rows of [`reals`](Self::reals), one every `stride` cycles from `first` on, `width` values to
     /// a row.
     #[inline]

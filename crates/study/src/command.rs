@@ -1,4 +1,6 @@
-//! Commands as a shell reads them.
+//! Commands as a shell reads them, to be shown.
+
+use hpu_cosim::script::{Script, Shell};
 
 /// Returns overrides as options, each after a space.
 pub fn set_options(overrides: &[(String, String)]) -> String {
@@ -7,10 +9,5 @@ pub fn set_options(overrides: &[(String, String)]) -> String {
 
 /// Returns a word quoted for a shell.
 pub fn quoted(word: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "._-+/:,".contains(c);
-    if !word.is_empty() && word.chars().all(plain) {
-        word.to_string()
-    } else {
-        format!("'{}'", word.replace('\'', r"'\''"))
-    }
+    Script::<Shell>::word(word).to_string()
 }

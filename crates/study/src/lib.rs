@@ -15,6 +15,7 @@ pub mod quantities;
 pub mod studies;
 #[cfg(not(target_family = "wasm"))]
 pub mod sweep;
+pub mod timing;
 pub mod told;
 #[cfg(not(target_family = "wasm"))]
 pub mod trace_table;
@@ -27,9 +28,11 @@ mod devices;
 mod interval;
 mod sampled;
 mod series;
+mod waits;
 mod watch;
 
 pub use device::{Device, Reach, SwitchWatch, Switching, ToldLimits, ToldTables};
 pub use devices::device;
 pub use phantom::{reproduce, tables};
 pub use sampled::SampledLoop;
+pub use waits::Wait;

@@ -1,7 +1,8 @@
 //! Verdict, contact and energies of a run, in words and as JSON: the summaries of `hpu run` and of the explorer.
 
-use hpu_cosim::scene::Units;
-use hpu_cosim::{AxisSimulation, EnergyAudit, Summary, Trace, Verdict, unseen_growth_per_s};
+use hpu_cosim::scene::{OutcomeKind, Units};
+use hpu_cosim::{AxisSimulation, EnergyAudit, Simulation, Summary, Trace, Unheld, Verdict, unseen_growth_per_s};
+use hpu_signal::Cycle;
 use serde_json::{Value, json};
 
 use crate::map::{Unseen, displayed_stiffness, product_wraps, unseen_contact};
@@ -24,12 +25,7 @@ pub fn outcome(verdict: Verdict, unit: &str, [from_s, to_s]: [f64; 2]) -> (Strin
         }
         Verdict::LimitCycle { rms_rad, amplitude_rad, frequency_hz } => {
             let (rms, amplitude, frequency) = (u(rms_rad), u(amplitude_rad), si(frequency_hz, "Hz"));
-            let said = if frequency_hz == 0.0 {
-                let range = u(2.0 * amplitude_rad);
-                format!("moving to the end, over {range} without a period (a limit cycle by the rule), rms {rms}")
-            } else {
-                format!("limit cycle: amplitude {amplitude}, {frequency}, rms {rms}")
-            };
+            let said = format!("limit cycle: amplitude {amplitude}, {frequency}, rms {rms}");
             let numbers = json!({
                 "kind": "limit_cycle",
                 "rms_rad": rms_rad,
@@ -37,6 +33,17 @@ pub fn outcome(verdict: Verdict, unit: &str, [from_s, to_s]: [f64; 2]) -> (Strin
                 "frequency_hz": frequency_hz,
             });
             (said, numbers)
+        }
+        Verdict::NoWallTorque { effort, depth } => {
+            let effort_unit = if unit == "rad" { "N.m" } else { "N" };
+            (
+                format!(
+                    "inside the wall without its torque: {} deep, pushed out by {}",
+                    u(depth),
+                    si(effort, effort_unit)
+                ),
+                json!({ "kind": "no_wall_torque", "depth": depth, "effort": effort }),
+            )
         }
         Verdict::Diverged { at_s, amplitude_rad } => (
             format!("diverged: amplitude {}, growing since {}", u(amplitude_rad), si(at_s, "s")),
@@ -54,10 +61,52 @@ pub fn outcome(verdict: Verdict, unit: &str, [from_s, to_s]: [f64; 2]) -> (Strin
             format!("tracking: {} rms from the target, {} at most", si(rms_m, "m"), si(greatest_m, "m")),
             json!({ "kind": "tracking", "rms_m": rms_m, "greatest_m": greatest_m }),
         ),
+        Verdict::NotTold { rms_rad, amplitude_rad, frequency_hz, telling_s } => {
+            let (range, rms) = (u(2.0 * amplitude_rad), u(rms_rad));
+            let telling = telling(telling_s);
+            let numbers = json!({
+                "kind": "not_told",
+                "rms_rad": rms_rad,
+                "amplitude_rad": amplitude_rad,
+                "frequency_hz": frequency_hz,
+                "telling_duration_s": telling_s,
+            });
+            (format!("not told: moves over {range} at the end, rms {rms}, and may come to rest; {telling}"), numbers)
+        }
+        Verdict::HandMoves { until_s, rms_rad, greatest_rad, telling_s } => {
+            let (until, rms, greatest) = (si(until_s, "s"), u(rms_rad), u(greatest_rad));
+            let telling = telling(Some(telling_s));
+            let numbers = json!({
+                "kind": "hand_moves",
+                "until_s": until_s,
+                "rms_rad": rms_rad,
+                "greatest_rad": greatest_rad,
+                "telling_duration_s": telling_s,
+            });
+            (format!("the hand moves until {until}: {rms} rms from the hand, {greatest} at most; {telling}"), numbers)
+        }
         Verdict::HighlyUnstable { at_s } => (
             format!("highly unstable: aborted at {}", si(at_s, "s")),
             json!({ "kind": "highly_unstable", "at_s": at_s }),
         ),
+    }
+}
+
+/// Returns why a run does not tell whether the motion comes to rest, and what would tell; `None` if it tells.
+pub fn untold(outcome: OutcomeKind, telling_s: Option<f64>) -> Option<String> {
+    let why = match outcome {
+        OutcomeKind::NotTold => "the motion may still come to rest",
+        OutcomeKind::HandMoves => "the hand moves in the judged window",
+        _ => return None,
+    };
+    Some(format!("not told: {why}; {}", telling(telling_s)))
+}
+
+/// Returns as text which duration of the run would tell.
+pub fn telling(telling_s: Option<f64>) -> String {
+    match telling_s {
+        Some(telling_s) => format!("run.duration = \"{}\" would tell", si(telling_s, "s")),
+        None => "no run.duration is known that would tell".into(),
     }
 }
 
@@ -103,28 +152,60 @@ impl Touch<'_> {
             let why = if wrapped { ": the position counter wrapped" } else { "" };
             return format!("; the datapath saw no contact though the device was {past} past the wall{why}");
         }
-        match (self.summary.contact_share, self.wraps()) {
+        let beside = match (self.summary.contact_share, self.wraps()) {
             (Some(0.0), _) => "; wall not reached in the judged window".to_string(),
             (_, Some(wraps)) => {
                 let times = if wraps == 1 { "once" } else { &format!("{wraps} times") };
                 format!("; through the wall, whose product has wrapped {times}")
             }
             _ => String::new(),
-        }
+        };
+        beside + if self.summary.unheld.is_some() { "; the position counter wrapped" } else { "" }
+    }
+
+    /// Returns the line about a position counter that wrapped under its device, and its figures as JSON.
+    pub fn unheld(&self) -> Option<(String, Value)> {
+        let (axis, Unheld { first, edges }) = self.axis.zip(self.summary.unheld)?;
+        let (scene, clock) = (axis.scene(), axis.clock());
+        let (unit, bits) = (scene.device.units().position, scene.method.position_bits);
+        let [least, most] = scene.held_rad()?;
+        let share = edges as f64 / self.summary.edges.max(1) as f64;
+        let wider = scene.holding_bits([self.trace.least(ANGLE), self.trace.greatest(ANGLE)]);
+        let first_s = clock.seconds(Cycle(first));
+        let said = format!(
+            "wraps: {bits} bits hold {} to {}; the device was beyond from {} on, {:.2} % of the run{}",
+            si(least, unit),
+            si(most, unit),
+            si(first_s, "s"),
+            100.0 * share,
+            wider.map_or(String::new(), |wider| format!("; method.position_bits = {wider} holds all of it")),
+        );
+        let figures = json!({
+            "first_s": first_s,
+            "edges": edges,
+            "share": share,
+            "held": [least, most],
+            "holding_bits": wider,
+        });
+        Some((said, figures))
     }
 
     /// Returns the line about how long the wall was touched, and which torque or force it gives at the final depth.
     pub fn line(&self) -> Option<String> {
-        let share = self.summary.contact_share?;
+        let counted = self.summary.contact_share?;
         let [from, to] = self.window_s.map(|time_s| si(time_s, "s"));
-        if share == 0.0 {
+        if counted == 0.0 {
             let before = if self.was_touched() { "; touched before" } else { "" };
             return Some(format!(
                 "none in the judged window, {from} to {to}{before}: the outcome says nothing of the wall"
             ));
         }
-        let share = if share == 1.0 { "all".to_string() } else { format!("{:.2} %", 100.0 * share) };
-        let said = format!("{share} of the judged window, {from} to {to}");
+        let shown = |share: f64| if share == 1.0 { "all".to_string() } else { format!("{:.2} %", 100.0 * share) };
+        let (share, counts) = (shown(counted), if self.axis.is_some() { "logic" } else { "encoder" });
+        let itself = self.summary.device_contact_share.map(shown).filter(|itself| *itself != share);
+        let itself =
+            itself.map_or(String::new(), |itself| format!(" as the {counts} counts it; the device itself {itself}"));
+        let said = format!("{share} of the judged window, {from} to {to}{itself}");
         let Some(((_, units), (depth, displayed, ratio))) = self.wall.zip(self.displayed()) else { return Some(said) };
         let of = ratio.map(|ratio| format!(", {:.2} % of what its stiffness asks for", 100.0 * ratio));
         let of = of.unwrap_or_default();

@@ -13,6 +13,9 @@ const CLASSES = {
   diverged: ["×", "diverged"],
   highly_unstable: ["×", "highly unstable"],
   non_passive: ["~", "non-passive"],
+  not_told: ["?", "not told: a longer run would tell"],
+  hand_moves: ["→", "the hand moves nearly to the end"],
+  no_wall_torque: ["0", "no wall torque"],
   wall_not_reached: ["○", "wall not reached"],
   failed: ["!", "cannot be run"],
 };

@@ -155,4 +155,9 @@ impl Observe for Kept<'_> {
         let words = self.picked.shown().map(|shown| shown.value(self.now[shown.0]));
         self.columns.iter_mut().zip(reals.chain(words)).for_each(|(column, value)| column.push(value));
     }
+
+    /// The page draws looks beside the trace of a run, whose rows are those that are judged.
+    fn row(&mut self, cycle: Cycle, judged: &[f64], _shown: &[f64]) {
+        self.reals(cycle, judged);
+    }
 }

@@ -58,13 +58,13 @@ pub(crate) fn cell(request: &Request) -> Result<Value, Refusal> {
         return Err(format!("no cell {index}; the map has {}", map.len()).into());
     }
     let set = map.overrides(map.point(index));
-    let run = map.experiment(map.point(index)).map_err(|error| error.to_string());
+    let run = map.experiment(map.point(index)).map_err(|error| error.to_string().into());
     let run = run.and_then(|experiment| Cell::run(&experiment, CellLimits::default(), &Control::new()));
     let class = run.as_ref().ok().and_then(Option::as_ref).map(Class::of);
     let said = match &run {
         Ok(Some(cell)) => amplitude(cell, map.unit(&map.x).starts_with("N/m")),
         Ok(None) => String::new(),
-        Err(why) => why.clone(),
+        Err(why) => why.to_string(),
     };
     Ok(json!({ "cell": index, "class": class_name(class), "said": said, "set": set_options(&set) }))
 }
@@ -81,7 +81,8 @@ fn amplitude(cell: &Cell, is_linear: bool) -> String {
 /// cells, each with the cell whose class it has. Nothing is wanted of a complete map.
 pub(crate) fn plan(request: &Request) -> Result<Value, Refusal> {
     let (columns, rows, classes) = (request.whole("columns")?, request.whole("rows")?, request.options("classes"));
-    if columns < 2 || rows < 2 || classes.len() != columns * rows {
+    // Both are numbers of the page, and their product may have no number.
+    if columns < 2 || rows < 2 || columns.checked_mul(rows) != Some(classes.len()) {
         return Err(format!("{} classes of {columns} by {rows} cells", classes.len()).into());
     }
     let mut grid = Refinement::new(columns, rows);

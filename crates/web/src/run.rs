@@ -90,6 +90,7 @@ fn told(
         "verdict": kind,
         "contact": touch.line(),
         "contact_share": summary.contact_share,
+        "device_contact_share": summary.device_contact_share,
         "aborted": summary.aborted.map(|abort| format!("at {}: {}", si(abort.at_s, "s"), abort.why)),
         "window_s": window_s,
         "wall": wall.map(|((position, _), units)| json!({ "position": position, "unit": units.position })),

@@ -23,7 +23,7 @@ fn stepped(simulation: &WiredSimulation, edges: u64) -> Vec<f64> {
         world.drive(&wiring.words()[outputs.clone()], wiring.words());
     }
     let (energy, mut end) = (world.summary().energy, Vec::new());
-    world.reals(edges, &mut end);
+    world.exact(edges, &mut end);
     end.extend([energy.supplied_j, energy.stored_j, energy.dissipated_j]);
     end
 }

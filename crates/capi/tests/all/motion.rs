@@ -4,6 +4,7 @@ use hpu::{Block, Plant, Status};
 use hpu_cosim::scene::shipped as all_shipped;
 use hpu_cosim::{Control, Driver, Simulation, Wired, WiredSimulation};
 use hpu_datapath::Generic;
+use hpu_signal::{Cycle, Observe};
 
 use crate::common::{LOGIC, PLANT, set, shipped, written};
 
@@ -54,6 +55,79 @@ fn same_as_the_engine(name: &str, pairs: &[&str]) {
     assert_eq!(format!("{:?}", summary.energy), format!("{:?}", ran.energy), "{name}");
     assert_eq!((summary.encoder_edges, summary.mode_changes), (ran.encoder_edges, ran.mode_changes), "{name}");
     assert!(ran.energy.exchanged_j > 0.0, "{name}");
+}
+
+/// Keeps the rows that a run shows with means and extremes, as `trace.csv` has them: edge and bits of the outputs.
+struct Rows(usize, Vec<(u64, Vec<u64>)>);
+
+impl Observe for Rows {
+    fn measures(&self) -> bool {
+        true
+    }
+    fn nets(&mut self, _: Cycle, _: &[i64]) {}
+    fn reals(&mut self, Cycle(edge): Cycle, values: &[f64]) {
+        self.1.push((edge, values[..self.0].iter().map(|value| value.to_bits()).collect()));
+    }
+}
+
+/// Runs a scene by the engine, from event to event and edge by edge, and pin by pin by the library. Every row of either
+/// run has the states that the library tells at its edge, to the bit.
+fn rows_are_states(name: &str, pairs: &[&str]) {
+    let (file, pairs) = (shipped(name), set(pairs));
+    let scene = file.parse(&pairs).expect("a scene");
+    let simulation = WiredSimulation::new(&scene).expect("a simulation");
+    let run = |driver| {
+        let mut rows = Rows(simulation.reals().len(), Vec::new());
+        simulation.run(driver, &mut simulation.brief_trace(), &mut rows, &Control::default());
+        rows.1
+    };
+    let (events, clock) = (run(Driver::Events), run(Driver::Clock));
+    assert!(events == clock, "{name}: the rows of both drivers");
+
+    let (mut wiring, mut plant) =
+        (simulation.closed_loop().wiring_copy(), Plant::open(&file, &pairs).expect("a plant"));
+    let (nets, given) = (simulation.nets(), wiring.inputs().len());
+    let net = |name: &str| nets.iter().position(|net| net.name == name).expect("a net drives the device");
+    let drives: Vec<usize> = plant.outputs().iter().map(|output| net(output.name)).collect();
+    let mut columns = simulation.columns();
+    columns.retain(|column| *column < simulation.reals().len());
+    assert_eq!(columns.len(), plant.states().len(), "{name}");
+    let (mut compared, mut rows) = (0, events.iter().peekable());
+    loop {
+        if let Some((edge, row)) = rows.next_if(|(edge, _)| *edge == plant.edge()) {
+            for (state, &column) in columns.iter().enumerate() {
+                let (told, shown) = (plant.state(state).expect("a state"), f64::from_bits(row[column]));
+                assert_eq!(told.to_bits(), row[column], "{name}: state {state} at edge {edge}: {told:e}, {shown:e}");
+            }
+            compared += 1;
+        }
+        if plant.advance(1).is_err() {
+            break;
+        }
+        wiring.step(&plant.words()[..given]);
+        let out: Vec<i64> = drives.iter().map(|&net| wiring.words()[net]).collect();
+        plant.drive(&out).expect("outputs that fit");
+    }
+    assert_eq!((compared, rows.next()), (events.len(), None), "{name}");
+}
+
+#[test]
+fn rows_of_a_run_are_the_states_that_the_library_tells_to_the_bit() {
+    let fine = "record.plant_rate=47 kHz";
+    let near = "wall.position=0.02 rad";
+    // Motors that cruise over their pulses, at a wall and before it.
+    rows_are_states("hybrid-wall", &["run.duration=30 ms", near, fine]);
+    rows_are_states("conventional-wall-1khz", &["run.duration=30 ms", near, fine]);
+    rows_are_states(
+        "hybrid-wall",
+        &["run.duration=20 ms", near, fine, "method.pwm.bits=9", "method.pwm.dead_time=1 us"],
+    );
+    // Stick and slip, a bridge of mean voltages, a current amplifier, arms.
+    rows_are_states("friction-wall", &["run.duration=30 ms", near, fine]);
+    rows_are_states("hybrid-wall", &["run.duration=30 ms", near, fine, "model.bridge=averaged"]);
+    rows_are_states("rail-drop", &["run.duration=50 ms", fine]);
+    rows_are_states("phantom-thrown", &["run.duration=6 ms", fine]);
+    rows_are_states("gimbal-spring", &["run.duration=20 ms", fine]);
 }
 
 #[test]

@@ -253,7 +253,7 @@ fn race() -> Race {
 }
 
 fn speed_of(motion_per_wall: f64) -> Speed {
-    Speed { motion_s: motion_per_wall, wall_s: 1.0, edges: 50_000_000, runs: 1, timed_s: None }
+    Speed { motion_s: motion_per_wall, walls_s: vec![1.0; 3], edges: 50_000_000, timed_s: None }
 }
 
 fn charted() -> Chart {
@@ -290,7 +290,7 @@ fn charts_of_speed_are_readable_and_have_no_more_labels_than_can_be_read() {
         contestant: entry.contestant.clone(),
         cells: 100,
         wrong: entry.contestant.family.len() % 7,
-        speed: entry.row.as_ref().ok().map(|row| row.speed),
+        speed: entry.row.as_ref().ok().map(|row| row.speed.clone()),
     };
     let all: Vec<Share> = chart.entries.iter().map(shares_of).collect();
     let (map, _) = made_up(one(), X, Y);

@@ -5,7 +5,7 @@ mod csv;
 use std::path::Path;
 
 use hpu_cosim::did_you_mean;
-use hpu_datapath::{AnyBlock, Generic, block_names, registry, variants_of};
+use hpu_datapath::{AnyBlock, Generic, block_names, proved_variants_of, registry, variants_of};
 use hpu_rtl::{Hdl, differs_from_the_hardware, literal};
 use hpu_signal::{Notation, Signal};
 use hpu_study::page::{Cell, Column, Page, Table};
@@ -15,7 +15,7 @@ use crate::exit::{Exit, Failure};
 use crate::input::{read_stdin, read_text};
 use crate::notation::{Written, triple};
 use crate::page::show;
-use crate::terminal::{print, print_json};
+use crate::terminal::{print_file, print_json};
 
 use csv::Ticked;
 
@@ -56,10 +56,20 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
 /// Returns the block of that name in the configuration with that label.
 pub fn find(name: &str, variant: &str) -> Result<Box<dyn AnyBlock>, Failure> {
     known(name)?;
-    let found = variants_of(|block| block == name).into_iter().find(|(label, _)| label == variant);
-    found.map(|(_, block)| block).ok_or_else(|| {
-        Failure::usage(format!("{name} has no variant `{variant}`; there are {}", labels(name).join(", ")))
-    })
+    among(name, variant, variants_of(|block| block == name))
+}
+
+/// Refuses a label that no configuration has that is proved.
+pub fn known_to_proofs(name: &str, variant: &str) -> Result<(), Failure> {
+    among(name, variant, proved_variants_of(|block| block == name)).map(drop)
+}
+
+fn among(name: &str, variant: &str, all: Vec<(String, Box<dyn AnyBlock>)>) -> Result<Box<dyn AnyBlock>, Failure> {
+    let labels: Vec<_> = all.iter().map(|(label, _)| label.clone()).collect();
+    all.into_iter()
+        .find(|(label, _)| label == variant)
+        .map(|(_, block)| block)
+        .ok_or_else(|| Failure::usage(format!("{name} has no variant `{variant}`; there are {}", labels.join(", "))))
 }
 
 /// Returns an error when no block has this name.
@@ -147,6 +157,6 @@ fn tick(block: &mut dyn AnyBlock, file: &str, as_json: bool) -> Result<(), Failu
     if as_json {
         print_json(&json!({ "block": block.name(), "columns": table.columns, "rows": table.rows }))
     } else {
-        print(&table.to_csv())
+        print_file(&table.to_csv())
     }
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use hpu_chart as chart;
 use hpu_cosim::SceneFile;
 use hpu_study::accuracy::{Plan, Race, Share, Speed, Tour, front_of_shares};
-use hpu_study::map::{Axis, MapError};
+use hpu_study::map::Axis;
 use hpu_study::page::{Column, Page, Table};
 use serde_json::json;
 
@@ -21,10 +21,7 @@ use crate::{interrupt, page, pictures};
 /// Runs `hpu chart --x --y`.
 pub fn run(args: &Args, source: &SceneFile, race: Race, axes: (Axis, Axis)) -> Result<Exit, Failure> {
     let mut load = |file: &str| source.load(file);
-    let tour = Tour::new(race, axes, !args.contestants.is_empty(), &mut load).map_err(|error| match error {
-        MapError::Method(..) => Failure::file(error),
-        _ => Failure::usage(error),
-    })?;
+    let tour = Tour::new(race, axes, !args.contestants.is_empty(), &mut load)?;
     let command = args.command();
     let files = tour.map.scene.files.iter().flat_map(|(name, bytes)| [name.as_bytes(), bytes]);
     let parts = [tour.map.scene.text.as_bytes()].into_iter().chain(files);
@@ -83,9 +80,9 @@ impl Toured {
             Column::integer("wrong", "wrong").of(|(_, share): &(usize, &Share)| share.wrong),
             Column::number("share", "").data().of(|(_, share): &(usize, &Share)| share.share()),
             Column::number("motion_per_wall", "motion/wall")
-                .of(|(_, share): &(usize, &Share)| speed(share.speed.map(Speed::motion_per_wall))),
+                .of(|(_, share): &(usize, &Share)| speed(share.speed.as_ref().map(Speed::motion_per_wall))),
             Column::number("edges_per_s", "edges/s")
-                .of(|(_, share): &(usize, &Share)| speed(share.speed.map(Speed::edges_per_s))),
+                .of(|(_, share): &(usize, &Share)| speed(share.speed.as_ref().map(Speed::edges_per_s))),
             Column::flag("front", "").data().of(in_front),
         ]);
         let mut page = Page::default();

@@ -21,9 +21,9 @@ use crate::{interrupt, pictures};
 /// Chart speed against accuracy for every way to run a scene
 ///
 /// The reference is the scene as it is written, from event to event. Errors are of the whole motion, many runs at a
-/// time. Wall times are taken one by one; long runs by edges or fixed steps are timed over the first part of the motion
-/// and scaled to the whole, and the chart says so. A scene of 2 s at 50 MHz takes about a minute on two cores. Over a
-/// map of two keys (--x, --y) the error is the share of cells with the wrong verdict.
+/// time. Wall times are medians of runs one by one, in turn; long runs by edges or fixed steps are timed over the first
+/// part of the motion and scaled to the whole, and the chart says so. A scene of 2 s at 50 MHz takes about a minute on
+/// two cores. Over a map of two keys (--x, --y) the error is the share of cells with the wrong verdict.
 #[derive(clap::Args)]
 pub struct Args {
     /// A scene's file, or the name of a shipped scene

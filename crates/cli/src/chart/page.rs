@@ -98,14 +98,13 @@ pub fn page(charted: &Charted) -> Page {
     page
 }
 
-/// Returns how many times faster an entry is than `events`.
+/// Returns how many times faster an entry is than `events`, as text with its spread; nothing of `events` itself.
 fn ratio(chart: &Chart, of: usize) -> Option<String> {
-    if chart.entries[of].contestant.name == "events" {
-        return None;
-    }
-    let speed = |entry: &Entry| entry.row.as_ref().ok().map(|row| row.speed.motion_per_wall());
-    let events = chart.entries.iter().find(|entry| entry.contestant.name == "events").and_then(speed)?;
-    Some(format!(", {:.1} x the speed of events", speed(&chart.entries[of])? / events))
+    let speed = |entry: &Entry| entry.row.as_ref().ok().map(|row| row.speed.clone());
+    let events = chart.entries.iter().find(|entry| entry.contestant.name == "events")?;
+    let is_other = chart.entries[of].contestant.name != "events";
+    let ratio = speed(&chart.entries[of])?.over(&speed(events)?);
+    is_other.then(|| format!(", {}", ratio.said("x the speed of events")))
 }
 
 /// Returns the contestants. Errors are relative numbers; CSV has an infinite error as `inf`. Text leaves out those that
@@ -167,11 +166,15 @@ fn table(charted: &Charted) -> Table {
     fields.extend([
         of(Column::text("outcome", "").data(), outcome),
         of(Column::number("motion_s", "").data(), |row| row.speed.motion_s.into()),
-        of(Column::number("wall_s", "").data(), |row| row.speed.wall_s.into()),
+        of(Column::number("wall_s", "").data(), |row| row.speed.wall_s().median.into()),
+        of(Column::text("wall_between_s", "").only(&json), |row| {
+            let wall_s = row.speed.wall_s();
+            json!([wall_s.low, wall_s.high]).into()
+        }),
         of(Column::number("motion_per_wall", "").data(), |row| row.speed.motion_per_wall().into()),
         of(Column::integer("edges", "").data(), |row| row.speed.edges.into()),
         of(Column::number("edges_per_s", "").data(), |row| row.speed.edges_per_s().into()),
-        of(Column::integer("runs", "").data(), |row| row.speed.runs.into()),
+        of(Column::integer("runs", "").data(), |row| (row.speed.walls_s.len() as u64).into()),
         of(Column::text("timed", "").data(), |row| row.speed.timed().into()),
         of(Column::number("timed_s", "").only(&json), |row| row.speed.timed_s.into()),
         of(Column::number("shortened_s", "").only(&json), |row| row.shortened_s.into()),

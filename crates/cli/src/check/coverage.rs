@@ -18,8 +18,9 @@ type Proved = Result<BTreeMap<(String, String), String>, String>;
 /// Looks up the proofs of the configurations of a check in the user's cache. Nothing is proved here. A block made of
 /// blocks has no proof of its own there.
 pub fn proved(report: &CheckReport, setup: &Setup) -> Proved {
-    let folder = cache_folder("proofs").ok_or("no HOME, in which proofs are remembered")?;
-    let proofs = Proofs::open(folder).map_err(|error| error.to_string())?;
+    let folder = cache_folder("proofs", "proofs");
+    let folder = folder.path().map_err(|error| error.to_string())?;
+    let proofs = Proofs::open(folder, setup.timeout).map_err(|error| error.to_string())?;
     let mut proved = BTreeMap::new();
     for (label, block) in variants_of(|name| report.rows.iter().any(|row| row.block == name)) {
         let name = (block.name().to_string(), label);

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use hpu_cosim::read_plain;
-use hpu_cosim::scene::{SourceFile, Standard};
+use hpu_cosim::scene::{Identifier, Language, SourceFile, Standard};
+use hpu_cosim::{excerpt, read_plain};
 use hpu_datapath::Generic;
 use hpu_rtl::CheckReport;
 use hpu_rtl::entity::{Entity, EntityError, Link};
@@ -104,22 +104,37 @@ pub fn entity(args: &Args) -> Result<Entity, Failure> {
         Err(_) => Link::Port(text.clone()),
     };
     let (without, ports): (Vec<_>, Vec<_>) = port.iter().partition(|(theirs, _)| theirs == "open");
+    let files = files(&args.blocks)?;
+    let language = Language::of(&files);
+    let named = |option: &str, made: Option<Identifier>, text: &str| {
+        let refused =
+            || Failure::usage(format!("--{option}: `{}` is no identifier: {}", excerpt(text), language.identifiers()));
+        made.ok_or_else(refused)
+    };
+    let unit = |option: &str, text: &str| named(option, Identifier::unit(language, text), text);
+    let name = |option: &str, text: &str| named(option, Identifier::new(language, text), text);
     let reset = reset.as_ref().map(|reset| match reset.split_once('=') {
-        None => Ok((reset.clone(), false)),
-        Some((port, "low")) => Ok((port.to_string(), true)),
-        Some((port, "high")) => Ok((port.to_string(), false)),
+        None => Ok((name("reset", reset)?, false)),
+        Some((port, "low")) => Ok((name("reset", port)?, true)),
+        Some((port, "high")) => Ok((name("reset", port)?, false)),
         Some((port, level)) => Err(Failure::usage(format!("--reset {port}={level}: write {port}=low or {port}"))),
     });
     Ok(Entity {
-        files: files(&args.blocks)?,
-        library: library.clone(),
-        top: args.theirs.entity.clone().unwrap_or_default(),
+        library: unit("library", library)?,
+        top: unit("entity", args.theirs.entity.as_deref().unwrap_or_default())?,
         standard: if standard == "93" { Standard::Vhdl93 } else { Standard::Vhdl2008 },
-        clock: clock.clone(),
+        clock: clock.as_deref().map(|clock| name("clock", clock)).transpose()?,
         reset: reset.transpose()?,
-        ports: ports.iter().map(|(theirs, ours)| (theirs.clone(), link(ours))).collect(),
+        ports: ports
+            .iter()
+            .map(|(theirs, ours)| Ok((name("port", theirs)?, link(ours))))
+            .collect::<Result<_, Failure>>()?,
         without: without.iter().map(|(_, ours)| ours.clone()).collect(),
-        generics: generic.clone(),
+        generics: generic
+            .iter()
+            .map(|(theirs, ours)| Ok((name("generic", theirs)?, ours.clone())))
+            .collect::<Result<_, Failure>>()?,
+        files,
         block: args.theirs.as_block.clone().unwrap_or_default(),
         variants: args.variants.clone(),
         set: args.set.set.iter().map(|(name, text)| value(name, text)).collect::<Result<_, _>>()?,
@@ -174,7 +189,7 @@ pub fn failure(error: EntityError) -> Failure {
 /// Compares the blocks, and shows the table as it grows. Returns the report, and the name of the simulator of theirs.
 pub fn checked(args: &Args, shown: &mut Shown) -> Result<(CheckReport, String), Failure> {
     let entity = entity(args)?;
-    let simulators = args.hdl.simulators()?;
+    let simulators = args.hdl.simulators();
     let (mut report, mut engine) = (CheckReport::default(), String::new());
     for mut configuration in entity.configurations().map_err(failure)? {
         let compared = entity.compare(&mut configuration, &simulators).map_err(failure)?;

@@ -14,7 +14,7 @@ use hpu_rtl::{
 use hpu_study::page::{Cell, Column, Field, Page, Table};
 use serde_json::{Value, json};
 
-use crate::block::{find, known};
+use crate::block::{find, known, known_to_proofs};
 use crate::exit::{Exit, Failure};
 use crate::files::{Folder, Single};
 use crate::jobs::Jobs;
@@ -98,7 +98,11 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     }
     args.blocks.iter().try_for_each(|name| known(name))?;
     for name in &args.blocks {
-        args.variants.iter().try_for_each(|label| find(name, label).map(drop))?;
+        let known = |label: &String| match args.formal {
+            true => known_to_proofs(name, label),
+            false => find(name, label).map(drop),
+        };
+        args.variants.iter().try_for_each(known)?;
     }
     if args.formal {
         return prove::run(args);

@@ -7,14 +7,13 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use hpu_cosim::{Wired, WiredSimulation};
-use hpu_datapath::{AnyBlock, Generic, Instance, configured, variants_of};
+use hpu_datapath::{AnyBlock, Generic, Instance, configured, proved_variants_of};
 use hpu_rtl::Around;
-use hpu_rtl::formal::{Part, ProofError, Proofs, Prover, Verdict};
+use hpu_rtl::formal::{Part, Proof, ProofError, Proofs, Prover, Verdict};
 use hpu_study::page::{Cell, Column, Field, Page, Table};
 use serde_json::{Value, json};
 
-use crate::block::find;
-use crate::cache::cache_folder;
+use crate::cache::{cache_folder, path};
 use crate::check::Args;
 use crate::check::entity;
 use crate::exit::{Exit, Failure};
@@ -27,7 +26,7 @@ use crate::waves::waveform;
 /// The time that a solver has for a question, unless another time for tools is given.
 const QUESTION: Duration = Duration::from_secs(60);
 
-/// A configuration: the block or the entity, its label, and its generics if it is not one of the listed configurations.
+/// A configuration: the block with its label and its generics, or an entity of the user's own with the label alone.
 type Wanted = (String, String, Option<Vec<(&'static str, Generic)>>);
 
 /// The function that proves a configuration.
@@ -71,21 +70,18 @@ fn prove<T>(
     let setup = args.hdl.setup();
     let limit = setup.timeout.unwrap_or(QUESTION);
     let listed =
-        variants_of(|name| args.blocks.is_empty() || args.blocks.iter().any(|block| block == name)).into_iter();
+        proved_variants_of(|name| args.blocks.is_empty() || args.blocks.iter().any(|block| block == name)).into_iter();
     let listed = listed.filter(|(label, _)| args.variants.is_empty() || args.variants.contains(label));
-    let listed = listed.map(|(label, block)| (block.name().to_string(), label, None));
+    let listed = listed.map(|(label, block)| (block.name().to_string(), label, Some(block.generics())));
     let mut wanted: Vec<Wanted> =
         if args.blocks.is_empty() && !args.scenes.is_empty() { Vec::new() } else { listed.collect() };
     wanted.extend(of_scenes(args)?);
-    let folder = cache_folder("proofs").ok_or_else(|| Failure::usage("no HOME to remember proofs in"))?;
-    let proofs = Proofs::open(folder).map_err(failure)?;
+    let folder = cache_folder("proofs", "proofs");
+    let proofs = Proofs::open(path(&folder)?, setup.timeout).map_err(failure)?;
     let prover = Prover::new(&setup, limit).remembering(proofs);
-    let proved = |(name, label, set): &Wanted| {
-        let block = match set {
-            Some(set) => configured(name, set).expect("it is known").expect("it is the scene's"),
-            None => find(name, label).expect("it is wanted"),
-        };
-        prover.prove(&*block)
+    let proved = |(name, _, set): &Wanted| {
+        let set = set.as_ref().expect("it has generics");
+        prover.prove(&*configured(name, set).expect("it is known").expect("it has been built"))
     };
     then(&format!("VHDL {}", setup.hdl), limit, &wanted, &proved, &|| prover.remembered())
 }
@@ -116,11 +112,11 @@ fn of_scenes(args: &Args) -> Result<Vec<Wanted>, Failure> {
 /// `hpu check --formal --entity`.
 pub fn theirs(args: &Args) -> Result<Exit, Failure> {
     let entity = entity::entity(args)?;
-    let simulators = args.hdl.simulators()?;
+    let simulators = args.hdl.simulators();
     let limit = args.hdl.setup().timeout.unwrap_or(QUESTION);
     let configurations = || entity.configurations();
     let labels = configurations().map_err(entity::failure)?.into_iter().map(|(label, _)| label);
-    let wanted: Vec<_> = labels.map(|label| (entity.top.clone(), label, None)).collect();
+    let wanted: Vec<_> = labels.map(|label| (entity.top.to_string(), label, None)).collect();
     let proved = |(_, label, _): &Wanted| {
         let own = configurations()?.into_iter().find(|(own, _)| own == label).expect("it is wanted");
         entity.prove(&own, &simulators, limit)
@@ -179,7 +175,7 @@ fn proofs(
     show: &mut dyn FnMut(&ProofResult) -> Result<(), Failure>,
 ) -> Result<Option<Vec<ProofResult>>, Failure> {
     // A missing tool is reported before anything is shown.
-    hpu_rtl::formal::TOOLS.iter().try_for_each(|tool| tool.version().map(drop))?;
+    hpu_rtl::formal::TOOLS.iter().try_for_each(|tool| tool.version(args.hdl.setup().timeout).map(drop))?;
     let jobs = args.jobs.get().get().min(wanted.len().max(1));
     // For a block of the user's own, an impossible request is found only during the proof.
     if !args.theirs.is_asked() {
@@ -241,20 +237,23 @@ impl Sum {
         let count = |is: fn(&Verdict) -> bool| rows.iter().filter(|row| row.found.as_ref().is_ok_and(is)).count();
         let proved = count(|found| matches!(found, Verdict::Proved(_)));
         let refuted = count(|found| refuted(found).is_some());
+        let refused = count(|found| refused(found).is_some());
         let [wired, miswired] =
             [count(|found| matches!(found, Verdict::Wired(_))), count(|found| matches!(found, Verdict::Miswired(_)))];
         let whole = count(|found| matches!(found, Verdict::Wired(parts) if open(parts).is_empty()));
         let (wirings, leaves) = (wired + miswired, rows.len() - wired - miswired);
         // A block of the user's own must be proved in every row; an open row is a failure.
-        let is_well = refuted == 0 && (!args.theirs.is_asked() || proved == rows.len());
+        let is_well = refuted + refused == 0 && (!args.theirs.is_asked() || proved == rows.len());
         let kind = if wirings > 0 { " of leaf blocks" } else { "" };
         let refuted_leaves = count(|found| matches!(found, Verdict::Refuted(..)));
+        let refused_leaves = count(|found| matches!(found, Verdict::Refused(_)));
         let mut said = Vec::new();
         if leaves > 0 {
+            let refused = if refused_leaves > 0 { format!("{refused_leaves} refused, ") } else { String::new() };
             said.push(format!(
                 "{proved} of {leaves} configurations{kind} proved for all inputs and states, {refuted_leaves} refuted, \
-             {} not proved",
-                leaves - proved - refuted_leaves,
+                 {refused}{} not proved",
+                leaves - proved - refuted_leaves - refused_leaves,
             ));
         }
         if wirings > 0 {
@@ -268,7 +267,7 @@ impl Sum {
             "ok": is_well,
             "hdl": of.strip_prefix("VHDL ").unwrap_or(of),
             "proved": proved,
-            "refuted": refuted,
+            "refuted": refuted + refused,
             "wirings": { "count": wirings, "equal": wired, "proved": whole },
             "remembered": remembered,
             "rows": Table::of("", rows, fields()).json(),
@@ -293,7 +292,21 @@ fn refuted(found: &Verdict) -> Option<Refuted<'_>> {
             }
             _ => None,
         }),
-        Verdict::Proved(_) | Verdict::Open(_) => None,
+        Verdict::Proved(_) | Verdict::Refused(_) | Verdict::Open(_) => None,
+    }
+}
+
+/// Returns why a block, or a block inside a wiring that is not refuted, is refused.
+fn refused(found: &Verdict) -> Option<String> {
+    match found {
+        Verdict::Refused(why) => Some(why.clone()),
+        Verdict::Wired(parts) if refuted(found).is_none() => {
+            parts.iter().find_map(|Part { place, block, verdict, .. }| match verdict {
+                Verdict::Refused(why) => Some(format!("in instance {place}, a {block}, {why}")),
+                _ => None,
+            })
+        }
+        _ => None,
     }
 }
 
@@ -341,16 +354,24 @@ fn shown(row: &ProofResult, folder: Option<&mut Folder>) -> Result<String, Failu
         }
         Ok(None) | Err(_) => {}
     }
-    Ok(line(&said_of(row)) + "\n")
+    let said = line(&said_of(row));
+    let is_refused = found.as_ref().is_ok_and(|found| refused(found).is_some());
+    Ok(if is_refused { verdict(&said, false) } else { said } + "\n")
 }
 
 /// Returns the verdict of a row that is not refuted in words.
 fn said_of(row: &ProofResult) -> String {
     let left = |why: String| format!("not proved: {}", why.trim_end().replace('\n', "\n  "));
+    if let Some(why) = row.found.as_ref().ok().and_then(refused) {
+        return format!("refused: {why}");
+    }
     match &row.found {
-        Ok(Verdict::Proved(_)) => "proved".to_string(),
+        Ok(Verdict::Proved(Proof { given: None, .. })) => "proved".to_string(),
+        Ok(Verdict::Proved(Proof { given: Some(given), .. })) => format!("proved; {given}"),
         Ok(Verdict::Wired(parts)) => rests_on(parts),
-        Ok(Verdict::Open(why) | Verdict::Miswired(why) | Verdict::Refuted(why, _)) => left(why.clone()),
+        Ok(Verdict::Open(why) | Verdict::Refused(why) | Verdict::Miswired(why) | Verdict::Refuted(why, _)) => {
+            left(why.clone())
+        }
         Err(error) => left(error.to_string()),
     }
 }
@@ -363,8 +384,10 @@ fn told(found: &Verdict) -> (&'static str, Value) {
             ("refuted", json!({ "about": about, "columns": columns, "history": history }))
         }
         (Some(Refuted::Wiring(why)), _) => ("refuted", json!(why)),
+        (None, found) if refused(found).is_some() => ("refused", json!(refused(found))),
         (None, Verdict::Wired(parts)) => (if open(parts).is_empty() { "proved" } else { "wired" }, Value::Null),
         (None, Verdict::Open(why)) => ("open", json!(why)),
+        (None, Verdict::Proved(Proof { given, .. })) => ("proved", json!(given)),
         (None, _) => ("proved", Value::Null),
     }
 }
@@ -373,7 +396,7 @@ fn told(found: &Verdict) -> (&'static str, Value) {
 fn fields() -> [Field<'static, ProofResult>; 7] {
     let said = |row: &ProofResult| row.found.as_ref().map_or_else(|error| ("open", json!(error.to_string())), told);
     let solvers = |row: &ProofResult| match &row.found {
-        Ok(Verdict::Proved(solvers)) => json!(solvers),
+        Ok(Verdict::Proved(Proof { by, .. })) => json!(by),
         _ => Value::Null,
     };
     let parts = |row: &ProofResult| match &row.found {

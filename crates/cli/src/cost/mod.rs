@@ -5,7 +5,7 @@ use std::sync::Mutex;
 
 use hpu_cosim::scene::{DutScene, Experiment};
 use hpu_rtl::dut::DutCost;
-use hpu_rtl::{Cost, CostError, Counts, HX8K_BRAM, HX8K_CELLS};
+use hpu_rtl::{CacheFolder, Cost, CostError, Counts, HX8K_BRAM, HX8K_CELLS};
 use hpu_study::page::{Cell, Column, Field, Page, Table};
 use hpu_study::units;
 use serde_json::{Value, json};
@@ -71,7 +71,8 @@ pub fn answer(args: &Args) -> Result<Option<Page>, Failure> {
     if let Experiment::Dut(scene) = &loaded.scene {
         return design_cost(args, scene).map(|cost| Some(design(scene, &cost)));
     }
-    let price = price::price(&loaded.scene, &args.hdl.setup(), &args.remember.open()?, interrupt::heed())?;
+    let setup = args.hdl.setup();
+    let price = price::price(&loaded.scene, &setup, &args.remember.open(setup.timeout)?, interrupt::heed())?;
     Ok(price.map(|price| {
         let mut page = Page::default();
         page.note(price.text());
@@ -93,8 +94,9 @@ fn of_scene(args: &Args, scene: &str) -> Result<Exit, Failure> {
     if let Experiment::Dut(scene) = &loaded.scene {
         return of_design(args, scene, folder);
     }
-    let cache = args.remember.open()?;
-    let Some(price) = price::price(&loaded.scene, &args.hdl.setup(), &cache, interrupt::heed())? else {
+    let setup = args.hdl.setup();
+    let cache = args.remember.open(setup.timeout)?;
+    let Some(price) = price::price(&loaded.scene, &setup, &cache, interrupt::heed())? else {
         return Ok(Exit::Interrupted);
     };
     let (text, json) = (price.text(), price.json());
@@ -116,13 +118,13 @@ fn of_design(args: &Args, scene: &DutScene, folder: Option<Folder>) -> Result<Ex
 }
 
 fn design_cost(args: &Args, scene: &DutScene) -> Result<DutCost, Failure> {
-    let mut simulators = args.hdl.simulators()?;
+    let mut simulators = args.hdl.simulators();
     if let Some(cache) = &args.remember.cache {
-        simulators.cache.clone_from(cache);
+        simulators.cache = CacheFolder::new(Some(cache.clone()), "costs");
     }
     let control = interrupt::heed();
     let cost = with_progress(1, "designs placed", control, || simulators.cost(scene));
-    cost.map_err(|error| Failure::from(hpu_cosim::dut::Fault::from(error)))
+    cost.map_err(|error| Failure::from(error.at(scene)))
 }
 
 /// Returns the page of a design's cost.
@@ -132,7 +134,7 @@ fn design(scene: &DutScene, cost: &DutCost) -> Page {
     let fits = cost.ecp5.is_none();
     let dsp = (!fits).then_some(dsp);
     let heads = ["lut4", "ff", "carry", "bram", "dsp", "cells"].map(|head| Column::integer("", head));
-    let columns = [Column::text("", &scene.dut.top), Column::text("", "target")].into_iter().chain(heads);
+    let columns = [Column::text("", &*scene.dut.top), Column::text("", "target")].into_iter().chain(heads);
     let mut row = Table::new("", columns);
     let [name, target_cell] = [scene.name.as_str(), target].map(Cell::new);
     row.add(
@@ -143,7 +145,7 @@ fn design(scene: &DutScene, cost: &DutCost) -> Page {
     );
     let mut page = Page::default();
     page.table(row);
-    page.data("scene", &scene.name).data("top", &scene.dut.top).data("target", target).data("lut4", lut4);
+    page.data("scene", &scene.name).data("top", &*scene.dut.top).data("target", target).data("lut4", lut4);
     page.data("ff", ff).data("carry", carry).data("bram", bram).data("dsp", dsp).data("cells", cost.cells);
     page.data("fits", fits).data("hx8k", hx8k(cost.cells, cost.ice40.bram));
     if !fits {
@@ -165,7 +167,7 @@ fn design(scene: &DutScene, cost: &DutCost) -> Page {
         } else if fits {
             of_clock.note(format!("clock {}: no way from register to register was placed", clock.port));
         }
-        of_clock.data("port", &clock.port).data("fmax_mhz", fmax_mhz).data("placed_mhz", json!(placed));
+        of_clock.data("port", &*clock.port).data("fmax_mhz", fmax_mhz).data("placed_mhz", json!(placed));
         of_clock.data("asked_mhz", asked_mhz).data("in_time", fmax_mhz.map(|mhz| mhz >= asked_mhz));
         page.section("clocks", of_clock);
     }
@@ -182,10 +184,10 @@ fn of_block(args: &Args, name: &str) -> Result<Exit, Failure> {
     // Variants that do not exist, and places that cannot be written to, are refused before anything runs.
     let blocks = variants.iter().map(|variant| find(name, variant)).collect::<Result<Vec<_>, _>>()?;
     let folder = args.out.as_deref().map(Folder::open).transpose()?;
-    let cache = args.remember.open()?;
+    let setup = args.hdl.setup();
+    let cache = args.remember.open(setup.timeout)?;
 
     let control = interrupt::heed();
-    let setup = args.hdl.setup();
     let clocked = blocks.iter().all(|block| block.clocked());
     let fields = fields(name, clocked);
     let mut rows = Table::new("variants", fields.iter().map(|field| field.column.clone())).gap(1);

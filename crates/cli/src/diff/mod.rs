@@ -36,12 +36,14 @@ pub struct Args {
 }
 
 /// Keys that say how long a command took, or where it wrote.
-const LEFT_OUT: [&str; 10] = [
+const LEFT_OUT: [&str; 12] = [
     "wall_s",
     "edges_per_s",
     "seconds",
     "motion_per_wall",
     "speedup",
+    "speedup_between",
+    "wall_between_s",
     "timed",
     "timed_s",
     "remembered",

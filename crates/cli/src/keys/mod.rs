@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use crate::exit::{Exit, Failure};
 use crate::page::show;
 use crate::parameters::as_json;
-use crate::terminal::{print, print_json};
+use crate::terminal::{print_file, print_json};
 
 use schema::schema;
 
@@ -36,7 +36,7 @@ pub struct Args {
 /// `hpu keys`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     if args.markdown {
-        print(&markdown())?;
+        print_file(&markdown())?;
         return Ok(Exit::Fine);
     }
     if args.schema {

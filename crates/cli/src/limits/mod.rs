@@ -7,8 +7,10 @@ use std::path::PathBuf;
 use hpu_chart as chart;
 use hpu_cosim::scene::{DutScene, Experiment, Scene};
 use hpu_cosim::{SceneFile, figure};
-use hpu_study::limits::{BoxSet, Limits, Looks, MOST_UNKNOWN, Unknown, WordsSet, World, hands_of, limits, usual_range};
-use hpu_study::map::SceneText;
+use hpu_study::limits::{
+    BoxSet, Limits, Looks, MOST_UNKNOWN, NotDriven, Unknown, WordsSet, World, hands_of, limits, usual_range,
+};
+use hpu_study::map::{CellError, SceneText};
 use hpu_study::page::Page;
 use hpu_study::{ToldLimits, device};
 
@@ -22,14 +24,21 @@ use crate::{hdl, interrupt, pictures};
 
 /// Tell at which stiffnesses a scene's wall settles: by its linear loop, in words, and by published criteria
 ///
-/// The set of the linear loop is proved: no stiffness at which a pole crosses the unit circle is missed. The scene in
-/// words is run at a grid of stiffnesses, at several phases of its contact each, and at every word between neighbours
-/// that differ. The damping is the scene's. Each criterion tells which of its assumptions the scene does not meet, and
-/// what the scene has instead.
+/// The linear loop is told twice. With an ideal drive it waits for nothing but its samples; no stiffness at which one
+/// of its poles crosses the unit circle is missed. As driven, it is the loop that runs: with the clocks of
+/// synchronizer, decoder, counter, registers and method.settling, and with the modulator's period, at the duty with
+/// which the hand comes to rest. Its stretches are proved; where it is not worked out, the page tells why, and which
+/// times the ideal drive leaves out. The ripple of the modulator at rest is told in encoder counts: a wall with one
+/// count rms or more does not settle, whatever its loop does.
+///
+/// The scene in words is run at a grid of stiffnesses, at several phases of its contact each, and at every word between
+/// neighbours that differ. The damping is the scene's. Each criterion tells which of its assumptions the scene does not
+/// meet, and what the scene has instead.
 ///
 /// With --over the world around the words is not known but for a box, as in --over 'device.inductance=0.5..0.7 mH'. The
-/// linear loop settles then in every world of the box, proved; the scene in words is run at the box's corners and at
-/// eight points within it. The words stay those of the scene: what a motor makes of them changes with the motor.
+/// linear loop with an ideal drive is then told for every world of the box: where it settles, proved, and where that is
+/// not known. The scene in words is run at the box's corners and at eight points within it. The words stay those of the
+/// scene: what a motor makes of them changes with the motor.
 ///
 /// Of a finger on a segment on a gimbal, the criteria tell without a run whether it can rest, and at which stiffnesses.
 #[derive(clap::Args)]
@@ -106,6 +115,7 @@ fn find<'w, F>(
 ) -> Result<Option<(F, Answer)>, Failure> {
     let mut load = |file: &str| source.load(file);
     let read = SceneText::read((&source.name, &source.text), &args.set.set, &mut load).map_err(Failure::file)?;
+    args.hdl.agree(&read.1)?;
     if let Experiment::Dut(scene) = &read.1 {
         return of_design(args, &read.0, scene, open, watch);
     }
@@ -187,7 +197,7 @@ fn of_design<'w, F>(
     let range: [i128; 2] = ends.filter(|[a, b]| 0 < *a && a < b && *b < 1 << 32).ok_or_else(|| {
         usage(&format!("--range {range}: write whole numbers from 1 on, the smaller first, as in 1..1023"))
     })?;
-    hpu_cosim::dut::provide(args.hdl.simulators()?);
+    hpu_cosim::dut::provide(args.hdl.simulators());
     let opened = open()?;
     let at = |value: i128| {
         let set: Vec<_> = args.set.set.iter().cloned().chain([(key.clone(), value.to_string())]).collect();
@@ -202,12 +212,19 @@ fn of_design<'w, F>(
     if watch.is_stopped() {
         return Ok(None);
     }
+    let in_words = match in_words {
+        Ok(set) => Ok(set),
+        Err(CellError::Unjudged(why)) => Err(why),
+        Err(error) => return Err(error.into()),
+    };
     let found = Limits {
         varied: Some(key.clone()),
         range: range.map(|end| end as f64),
         criteria: Vec::new(),
         silent: Vec::new(),
         linear: Err("none: the law of a design of yours is its own".into()),
+        driven: Err(NotDriven { why: "the law of a design of yours is its own".into(), left_out: Vec::new() }),
+        ripple: None,
         in_box: None,
         in_words,
         stiffness_miss: None,

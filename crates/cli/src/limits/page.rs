@@ -1,15 +1,18 @@
 //! The page of the limits of a scene's wall.
 
 use hpu_cosim::figure;
+use hpu_study::Wait;
 use hpu_study::criteria::{Assumption, Criterion, Figure, Region, Silent};
-use hpu_study::limits::{BoxSet, End, Group, Limits, MOST_EVENTS, Seen, StableSet, Stretch, Unknown, WordsSet};
+use hpu_study::limits::{
+    BoxSet, DrivenSet, End, Group, Limits, MOST_EVENTS, Seen, StableSet, Stretch, Unknown, WordsSet,
+};
 use hpu_study::page::{Cell, Column, Page, Table};
 use serde_json::{Value, json};
 
 use crate::parameters::{missed, missed_object};
 
 /// The width of the labels.
-const LABEL: usize = 21;
+const LABEL: usize = 25;
 
 /// Returns the page of limits.
 pub fn page(scene: &str, found: &Limits, over: &[Unknown]) -> Page {
@@ -23,18 +26,14 @@ pub fn page(scene: &str, found: &Limits, over: &[Unknown]) -> Page {
     page.data("linear", found.linear.as_ref().ok().map(linear)).data("linear_reason", found.linear.as_ref().err());
     match &found.linear {
         Ok(set) => {
-            page.line("linear loop", set.said());
-            for Stretch { from, to } in &set.stable {
-                for end in [from, to].into_iter().filter(|end| end.beyond.is_some()) {
-                    let (middle, half) = (nine(end.middle()), end.uncertainty());
-                    page.line("", format!("a pole on the unit circle at {middle} {}, within {half:.0e}", set.unit));
-                }
-            }
+            page.line("linear loop, ideal drive", set.said());
+            crossings(&mut page, set);
         }
         Err(why) => {
-            page.line("linear loop", why);
+            page.line("linear loop, ideal drive", why);
         }
     }
+    driven(&mut page, found);
     page.data("over", json!([]));
     for (index, unknown) in over.iter().enumerate() {
         let (label, range) = (if index == 0 { "over the box" } else { "" }, unknown.to_string());
@@ -46,7 +45,7 @@ pub fn page(scene: &str, found: &Limits, over: &[Unknown]) -> Page {
     page.data("linear_in_box", in_box.and_then(|set| set.as_ref().ok()).map(self::in_box));
     page.data("linear_in_box_reason", in_box.and_then(|set| set.as_ref().err()));
     if let Some(set) = in_box {
-        page.line("linear loop in it", set.as_ref().map_or_else(Clone::clone, BoxSet::said));
+        page.line("ideal drive, whole box", set.as_ref().map_or_else(Clone::clone, BoxSet::said));
     }
     page.data("words", found.in_words.as_ref().ok().map(in_words)).data("words_reason", found.in_words.as_ref().err());
     match &found.in_words {
@@ -81,6 +80,93 @@ pub fn page(scene: &str, found: &Limits, over: &[Unknown]) -> Page {
     page
 }
 
+/// Adds a line for each end of a set at which a pole crosses.
+fn crossings(page: &mut Page, set: &StableSet) {
+    for end in set.stable.iter().flat_map(|Stretch { from, to }| [from, to]).filter(|end| end.beyond.is_some()) {
+        let (middle, half) = (nine(end.middle()), end.uncertainty());
+        page.line("", format!("a pole on the unit circle at {middle} {}, within {half:.0e}", set.unit));
+    }
+}
+
+/// Adds the lines about the linear loop as it is driven, and about the ripple.
+fn driven(page: &mut Page, found: &Limits) {
+    let of_design = found.varied.is_some();
+    let waits = |waits: &[Wait]| {
+        let all: Vec<String> = waits.iter().map(|wait| format!("{} {}", wait.what, micro(wait.seconds))).collect();
+        all.join(", ")
+    };
+    let data = |waits: &[Wait]| {
+        json!(waits.iter().map(|wait| json!({ "what": wait.what, "seconds": wait.seconds })).collect::<Vec<_>>())
+    };
+    let set = found.driven.as_ref().ok();
+    let reason = found.driven.as_ref().err();
+    page.data("as_driven", set.map(|set| as_driven(set, data(&set.waits))));
+    page.data("as_driven_reason", reason.map(|reason| &reason.why));
+    page.data("left_out", reason.map_or(json!([]), |reason| data(&reason.left_out)));
+    page.data(
+        "ripple",
+        found.ripple.as_ref().map(
+            |ripple| json!({ "unit": "count rms", "most": ripple.most_counts, "one_count_or_more": ripple.beyond }),
+        ),
+    );
+    match &found.driven {
+        Ok(set) => {
+            page.line("linear loop, as driven", set.said());
+            crossings(page, &set.set);
+            if let Some(other) = &set.with_modulator {
+                page.line("", format!("with the clock in which a modulator takes a command: {}", other.said()));
+                crossings(page, other);
+            }
+            if let Some([from, to]) = set.duty {
+                let duty = match from == to {
+                    true => figure(from),
+                    false => format!("{} at the softest to {} at the stiffest", figure(from), figure(to)),
+                };
+                page.line("", format!("with the duty at rest, {duty}"));
+            }
+            if let Some(from) = set.full_from {
+                page.line("", format!("from {} {} on the command at rest is a full one", figure(from), set.set.unit));
+            }
+            if let Some(looked) = set.looked {
+                let of = if set.is_averaged { "the pulses that the averaged bridge stands for" } else { "the pulses" };
+                let said = format!("proved of {of}; a stretch between two of {looked} stiffnesses may be missed");
+                page.line("", said);
+            }
+            if !set.waits.is_empty() {
+                page.line("", format!("waits: {}", waits(&set.waits)));
+            }
+        }
+        Err(_) if of_design => {}
+        Err(reason) => {
+            page.line("linear loop, as driven", format!("not worked out: {}", reason.why));
+            if !reason.left_out.is_empty() {
+                page.line("", format!("the ideal drive leaves out: {}", waits(&reason.left_out)));
+            }
+        }
+    }
+    if let Some(ripple) = &found.ripple {
+        let unit = found.linear.as_ref().map_or("", |set| set.unit);
+        let end = found.driven.as_ref().map_or(found.range[1], |set| set.set.range[1]);
+        let stretch = |[from, to]: &[f64; 2]| {
+            let to = if *to >= end { "on".to_string() } else { format!("to {}", figure(*to)) };
+            format!("from {} {unit} {to}", figure(*from))
+        };
+        let said = match &ripple.beyond[..] {
+            [] => format!("at most {} count rms", figure(ripple.most_counts)),
+            stretches => {
+                let all: Vec<String> = stretches.iter().map(stretch).collect();
+                format!("alone one count rms or more {}: no wall settles there", all.join(" and "))
+            }
+        };
+        page.line("PWM's ripple", said);
+    }
+}
+
+/// Returns a time in microseconds.
+fn micro(seconds: f64) -> String {
+    format!("{} us", figure(1e6 * seconds))
+}
+
 /// Adds the lines about the loop in words.
 fn words(page: &mut Page, set: &WordsSet) {
     for (index, (group, from, to)) in set.groups().into_iter().enumerate() {
@@ -88,11 +174,17 @@ fn words(page: &mut Page, set: &WordsSet) {
             Group::All => "all phases settle",
             Group::Some => "some phases settle",
             Group::None => "no phase settles",
+            Group::NotTold => "not told",
         };
         let [low, high] = [from, to].map(|seen| set.digits(seen.stiffness));
         let between = if low == high { format!("at {low}") } else { format!("{low} to {high}") };
         let label = if index == 0 { "in words" } else { "" };
-        page.line(label, format!("{which:<19}{between} {}", set.unit));
+        let untold = match (group, set.not_told_from(&from, &to)) {
+            (_, false) => String::new(),
+            (Group::NotTold, true) => format!(", {}", set.said_not_told(&from, &to)),
+            (_, true) => format!(", not told {}", set.said_not_told(&from, &to)),
+        };
+        page.line(label, format!("{which:<19}{between} {}{untold}", set.unit));
     }
     page.line("", set.turn());
     let apart = match set.finest {
@@ -102,6 +194,15 @@ fn words(page: &mut Page, set: &WordsSet) {
     if set.wrapped > 0 {
         let said = "of these runs settle although the product has wrapped: the hand may be through the wall";
         page.line("warning", format!("{} {said}", set.wrapped));
+    }
+    if set.unheld > 0 {
+        let said = "runs had a position counter that wrapped under the device, and read another place: write a greater \
+                    method.position_bits";
+        page.line("warning", format!("{} {said}", set.unheld));
+    }
+    if set.without_torque > 0 {
+        let said = "runs are inside the wall without its torque, and count as not settled";
+        page.line("warning", format!("{} {said}", set.without_torque));
     }
     if set.cut_short > 0 {
         let said = format!("runs had more than {MOST_EVENTS} events and count as not settled");
@@ -180,12 +281,39 @@ fn linear(set: &StableSet) -> Value {
     })
 }
 
+fn as_driven(set: &DrivenSet, waits: Value) -> Value {
+    let Value::Object(mut all) = linear(&set.set) else { unreachable!("an object") };
+    all.insert("range".into(), json!(set.set.range));
+    all.insert("duty_at_rest".into(), json!(set.duty));
+    all.insert("full_command_from".into(), json!(set.full_from));
+    all.insert("looked_at".into(), json!(set.looked));
+    all.insert("of_averaged_pulses".into(), json!(set.is_averaged));
+    all.insert("with_modulator_clock".into(), json!(set.with_modulator.as_ref().map(linear)));
+    all.insert("waits".into(), waits);
+    Value::Object(all)
+}
+
 fn in_box(set: &BoxSet) -> Value {
-    json!({ "unit": set.unit, "stable": set.proved, "points": set.points, "stable_at_points": set.at_points })
+    json!({
+        "unit": set.unit,
+        "stable": set.proved,
+        "unknown": set.unknown(),
+        "share_proved": set.share(),
+        "points": set.points,
+        "stable_at_points": set.at_points,
+    })
 }
 
 fn in_words(set: &WordsSet) -> Value {
-    let seen = |seen: &Seen| json!({ "word": seen.word as i64, "stiffness": seen.stiffness, "settled": seen.settled });
+    let seen = |seen: &Seen| {
+        json!({
+            "word": seen.word as i64,
+            "stiffness": seen.stiffness,
+            "settled": seen.settled,
+            "not_told": seen.not_told,
+            "telling_duration_s": seen.telling_s,
+        })
+    };
     let groups = set
         .groups()
         .into_iter()
@@ -199,7 +327,11 @@ fn in_words(set: &WordsSet) -> Value {
         "worlds_without_contact": set.untouched,
         "runs": set.runs(),
         "runs_cut_short": set.cut_short,
+        "runs_not_told": set.not_told(),
+        "telling_duration_s": set.telling_s(),
         "runs_settled_but_wrapped": set.wrapped,
+        "runs_with_wrapped_position": set.unheld,
+        "runs_without_wall_torque": set.without_torque,
         "groups": groups.collect::<Vec<_>>(),
         "lowest_failed": set.lowest_failed().map(|seen| seen.stiffness),
         "highest_settled": set.highest_settled().map(|seen| seen.stiffness),

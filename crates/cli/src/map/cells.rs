@@ -50,6 +50,10 @@ impl Work for Cells {
         map::place(&self.map, point)
     }
 
+    fn count(&self) -> Option<u64> {
+        Some(self.map.len() as u64)
+    }
+
     fn is_adaptive(&self) -> bool {
         !self.args.full
     }

@@ -14,7 +14,7 @@ use std::time::Duration;
 use hpu_chart::{self as chart, Picture};
 use hpu_cosim::SceneFile;
 use hpu_cosim::scene::{Experiment, Loop};
-use hpu_study::map::{self as study, Axis, CellLimits, Curves, Found, Map, MapError, Method, Plan};
+use hpu_study::map::{self as study, Axis, CellLimits, Curves, Found, Map, Method, Plan};
 use hpu_study::units::UnitResult;
 
 use crate::exit::{Exit, Failure};
@@ -115,7 +115,7 @@ impl Args {
 
     /// Lets the simulators of designs of the user's own be found.
     fn provide(&self) -> Result<(), Failure> {
-        hpu_cosim::dut::provide(self.hdl.simulators()?);
+        hpu_cosim::dut::provide(self.hdl.simulators());
         Ok(())
     }
 
@@ -170,10 +170,10 @@ impl Args {
             methods.push(Method { label: "scene".into(), set: Vec::new() });
         }
         let [x, y] = self.axes();
-        Map::new((name, text), &self.set.set, (x.clone(), y.clone()), methods, load).map_err(|error| match error {
-            MapError::Method(..) => Failure::file(error),
-            _ => Failure::usage(error),
-        })
+        let map = Map::new((name, text), &self.set.set, (x.clone(), y.clone()), methods, load)?;
+        let scene = (0..map.len()).find_map(|index| map.experiment(map.point(index)).ok());
+        scene.map_or(Ok(()), |scene| self.hdl.agree(&scene))?;
+        Ok(map)
     }
 
     /// Runs the cells that are not `done`; every new row goes through `keep`. Calls `stopped` and returns `None` when

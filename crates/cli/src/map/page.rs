@@ -6,9 +6,10 @@ use hpu_cosim::number;
 use hpu_cosim::scene::{Miss, OutcomeKind};
 use hpu_study::map::{
     Agreement, Axis, Cell, Class, Curve, Curves, Edge, Found, Map, agreements, class, class_name, classes, fields,
-    is_late, unseen, wrapped,
+    is_late, unheld, unseen, wrapped,
 };
 use hpu_study::page::{Column, Page, Table};
+use hpu_study::told::telling;
 use serde_json::{Value, json};
 
 use crate::map::Mapped;
@@ -34,6 +35,9 @@ fn letter(class: Option<Class>) -> char {
         Some(Class::Outcome(OutcomeKind::Settled | OutcomeKind::Passive | OutcomeKind::Tracking)) => '.',
         Some(Class::Outcome(OutcomeKind::LimitCycle | OutcomeKind::NonPassive)) => 'o',
         Some(Class::Outcome(OutcomeKind::Diverged | OutcomeKind::HighlyUnstable)) => 'X',
+        Some(Class::Outcome(OutcomeKind::NotTold)) => ':',
+        Some(Class::Outcome(OutcomeKind::HandMoves)) => 'h',
+        Some(Class::Outcome(OutcomeKind::NoWallTorque)) => '0',
         Some(Class::WallNotReached) => '-',
         None => '?',
     }
@@ -63,6 +67,17 @@ impl Mapped {
         };
         let run = || of_class().filter(|index| self.was_run(*index));
         (of_class().count(), run().find(borders).or(run().next()))
+    }
+
+    /// Returns the longest duration of a run that would tell, over the cells of a class in a layer; `None` if none is
+    /// known for one of them.
+    fn telling_s(&self, method: usize, of: Option<Class>) -> Option<f64> {
+        let cells = self.layer(method).filter(|index| class(&self.found, *index) == of);
+        let durations = cells.filter_map(|index| match &self.found[index] {
+            Found::Run(Ok(cell)) => Some(cell.telling_s),
+            _ => None,
+        });
+        durations.reduce(|one, other| Some(one?.max(other?))).flatten()
     }
 
     /// Returns how many cells of a layer exceeded their time limit.
@@ -152,7 +167,13 @@ fn layer(mapped: &Mapped, method: usize) -> Page {
         let (count, example) = mapped.count(method, class);
         page.data(&format!("outcomes.{}", class_name(class)), count);
         if count > 0 {
-            let meaning = if class == Some(Class::WallNotReached) { "no verdict of the wall  " } else { "" };
+            let meaning = match class {
+                Some(Class::WallNotReached) => "no verdict of the wall  ".to_string(),
+                Some(Class::Outcome(outcome)) if !outcome.tells() => {
+                    format!("{}  ", telling(mapped.telling_s(method, class)))
+                }
+                _ => String::new(),
+            };
             let example = example.map_or(String::new(), |index| format!("$ {}", mapped.replay(index)));
             let name = format!("{} {}", letter(class), class_name(class));
             outcomes.add([name.into(), count.into(), format!("{meaning}{example}").into()]);
@@ -185,6 +206,13 @@ fn layer(mapped: &Mapped, method: usize) -> Page {
                  position counter has wrapped (contact_unseen in the table)"
             ),
         );
+    }
+    let lost = unheld(found, mapped.layer(method));
+    page.data("position_wrapped", lost);
+    if lost > 0 {
+        let said = "cells the position counter wrapped under the device, and the loop read another place \
+                    (position_lost_share in the table): write a greater method.position_bits";
+        page.line("warning", format!("in {lost} {said}"));
     }
     match mapped.missed(method) {
         None => page.data("stiffness_missed", Value::Null),

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use hpu_chart::web::{PLOT_CSS, PLOT_JS, ROWS_JS};
+use hpu_cosim::printable_json;
 use hpu_study::page::{Page, escaped};
 
 use super::pieces::base64;
@@ -40,12 +41,14 @@ impl Content {
 /// Returns a picture in SVG as an image that the file contains.
 pub fn picture(svg: &str) -> String {
     let name = svg.split_once("<title>").and_then(|(_, rest)| rest.split_once("</title>")).map_or("", |(name, _)| name);
-    format!("<img class=\"picture\" alt=\"{}\" src=\"data:image/svg+xml;base64,{}\">\n", name, base64(svg.as_bytes()))
+    // The picture may be somebody else's; as an image its scripts do not run, and its title stays within the quotes.
+    let name = name.replace('"', "&quot;");
+    format!("<img class=\"picture\" alt=\"{name}\" src=\"data:image/svg+xml;base64,{}\">\n", base64(svg.as_bytes()))
 }
 
 /// Returns data for a script of the page.
 pub fn data(id: &str, value: &serde_json::Value) -> String {
-    let json = value.to_string().replace('<', "\\u003c");
+    let json = printable_json(&value.to_string()).replace('<', "\\u003c");
     format!("<script type=\"application/json\" id=\"{id}\">{json}</script>\n")
 }
 

@@ -24,7 +24,8 @@ use scene::SceneReport;
 ///
 /// The page is one HTML file that asks no network: the scene with every key and the source of its value, the loop as a
 /// drawing, the run as a picture that can be zoomed to single clock cycles, verdict, energies and signals. --with adds
-/// parts that take longer. Each part says the command that made it. Two scenes stand beside each other.
+/// parts that take longer. Each part says the command that made it. Two scenes stand beside each other. A scene with a
+/// [dut] is code: its design runs on your machine, unless --no-dut refuses it.
 ///
 /// Of a folder of results (of hpu map, chart, widths --search, reproduce, or any other) the page has the pictures and
 /// the tables; point at a cell to see the figures of its run.

@@ -117,7 +117,7 @@ impl Pieces {
             let driven = std::mem::take(&mut self.driven) && self.edges.len() < POINTS;
             if edge >= next || driven {
                 row.clear();
-                running.world().reals(edge, &mut row);
+                running.world().exact(edge, &mut row);
                 self.point(edge, &row);
                 next = (edge / self.stride + 1) * self.stride;
             }

@@ -1,7 +1,7 @@
 //! The parts of a report that a scene's run makes.
 
 use hpu_chart::Diagram;
-use hpu_cosim::scene::{Resolved, ValueSource, resolved};
+use hpu_cosim::scene::{Experiment, Resolved, ValueSource, resolved};
 use hpu_cosim::{AnySimulation, SceneFile, Simulation, Wired, judged_window_s};
 use hpu_signal::Notation;
 use hpu_study::page::{Cell, Column, Page, Table, escaped};
@@ -45,7 +45,7 @@ impl SceneReport {
         // The keys tell more than the parameters.
         run.page.take_table("parameters");
         let keys = resolved(run.scene(), &source.name, &source.text, set).map_err(Failure::file)?;
-        let simulators = Vhdl::default().simulators()?;
+        let simulators = Vhdl::default().simulators();
         let simulation = AnySimulation::new(run.scene(), &simulators, false)?;
         let overflows = recorded.summary.nets.iter().any(|net| net.usage.overflowed > 0);
         let by_rows =
@@ -186,6 +186,11 @@ pub fn document(all: &[SceneReport], parts: Vec<Vec<(Part, Content)>>) -> Docume
         page.line("hpu", env!("HPU_VERSION")).line("scene", name).line("SHA-256", report.sha256());
         for (key, value) in &report.set {
             page.line("changed", format!("{key} = {value}"));
+        }
+        if matches!(report.run.scene(), Experiment::Dut(_)) {
+            page.note(
+                "A scene with a [dut] is code: the verbs of hpu that simulate it run its design on your machine.",
+            );
         }
         Content::new(&report.command("report"), &page, &[])
     }));

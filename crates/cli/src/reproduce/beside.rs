@@ -15,7 +15,7 @@ use crate::interrupt;
 use crate::jobs::Jobs;
 use crate::journal;
 use crate::pictures::put;
-use crate::terminal::{print, print_json, with_progress};
+use crate::terminal::{print, print_json, tell, with_progress};
 use crate::work::Rows;
 
 /// Where to.
@@ -67,7 +67,7 @@ pub fn run(
             Some(dir) => format!("; the same command goes on in {}", dir.display()),
             None => String::new(),
         };
-        eprintln!("interrupted{rest}");
+        tell(&format!("interrupted{rest}"));
         return Ok(Exit::Interrupted);
     };
     let read = |row: Result<String, String>| {
@@ -86,30 +86,34 @@ pub fn run(
         folder.commit()?;
     }
     if args.json {
-        let lines = comparison.lines.iter().zip(&rows).map(|(line, row)| {
-            json!({
-                "group": line.group,
-                "what": line.what,
-                "published": line.published,
-                "emulated": row.as_ref().ok().map(|found| &found.text),
-                "reason": row.as_ref().err(),
-            })
-        });
-        let object = json!({
-            "study": comparison.name,
-            "complete": true,
-            "command": command,
-            "lines": lines.collect::<Vec<_>>(),
-            "claims": sums(comparison, &rows).iter().map(claim).collect::<Vec<_>>(),
-            "notes": comparison.notes,
-            "files": places,
-        });
-        print_json(&object)?;
+        print_json(&object(comparison, command, &rows, &places))?;
     } else {
         let files: String = places.iter().map(|place| format!("file       {}\n", place.display())).collect();
         print(&format!("{text}{files}"))?;
     }
     Ok(Exit::when(rows.iter().all(Result::is_ok)))
+}
+
+/// Returns the results of a comparison as JSON.
+pub fn object(comparison: &Comparison, command: &str, rows: &[Result<Found, String>], files: &[PathBuf]) -> Value {
+    let lines = comparison.lines.iter().zip(rows).map(|(line, row)| {
+        json!({
+            "group": line.group,
+            "what": line.what,
+            "published": line.published,
+            "emulated": row.as_ref().ok().map(|found| &found.text),
+            "reason": row.as_ref().err(),
+        })
+    });
+    json!({
+        "study": comparison.name.as_str(),
+        "complete": true,
+        "command": command,
+        "lines": lines.collect::<Vec<_>>(),
+        "claims": sums(comparison, rows).iter().map(claim).collect::<Vec<_>>(),
+        "notes": comparison.notes,
+        "files": files,
+    })
 }
 
 /// Returns the picture of the velocities that the first group with some measures; `None` if no line measures any, or

@@ -8,6 +8,7 @@ pub mod overflow;
 pub mod page;
 mod pictures;
 mod rows;
+mod suspect;
 
 use std::fs;
 use std::path::PathBuf;
@@ -41,6 +42,7 @@ use device::shown;
 use nets::{NetComparison, Pairs};
 use overflow::Overflows;
 use rows::{Estimate, Rows};
+use suspect::Suspect;
 
 /// Run a scene and sum it up; without a scene, list the shipped ones
 #[derive(Default, clap::Args)]
@@ -129,6 +131,8 @@ pub struct Ran<'s> {
     pub outcome_met: Option<(OutcomeKind, bool)>,
     /// The expected numbers, the actual ones, and whether each is within its tolerance.
     pub numbers: Vec<(Expectation, Option<f64>, bool)>,
+    /// The mistake in the connections of a design whose wall gives no torque, if one was found.
+    pub suspect: Option<Suspect>,
     /// The reason why the scene's expectations were not judged, if the scene has any.
     pub unjudged: Option<&'static str>,
     /// The model that was chosen, if the scene leaves the model open.
@@ -299,7 +303,7 @@ fn observe<O: Observe, T>(
     observed: impl FnOnce(&AnySimulation) -> Result<O, Failure>,
     told: impl FnOnce(Ran) -> T,
 ) -> Result<Option<(T, O)>, Failure> {
-    let simulation = AnySimulation::new(&loaded.scene, &args.hdl.simulators()?, false)?;
+    let simulation = AnySimulation::new(&loaded.scene, &args.hdl.simulators(), false)?;
     let mut observer = observed(&simulation)?;
     let ran = simulate(&loaded.scene, &simulation, args, None, None, Recorder::Other(&mut observer), watch)?;
     if watch.is_stopped() {
@@ -340,7 +344,7 @@ impl Finished {
     ///
     /// As [`AnySimulation::new`].
     pub fn pictures<O>(&self, recorded: &Recorded<O>) -> Result<Vec<Picture>, Failure> {
-        let simulation = AnySimulation::new(&self.loaded.scene, &self.args.hdl.simulators()?, false)?;
+        let simulation = AnySimulation::new(&self.loaded.scene, &self.args.hdl.simulators(), false)?;
         let ran = Ran {
             driver: recorded.driver,
             solver: self.loaded.scene.setup().solver().name(),
@@ -353,6 +357,7 @@ impl Finished {
             rtl: None,
             outcome_met: None,
             numbers: Vec::new(),
+            suspect: None,
             unjudged: None,
             fitted: None,
             notation: Notation::Triple,
@@ -378,8 +383,16 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let watch = interrupt::watch();
     let source = scene::source(name)?;
     let Some((loaded, fitted)) = load(&source, &set, args.edges, watch)? else { return Ok(Exit::Interrupted) };
+    if args.driver != Some(DriverArg::Rtl) {
+        args.hdl.agree(&loaded.scene)?;
+    }
+    let expect = &loaded.scene.expect;
+    if args.expect && expect.outcome.is_none() && expect.numbers.is_empty() {
+        let said = "expects nothing; write [expect], or --set expect.outcome=settled";
+        return Err(Failure::usage(format!("--expect: {} {said}", loaded.scene.name)));
+    }
     crate::show::tell_changed_defaults(&loaded.scene, &source, &set)?;
-    let simulation = AnySimulation::new(&loaded.scene, &args.hdl.simulators()?, args.out.is_some())?;
+    let simulation = AnySimulation::new(&loaded.scene, &args.hdl.simulators(), args.out.is_some())?;
     let other = args.beside.as_ref().map(|other| Loaded::new(other, &[], args.edges)).transpose()?;
     let drivers = args.compare.as_ref().is_some_and(Vec::is_empty);
     if let AnySimulation::Dut(_) = simulation
@@ -460,7 +473,7 @@ fn write(
         let command = format!("{command} -o {out}");
         pictures::write(ran, &command, folder)?;
         if let (Some(other), None) = (other, &ran.held) {
-            let simulation = AnySimulation::new(&other.scene, &args.hdl.simulators()?, false)?;
+            let simulation = AnySimulation::new(&other.scene, &args.hdl.simulators(), false)?;
             let command = format!("{command} --beside {}", other.scene.name);
             let vhdl = ran.rtl.as_ref().map(|_| (other.in_vhdl(other.scene.edges()), args.hdl.setup()));
             let beside =
@@ -626,7 +639,9 @@ fn simulate<'s>(
         let met = got.is_some_and(|got| (got - expected.value).abs() <= expected.tolerance);
         (*expected, got, met)
     });
+    let suspect = suspect::found(scene, &summary, &args.hdl.simulators(), control);
     Ok(Ran {
+        suspect,
         driver: name,
         solver: scene.setup().solver().name(),
         simulation,

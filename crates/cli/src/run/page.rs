@@ -42,6 +42,10 @@ pub fn page(ran: &Ran) -> Page {
         None => ("stopped before its end".to_string(), Value::Null),
     };
     page.fact("outcome", "outcome", kind, said + &summary.verdict.map_or(String::new(), |_| contact::of(ran).beside()));
+    page.data("suspect", ran.suspect.map(|suspect| suspect.name));
+    if let Some(suspect) = ran.suspect {
+        page.line("design", suspect.said);
+    }
     in_contact(&mut page, ran);
     recurrence(&mut page, ran);
     page.data("complete", summary.complete);
@@ -81,13 +85,19 @@ pub fn page(ran: &Ran) -> Page {
 fn in_contact(page: &mut Page, ran: &Ran) {
     let contact = contact::of(ran);
     let displayed = contact.displayed();
-    page.data("contact_share", ran.summary.contact_share).data("judged_window_s", json!(ran.window_s));
+    page.data("contact_share", ran.summary.contact_share);
+    page.data("device_contact_share", ran.summary.device_contact_share).data("judged_window_s", json!(ran.window_s));
     page.data("displayed_stiffness", displayed.map(|(_, displayed, _)| displayed));
     page.data("displayed_ratio", displayed.and_then(|(.., ratio)| ratio)).data("product_wraps", contact.wraps());
     let unseen = contact.unseen();
     page.data("unseen_contact", unseen.map(|told| json!({ "depth": told.depth, "position_wrapped": told.wrapped })));
     if let Some(said) = contact.line() {
         page.line("contact", said);
+    }
+    let (said, figures) = contact.unheld().unzip();
+    page.data("position_wrapped", figures);
+    if let Some(said) = said {
+        page.line("position", said);
     }
 }
 

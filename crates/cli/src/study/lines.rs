@@ -90,6 +90,10 @@ impl Work for Lines {
         vec![Value::from(line.group), Value::from(&line.what)]
     }
 
+    fn count(&self) -> Option<u64> {
+        Some(self.study.comparison.lines.len() as u64)
+    }
+
     fn is_adaptive(&self) -> bool {
         false
     }

@@ -6,19 +6,21 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, PoisonError};
 
 use clap::{Arg, Command};
-use hpu_cosim::did_you_mean;
+use hpu_cosim::{PlainName, did_you_mean, excerpt};
 use hpu_study::map::SceneText;
 use hpu_study::reproduce::{LADDER, TABLE_2};
-use hpu_study::studies::{Section, shipped_texts};
+use hpu_study::studies::{Section, Study, shipped_texts};
+use serde_json::json;
 
 use crate::exit::{Exit, Failure};
 use crate::input::read_text;
 use crate::reproduce::beside;
 use crate::scene::quoted;
+use crate::terminal::{gathered, print_json};
 use crate::work::on_disk;
 
-pub use lines::Lines;
 pub use lines::study as read;
+pub use lines::{Lines, Used};
 
 /// Run a study: a TOML file that says what is varied, what is measured, and what a paper claims
 ///
@@ -78,9 +80,11 @@ pub fn run(args: &Args, command: &Command, again: Again) -> Result<Exit, Failure
     for (index, section) in study.sections.iter().enumerate() {
         let before = study.sections[..index].iter().filter(|other| other.verb == section.verb).count();
         let folder = if before == 0 { section.verb.clone() } else { format!("{}-{}", section.verb, before + 1) };
-        match words(section, command, given(section, command, args, &folder)) {
+        let files = written_within(section, args.to.out.as_ref().map(|out| out.join(&folder)).as_deref());
+        let more = given(section, command, args, &folder);
+        match files.and_then(|section| words(&section, command, more)) {
             Ok(words) => match again(&[own_words(section), words].concat()) {
-                Ok(call) => calls.push(call),
+                Ok(call) => calls.push((section.verb.as_str(), call)),
                 Err(error) => wrong.push(format!("{}: {}", section.place, first_part(&error.to_string()))),
             },
             Err(errors) => wrong.extend(errors),
@@ -89,24 +93,89 @@ pub fn run(args: &Args, command: &Command, again: Again) -> Result<Exit, Failure
     if !wrong.is_empty() {
         return Err(Failure::file(wrong.join("\n")));
     }
-    let mut exit = Exit::Fine;
-    if !study.comparison.lines.is_empty() {
-        let used = used.lock().unwrap_or_else(PoisonError::into_inner).clone();
-        let scenes = used.into_values().flat_map(|scene| {
-            let SceneText { text, files, .. } = scene;
-            [text.into_bytes()].into_iter().chain(files.into_values())
-        });
-        let files: Vec<_> = [text.into_bytes()].into_iter().chain(scenes).collect();
-        exit = beside::run(&study.comparison, &command_of(args.file()), &files, &args.to, None)?;
+    let lines = || of_lines(&study, &used, args, &text);
+    if args.to.json && !calls.is_empty() {
+        return as_one_object(&study, &command_of(args.file()), lines, calls);
     }
-    for call in calls {
-        if exit == Exit::Interrupted {
-            break;
+    let exit = lines()?;
+    calls.into_iter().try_fold(exit, |exit, (_, call)| after(exit, call))
+}
+
+/// Measures the lines of a study, if it has any.
+fn of_lines(study: &Study, used: &Used, args: &Args, text: &str) -> Result<Exit, Failure> {
+    if study.comparison.lines.is_empty() {
+        return Ok(Exit::Fine);
+    }
+    let used = used.lock().unwrap_or_else(PoisonError::into_inner).clone();
+    let scenes = used.into_values().flat_map(|scene| {
+        let SceneText { text, files, .. } = scene;
+        [text.into_bytes()].into_iter().chain(files.into_values())
+    });
+    let files: Vec<_> = [text.as_bytes().to_vec()].into_iter().chain(scenes).collect();
+    beside::run(&study.comparison, &command_of(args.file()), &files, &args.to, None)
+}
+
+/// Calls a section's verb, unless the study was interrupted. Returns the exit of both.
+fn after(exit: Exit, call: impl FnOnce() -> Result<Exit, Failure>) -> Result<Exit, Failure> {
+    if exit == Exit::Interrupted {
+        return Ok(exit);
+    }
+    let done = call()?;
+    Ok(if done == Exit::Fine { exit } else { done })
+}
+
+/// Runs a study, and prints the results of its lines and of its sections as one JSON object. If a section fails, the
+/// object has the sections before it.
+fn as_one_object(
+    study: &Study,
+    command: &str,
+    lines: impl FnOnce() -> Result<Exit, Failure>,
+    calls: Vec<(&str, Call)>,
+) -> Result<Exit, Failure> {
+    let (ended, of_lines) = gathered(lines);
+    let mut ended = ended?;
+    if ended == Exit::Interrupted {
+        return Ok(ended);
+    }
+    let mut sections = Vec::new();
+    let mut failed = None;
+    for (verb, call) in calls {
+        let (done, results) = gathered(|| after(ended, call));
+        sections.extend(results.into_iter().map(|result| json!({ "verb": verb, "result": result })));
+        match done {
+            Ok(exit) => ended = exit,
+            Err(failure) => {
+                failed = Some(failure);
+                break;
+            }
         }
-        let done = call()?;
-        exit = if done == Exit::Fine { exit } else { done };
     }
-    Ok(exit)
+    let only_sections = || beside::object(&study.comparison, command, &[], &[]);
+    let mut object = of_lines.into_iter().next().unwrap_or_else(only_sections);
+    object["complete"] = (failed.is_none() && ended != Exit::Interrupted).into();
+    object["sections"] = sections.into();
+    print_json(&object)?;
+    failed.map_or(Ok(ended), Err)
+}
+
+/// The option of verbs that names a file to be written.
+const WRITTEN: &str = "junit";
+
+/// Returns a section whose written files are within its folder, wherever its verb is called. A study is often by
+/// somebody else, who must not choose a place.
+fn written_within(section: &Section, folder: Option<&Path>) -> Result<Section, Vec<String>> {
+    let mut section = section.clone();
+    for (key, place, values) in section.options.iter_mut().filter(|(key, ..)| key == WRITTEN) {
+        let refused = |why: String| vec![format!("{place}: {}.{key}: {why}", section.verb)];
+        let folder = folder.ok_or_else(|| refused("it writes a file; write hpu study -o DIR".into()))?;
+        for value in values {
+            let name: PlainName = value
+                .parse()
+                .map_err(|why| refused(format!("`{}` is {why}; its folder is that of -o", excerpt(value))))?;
+            *value = folder.join(name.as_str()).display().to_string();
+        }
+    }
+    Ok(section)
 }
 
 /// Returns name and text of a study's file: of the shipped study, if the name has no folder and no ending.
@@ -150,7 +219,8 @@ fn own_words(section: &Section) -> Vec<String> {
 /// Returns the options of a section's command with these ones after its own, or what is wrong with its keys.
 pub fn words(section: &Section, command: &Command, more: Vec<String>) -> Result<Vec<String>, Vec<String>> {
     let own = arguments(section, command);
-    let given = ["out", "json", "jobs", "from"];
+    // These are the matter of the study's own command, and of the machine that it runs on.
+    let given = ["out", "json", "jobs", "from", "cache"];
     let keys: Vec<String> = own.iter().map(|arg| key(arg)).filter(|key| !given.contains(&key.as_str())).collect();
     let (mut placed, mut options, mut errors) = (Vec::new(), Vec::new(), Vec::new());
     for (name, place, values) in &section.options {

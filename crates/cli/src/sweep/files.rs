@@ -100,13 +100,16 @@ pub fn gathered(planned: &Planned, work: &dyn Work, with_own: bool) -> Result<Ro
             planned.dir.display()
         )));
     }
-    let mut left = counts[..waves].iter().sum::<u64>() as usize;
+    let mut left = counts[..waves].iter().fold(0, |sum: u64, rows| sum.saturating_add(*rows)) as usize;
     let mut rows = BTreeMap::new();
     for group in 0..file.groups() {
         let told = file.group(group).map_err(|error| Failure::at(&place, error))?;
         let told = schema.told(&told).ok_or_else(|| Failure::at(&place, "its columns do not agree"))?;
         let taken = told.into_iter().take(left);
         left -= taken.len();
+        if work.count().is_some_and(|count| taken.clone().any(|(point, _)| point >= count)) {
+            return Err(Failure::at(&place, "its points are not those of the sweep"));
+        }
         rows.extend(taken.filter_map(|(point, row)| Some((point as usize, row?))));
     }
     Ok(rows)

@@ -10,7 +10,6 @@ use hpu_study::sweep::{GROUP_ROWS, SEAL, Schema, UNSEALED, seal};
 
 use super::files::{GATHERED, Unusable, check, said};
 use super::manifest::{Planned, put};
-use super::work::of;
 use crate::exit::{Exit, Failure};
 use crate::interrupt;
 use crate::page::show;
@@ -65,7 +64,7 @@ pub fn run(dir: &Path, how: How, json: bool) -> Result<Exit, Failure> {
 pub fn gather(dir: &Path, how: How) -> Result<Gathered, Failure> {
     let waves = Planned::waves(dir)?;
     sweep_files(dir);
-    let work = of(&waves[0].manifest)?;
+    let work = waves[0].manifest.work()?;
     let schema = work.schema();
     let mut wrong = Wrong::default();
     for wave in &waves {

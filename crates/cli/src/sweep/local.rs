@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::fs;
 use std::num::NonZeroUsize;
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{ExitStatus, Stdio};
 use std::sync::Mutex;
 use std::sync::PoisonError;
 use std::sync::atomic::Ordering;
@@ -12,11 +12,12 @@ use std::thread;
 use std::time::Duration;
 
 use clap::Command as Described;
+use hpu_rtl::Group;
 
 use super::gather::{How, gather};
 use super::manifest::Planned;
 use super::plan::{self, Asked};
-use super::shard::{journal_of, told};
+use super::shard::{journal_of, not_started, own_shard, told};
 use super::status::progress;
 use crate::exit::{Exit, Failure};
 use crate::interrupt;
@@ -52,22 +53,19 @@ pub fn shards(planned: &Planned, wanted: Vec<u64>, jobs: NonZeroUsize, any_versi
 
 /// Runs a shard in a process of its own until its file is there.
 fn one(planned: &Planned, index: u64, any_version: bool) -> Result<(), Failure> {
-    let program = std::env::current_exe().map_err(|error| Failure::file(format!("this program: {error}")))?;
     let rows = || fs::metadata(journal_of(planned, index)).map_or(0, |found| found.len());
     let (mut deaths, mut before) = (0, rows());
     loop {
-        let mut command = Command::new(&program);
-        let (number, wave) = (index.to_string(), planned.manifest.wave.to_string());
-        command.args(["--quiet", "sweep", "shard"]).arg(&planned.dir).args(["--index", &number, "--wave", &wave]);
-        command.args(any_version.then_some("--any-version"));
-        let child = command.stdin(Stdio::null()).stdout(Stdio::null()).spawn();
-        let mut child = child.map_err(|error| Failure::file(format!("this program cannot start itself: {error}")))?;
+        let mut command = own_shard(planned, index)?;
+        command.args(any_version.then_some("--any-version")).stdin(Stdio::null()).stdout(Stdio::null());
+        let mut child = Group::start(&mut command).map_err(not_started)?;
         let Some(status) = waited(&mut child)? else { return Ok(()) };
         if status.success() {
             return Ok(());
         }
         if let Some(code) = status.code().filter(|code| *code < 128) {
-            return Err(Failure::file(format!("shard {index} ended with exit code {code}")));
+            let exit = Exit::of(code).unwrap_or(Exit::BadFile);
+            return Err(Failure::new(exit, format!("shard {index} ended with exit code {code}")));
         }
         let now = rows();
         deaths = if now > before { 1 } else { deaths + 1 };
@@ -81,18 +79,16 @@ fn one(planned: &Planned, index: u64, any_version: bool) -> Result<(), Failure> 
     }
 }
 
-/// Waits for a process; ends it and returns `None` when the command is interrupted.
-fn waited(child: &mut Child) -> Result<Option<std::process::ExitStatus>, Failure> {
-    let failed = |error| Failure::file(format!("this program cannot wait for itself: {error}"));
+/// Waits for a process; returns `None` when the command is interrupted.
+pub fn waited(child: &mut Group) -> Result<Option<ExitStatus>, Failure> {
+    let failed = |error| Failure::file(format!("this program cannot wait for another: {error}"));
     loop {
-        if let Some(status) = child.try_wait().map_err(failed)? {
-            return Ok(if interrupt::pressed() { None } else { Some(status) });
-        }
+        let status = child.ended().map_err(failed)?;
         if interrupt::pressed() {
-            // It may have ended by itself.
-            let _ = child.kill();
-            child.wait().map_err(failed)?;
             return Ok(None);
+        }
+        if status.is_some() {
+            return Ok(status);
         }
         thread::sleep(Duration::from_millis(5));
     }
@@ -102,8 +98,11 @@ fn waited(child: &mut Child) -> Result<Option<std::process::ExitStatus>, Failure
 pub fn run(asked: &Asked, command: &Described, jobs: NonZeroUsize, how: How, json: bool) -> Result<Exit, Failure> {
     let what = Path::new(asked.study);
     let dir = match asked.out {
+        _ if what.is_dir() => {
+            asked.of_folder()?;
+            what
+        }
         Some(out) => out,
-        None if what.is_dir() => what,
         None => return Err(Failure::usage("write -o DIR: the folder of the sweep")),
     };
     if !what.is_dir() {

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use hpu_rtl::temporary::{self, Temporary, sweep_files};
 use hpu_study::map::SceneText;
@@ -12,12 +13,23 @@ use hpu_study::sweep::Points;
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 
+use super::work::work;
 use crate::exit::Failure;
 use crate::program;
 use crate::sha256::{self, hex};
+use crate::work::{Find, Source, Work};
 
 /// The version of the manifest's format.
-const FORMAT: u64 = 2;
+const FORMAT: u64 = 3;
+
+/// Most points of a shard.
+pub const MOST_POINTS: u64 = 1_000_000;
+
+/// Most shards of a wave. A folder holds hardly more files.
+const MOST_SHARDS: u64 = 10_000_000;
+
+/// The key of the checksum over the whole manifest.
+const SUM: &str = "manifest_sha256";
 
 /// A wave of a sweep.
 #[derive(Clone, Debug)]
@@ -96,7 +108,7 @@ impl Manifest {
             json!({ "name": name, "file": scene.name, "text": scene.text, "files": files })
         });
         let columns = self.columns.iter().map(|[key, kind, unit]| json!({ "key": key, "type": kind, "unit": unit }));
-        let object = json!({
+        let mut object = json!({
             "sweep": FORMAT,
             "version": self.version,
             "program_xxh128": self.program,
@@ -113,6 +125,7 @@ impl Manifest {
             "shards": self.shards(),
             "columns": columns.collect::<Vec<_>>(),
         });
+        object[SUM] = sum(&object).into();
         // One run a line would make the manifest of a refined wave several times as long.
         let mut text = format!("{object:#}\n");
         let runs = serde_json::to_string(self.points.runs()).expect("numbers are JSON");
@@ -123,7 +136,11 @@ impl Manifest {
     }
 
     fn parse(text: &str) -> Option<Self> {
-        let value: Value = serde_json::from_str(text).ok()?;
+        let mut value: Value = serde_json::from_str(text).ok()?;
+        let told = value.as_object_mut()?.remove(SUM)?;
+        if told != sum(&value) {
+            return None;
+        }
         let string = |value: &Value| value.as_str().map(String::from);
         let scene = |value: &Value| {
             let files = value["files"].as_object()?.iter();
@@ -147,16 +164,40 @@ impl Manifest {
             command: string(&value["command"])?,
             scenes: value["scenes"].as_array()?.iter().map(scene).collect::<Option<_>>()?,
             points: Points::of_runs(value["runs"].as_array()?.iter().map(run).collect::<Option<_>>()?)?,
-            shard_points: value["shard_points"].as_u64().filter(|points| *points > 0)?,
+            shard_points: value["shard_points"].as_u64().filter(|points| (1..=MOST_POINTS).contains(points))?,
             columns: value["columns"].as_array()?.iter().map(column).collect::<Option<_>>()?,
         };
         let whole = value["sweep"] == FORMAT && value["settings_sha256"] == manifest.settings();
-        (whole && value["points"] == manifest.points.count()).then_some(manifest)
+        let counts = value["points"] == manifest.points.count() && value["shards"] == manifest.shards();
+        (whole && counts && manifest.shards() <= MOST_SHARDS).then_some(manifest)
+    }
+
+    /// Returns the function that finds the scenes of the manifest.
+    pub fn find(&self) -> Find {
+        let scenes = self.scenes.clone();
+        Arc::new(move |name| {
+            let found = scenes.iter().find(|(own, _)| own == name);
+            let (_, scene) = found.ok_or_else(|| Failure::file(format!("the manifest has no scene {name}")))?;
+            Ok(Source { scene: scene.clone(), file: None })
+        })
+    }
+
+    /// Returns the work of the manifest.
+    pub fn work(&self) -> Result<Box<dyn Work>, Failure> {
+        work(&self.verb, &self.words, self.find())
     }
 
     /// Writes the manifest into the folder of its sweep, unless the folder has a manifest of this wave.
     pub fn write(self, dir: &Path) -> Result<Planned, Failure> {
         let at = |error| Failure::usage(format!("cannot write to {}: {error}", dir.display()));
+        if self.shards() > MOST_SHARDS {
+            let (points, shards) = (self.points.count(), self.shards());
+            return Err(Failure::usage(format!(
+                "{points} points are {shards} shards of {}, of which a sweep has {MOST_SHARDS} at most; write a larger \
+                 --shard-points or --shard-time",
+                self.shard_points
+            )));
+        }
         fs::create_dir_all(dir).map_err(at)?;
         sweep_files(dir);
         let (text, place) = (self.text(), place(dir, self.wave));
@@ -173,6 +214,11 @@ pub fn put(file: Temporary, place: &Path) -> Result<(), Failure> {
     temporary::place(vec![(file, place.to_path_buf())]).map_err(|(place, error)| Failure::at(&place, error))?;
     let folder = place.parent().unwrap_or(Path::new("."));
     fs::File::open(folder).and_then(|folder| folder.sync_all()).map_err(|error| Failure::at(folder, error))
+}
+
+/// Returns the checksum over a manifest without it.
+fn sum(object: &Value) -> String {
+    sha256::of(&object.to_string())
 }
 
 fn unhex(text: &str) -> Option<Vec<u8>> {
@@ -195,7 +241,15 @@ impl Planned {
         };
         let damaged =
             || Failure::at(&place, "is no manifest of a sweep, or is damaged or of an older hpu; plan the sweep again");
-        let manifest = Manifest::parse(&text).filter(|manifest| manifest.wave == wave).ok_or_else(damaged)?;
+        let manifest =
+            Manifest::parse(&text).filter(|manifest| manifest.wave == wave && wave > 0).ok_or_else(damaged)?;
+        // The points may be somebody else's. What builds no work here, as under another build of hpu, runs none either.
+        if let Some(count) = manifest.work().ok().and_then(|work| work.count())
+            && manifest.points.end() > count
+        {
+            let last = manifest.points.end() - 1;
+            return Err(Failure::at(&place, format!("it asks for point {last} of {count}; plan the sweep again")));
+        }
         Ok(Some(Self { manifest, dir: dir.to_path_buf(), sum: sha256::of(&text), bytes: text.len() }))
     }
 

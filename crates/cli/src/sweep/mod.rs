@@ -197,7 +197,7 @@ pub fn run(args: &Args, command: &Command) -> Result<Exit, Failure> {
 pub fn show_map(args: &map::Args, dir: &Path) -> Result<Exit, Failure> {
     let planned = of_verb(dir, "map")?;
     let manifest = &planned.manifest;
-    let cells = Cells::new(read_words("map", &manifest.words)?, work::scenes(manifest))?;
+    let cells = Cells::new(read_words("map", &manifest.words)?, manifest.find())?;
     let rows = gathered(&planned, &cells, true)?;
     map::gathered(args, cells, rows)
 }
@@ -206,16 +206,16 @@ pub fn show_map(args: &map::Args, dir: &Path) -> Result<Exit, Failure> {
 pub fn show_search(args: &widths::Args, dir: &Path) -> Result<Exit, Failure> {
     let planned = of_verb(dir, "widths")?;
     let manifest = &planned.manifest;
-    let rows = gathered(&planned, &*work::of(manifest)?, true)?;
+    let rows = gathered(&planned, &*manifest.work()?, true)?;
     let own = read_words("widths", &manifest.words)?;
-    widths::gathered(args, own, rows, work::scenes(manifest))
+    widths::gathered(args, own, rows, manifest.find())
 }
 
 /// Runs `hpu study --from`: shows the lines that a sweep has gathered.
 pub fn show_lines(args: &study::Args, dir: &Path) -> Result<Exit, Failure> {
     let planned = of_verb(dir, "study")?;
     let (name, text) = &planned.manifest.study;
-    let lines = Lines::new(name, text, work::scenes(&planned.manifest))?;
+    let lines = Lines::new(name, text, planned.manifest.find())?;
     let rows = gathered(&planned, &lines, true)?;
     lines.show(args, rows)
 }
@@ -223,7 +223,7 @@ pub fn show_lines(args: &study::Args, dir: &Path) -> Result<Exit, Failure> {
 /// Runs `hpu reproduce` for a drop test with `--from`: shows the trials that a sweep has gathered.
 pub fn show_drops(name: Name, args: &drop::Args, dir: &Path) -> Result<Exit, Failure> {
     let planned = of_verb(dir, name.text())?;
-    let trials = Trials::new(name, &planned.manifest.words, &work::scenes(&planned.manifest))?;
+    let trials = Trials::new(name, &planned.manifest.words, &planned.manifest.find())?;
     let rows = gathered(&planned, &trials, true)?;
     drop::gathered(trials, args, rows)
 }

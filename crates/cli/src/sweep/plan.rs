@@ -11,7 +11,7 @@ use hpu_study::studies::Section;
 use hpu_study::sweep::Points;
 
 use super::files::gathered;
-use super::manifest::{Manifest, Planned};
+use super::manifest::{MOST_POINTS, Manifest, Planned};
 use super::work::{self, LINES, SECTIONS, splittable};
 use crate::exit::{Exit, Failure};
 use crate::page::show;
@@ -24,9 +24,6 @@ const SAMPLE: u64 = 16;
 /// Wall time after which no further point is measured.
 const SAMPLE_TIME: Duration = Duration::from_secs(10);
 
-/// Most points of a shard.
-const MOST: u64 = 1_000_000;
-
 /// The size of shards.
 #[derive(Clone, Copy, Default, clap::Args)]
 pub struct Size {
@@ -36,7 +33,7 @@ pub struct Size {
     /// Points of a shard, instead of a measured number
     #[arg(
         long, value_name = "N", conflicts_with = "shard_time",
-        value_parser = clap::value_parser!(u64).range(1..=MOST)
+        value_parser = clap::value_parser!(u64).range(1..=MOST_POINTS)
     )]
     shard_points: Option<u64>,
 }
@@ -82,7 +79,7 @@ impl Size {
             time_s = time_s.min((point_s * count as f64 / (8 * workers) as f64).max(4.0));
         }
         let points = (time_s / point_s.max(1e-9)).ceil();
-        Ok(((points as u64).clamp(1, MOST), Some(point_s)))
+        Ok(((points as u64).clamp(1, MOST_POINTS), Some(point_s)))
     }
 }
 
@@ -90,6 +87,7 @@ impl Size {
 pub fn run(asked: &Asked, command: &Command, json: bool) -> Result<Exit, Failure> {
     let what = Path::new(asked.study);
     let planned = if what.is_dir() {
+        asked.of_folder()?;
         let Some(planned) = next(what, asked.size, None)? else {
             let mut page = Page::default();
             page.fact("complete", "complete", true, "no wave is left");
@@ -115,6 +113,20 @@ pub struct Asked<'a> {
     pub out: Option<&'a Path>,
     /// The size of shards.
     pub size: Size,
+}
+
+impl Asked<'_> {
+    /// Refuses options that the folder of a sweep in the place of a study does not read.
+    pub fn of_folder(&self) -> Result<(), Failure> {
+        let given = [("--section", self.section.is_some()), ("--out", self.out.is_some())];
+        match given.into_iter().find(|(_, is_given)| *is_given) {
+            None => Ok(()),
+            Some((option, _)) => Err(Failure::usage(format!(
+                "{option}: {} is the folder of a sweep, which goes on there; a study's file reads it",
+                self.study
+            ))),
+        }
+    }
 }
 
 /// A wave, with the seconds that a point was measured to take.
@@ -158,7 +170,7 @@ pub fn first(asked: &Asked, dir: &Path, command: &Command, workers: Option<usize
 /// Plans the wave after the last one; `None` if the sweep is complete.
 pub fn next(dir: &Path, size: Size, workers: Option<usize>) -> Result<Option<Costed>, Failure> {
     let last = Planned::last(dir)?;
-    let work = work::of(&last.manifest)?;
+    let work = last.manifest.work()?;
     if !work.is_adaptive() {
         return Ok(None);
     }

@@ -6,22 +6,25 @@
 //! single kill from outside therefore makes no point poison.
 
 use std::fs::{self, File};
-use std::io::Read;
 use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Stdio};
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
 
+use hpu_rtl::dut::is_forbidden;
 use hpu_rtl::temporary::{Temporary, sweep_files};
+use hpu_rtl::{Fault, output};
 use hpu_study::page::{Page, Parquet};
 use hpu_study::sweep::{FileRow, GROUP_ROWS, Row, SEAL, UNSEALED, append, seal};
 use hpu_study::units::UnitResult;
 
 use super::files::{before, check, said};
 use super::manifest::{Planned, put};
-use super::work::of;
 use crate::exit::{Exit, Failure};
+use crate::files::not_a_link;
 use crate::page::show;
-use crate::terminal::print;
+use crate::terminal::print_file;
 use crate::work::{Rows, Work};
 use crate::{interrupt, journal};
 
@@ -69,7 +72,7 @@ struct Made {
 /// Makes the file of a shard; `None` when interrupted.
 fn finish(planned: &Planned, index: u64, program: &str) -> Result<Option<Made>, Failure> {
     let points: Vec<usize> = planned.manifest.shard(index).into_iter().map(|point| point as usize).collect();
-    let work = of(&planned.manifest)?;
+    let work = planned.manifest.work()?;
     let schema = work.schema();
     let done = Made { points: points.len(), fresh: false };
     if check(planned, index, schema.columns(), Some(program)).is_ok() {
@@ -77,6 +80,10 @@ fn finish(planned: &Planned, index: u64, program: &str) -> Result<Option<Made>, 
         return Ok(Some(done));
     }
     let folder = planned.shards();
+    not_a_link(&folder)?;
+    for ending in ["journal", "alone"] {
+        not_a_link(&planned.shard(index, ending))?;
+    }
     fs::create_dir_all(&folder).map_err(|error| Failure::at(&folder, error))?;
     let kept = planned.shard(index, "journal");
     // Another process may be at the same shard, as one that a scheduler has given up. This process waits for it.
@@ -214,19 +221,38 @@ pub fn told(status: ExitStatus) -> String {
 }
 
 fn child(planned: &Planned, index: u64, point: usize) -> Result<(ExitStatus, String), Failure> {
+    let mut command = own_shard(planned, index)?;
+    command.args(["--any-version", "--point", &point.to_string()]);
+    let (said, ended) = output(&AtomicBool::new(false), command, Stdio::null(), Duration::MAX);
+    match ended {
+        // It refuses for a reason that is none of the point's, as where designs must not be simulated.
+        Ok(status) if status.code() == Some(Exit::Usage as i32) => {
+            Err(Failure::usage(said.err.trim().trim_start_matches("error: ")))
+        }
+        Ok(status) => Ok((status, said.out)),
+        // The command is interrupted, which the caller finds.
+        Err(Fault::Stopped) => Ok((ExitStatus::default(), String::new())),
+        Err(fault) => Err(not_started(fault)),
+    }
+}
+
+/// Returns the command by which this program runs a shard in a process of its own.
+pub fn own_shard(planned: &Planned, index: u64) -> Result<Command, Failure> {
     let program = std::env::current_exe().map_err(|error| Failure::file(format!("this program: {error}")))?;
     let (index, wave) = (index.to_string(), planned.manifest.wave.to_string());
     let mut command = Command::new(program);
-    command.args(["--quiet", "sweep", "shard"]).arg(&planned.dir).args(["--index", &index, "--wave", &wave]);
-    command.args(["--any-version", "--point", &point.to_string()]);
-    let child = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::null()).spawn();
-    let mut child = child.map_err(|error| Failure::file(format!("this program cannot start itself: {error}")))?;
-    let mut said = String::new();
-    // A process that died has said nothing that can be read.
-    let _ = child.stdout.take().expect("it is piped").read_to_string(&mut said);
-    let status =
-        child.wait().map_err(|error| Failure::file(format!("this program cannot wait for itself: {error}")))?;
-    Ok((status, said))
+    command.arg("--quiet").args(is_forbidden().then_some("--no-dut")).args(["sweep", "shard"]);
+    let dir = fs::canonicalize(&planned.dir).map_err(|error| Failure::at(&planned.dir, error))?;
+    command.arg(dir).args(["--index", &index, "--wave", &wave]);
+    Ok(command)
+}
+
+/// Returns the failure to start this program again.
+pub fn not_started(fault: Fault) -> Failure {
+    match fault {
+        Fault::Stopped => Failure::new(Exit::Interrupted, "interrupted"),
+        fault => Failure::file(format!("this program cannot start itself: {fault:?}")),
+    }
 }
 
 /// Words before a row, a reason and nothing, as a point's own process prints them.
@@ -245,7 +271,10 @@ fn read(said: &str) -> Option<Row> {
 /// Runs one point, and prints its row.
 pub fn point(dir: &Path, wave: Option<usize>, point: u64) -> Result<Exit, Failure> {
     let planned = planned(dir, wave)?;
-    let work = of(&planned.manifest)?;
+    let work = planned.manifest.work()?;
+    if let Some(count) = work.count().filter(|count| point >= *count) {
+        return Err(Failure::usage(format!("the sweep has {count} points, from 0 to {}", count.saturating_sub(1))));
+    }
     let mut found = None;
     work.run(before(&planned, &*work)?, &[point as usize], interrupt::heed(), &mut |_, row| {
         found = Some(row);
@@ -255,7 +284,7 @@ pub fn point(dir: &Path, wave: Option<usize>, point: u64) -> Result<Exit, Failur
         return Ok(Exit::Interrupted);
     }
     let [made, failed, not_run] = PRINTED;
-    print(&match found {
+    print_file(&match found {
         Some(Ok(row)) => format!("{made}{row}\n"),
         Some(Err(reason)) => format!("{failed}{reason}\n"),
         None => format!("{not_run}\n"),

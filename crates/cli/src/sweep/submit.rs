@@ -1,24 +1,31 @@
 //! Schedulers: the shards of a wave as an array of Slurm, or as lines for GNU parallel.
 
 use std::collections::BTreeSet;
-use std::fs;
-use std::io::Write as _;
+use std::fs::{self, File};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
 
+use hpu_cosim::script;
+use hpu_cosim::script::{Fixed, Parallel, Script, Shell, Slurm, Unwritable};
+use hpu_rtl::dut::is_forbidden;
+use hpu_rtl::temporary::Temporary;
+use hpu_rtl::{Fault, Group, TIMEOUT, output};
 use hpu_study::page::Page;
 use hpu_study::sweep::Points;
 
-use super::local::shards;
+use super::local::{shards, waited};
 use super::manifest::Planned;
 use super::status::progress;
 use super::{plan, status};
 use crate::exit::{Exit, Failure};
+use crate::hdl::seconds;
 use crate::interrupt;
 use crate::page::show;
 use crate::scene::quoted;
-use crate::terminal::print;
+use crate::terminal::print_file;
 
 /// Hand the shards that are not done to a scheduler
 ///
@@ -57,6 +64,9 @@ pub struct Args {
     /// Wave and number of shards that were left when the array before was submitted; refuses to submit the same again
     #[arg(long, value_name = "WAVE:SHARDS", value_parser = since, hide = true)]
     since: Option<(usize, u64)>,
+    /// Kill a command of Slurm that runs longer [default: 1800]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    tool_timeout: Option<Duration>,
     #[command(flatten)]
     version: super::AnyVersion,
     /// One JSON object
@@ -84,9 +94,27 @@ impl Args {
     }
 
     /// Returns the options of a task beside its wave and its number.
-    fn task_options(&self) -> String {
-        let cores = self.cores.map_or(String::new(), |cores| format!(" --cores {cores}"));
-        cores + if self.version.any_version { " --any-version" } else { "" }
+    fn task_options<L>(&self) -> Script<L> {
+        let cores = self.cores.map_or(Script::empty(), |cores| script!(L: " --cores {}", cores));
+        [cores, self.any_version()].into_iter().collect()
+    }
+
+    fn any_version<L>(&self) -> Script<L> {
+        if self.version.any_version { script!(L: " --any-version") } else { Script::empty() }
+    }
+
+    /// Returns the lines by which Slurm takes the options for every job.
+    fn option_lines(&self) -> Result<Script<Shell>, Failure> {
+        let line = |option: &String| {
+            let option = Script::<Slurm>::option(option).map_err(|why| Failure::usage(format!("--option: {why}")))?;
+            Ok(script!(Shell: "#SBATCH {}\n", option))
+        };
+        self.option.iter().map(line).collect()
+    }
+
+    /// Returns the time limit of a command of Slurm.
+    fn limit_of_tools(&self) -> Duration {
+        self.tool_timeout.unwrap_or(TIMEOUT)
     }
 }
 
@@ -114,9 +142,17 @@ fn advance(planned: &Planned, args: &Args) -> Result<Option<Planned>, Failure> {
     Ok(plan::next(&planned.dir, plan::Size::default(), None)?.map(|(next, _)| next))
 }
 
-fn program() -> Result<String, Failure> {
+/// Returns this program in a script, with its options for every verb.
+fn program() -> Result<Script<Shell>, Failure> {
     let own = std::env::current_exe().map_err(|error| Failure::file(format!("this program: {error}")))?;
-    Ok(quoted(&own.display().to_string()))
+    let own = Script::<Shell>::path(&own).map_err(unwritable)?;
+    let no_dut = if is_forbidden() { script!(Shell: " --no-dut") } else { Script::empty() };
+    Ok(script!(Shell: "{} --quiet{}", own, no_dut))
+}
+
+/// Returns the failure of a folder that a script cannot name.
+fn unwritable(why: Unwritable) -> Failure {
+    Failure::usage(format!("{why}; rename the folder"))
 }
 
 /// A kind of job of a wave.
@@ -142,11 +178,11 @@ fn job_name(planned: &Planned, job: Job) -> String {
 
 /// Returns the numbers of the jobs of these names that wait or run, without the job that this process is. A job that
 /// was cancelled can stay in Slurm's queue for a while, so the states are asked for.
-fn queued(names: &[String]) -> Result<Vec<String>, Failure> {
+fn queued(names: &[String], limit: Duration) -> Result<Vec<String>, Failure> {
     let name = format!("--name={}", names.join(","));
     let asked = ["--noheader", "--format=%F", "--states=PENDING,CONFIGURING,RUNNING,SUSPENDED", &name];
     let own = std::env::var("SLURM_JOB_ID").unwrap_or_default();
-    let said = needed("squeue", &asked.map(String::from), "")?;
+    let said = needed("squeue", &asked.map(String::from), "", limit)?;
     let mut jobs: Vec<String> = said.split_whitespace().map(String::from).collect();
     jobs.retain(|job| *job != own);
     jobs.sort();
@@ -155,56 +191,76 @@ fn queued(names: &[String]) -> Result<Vec<String>, Failure> {
 }
 
 /// Returns the numbers of the tasks that have shards left, as Slurm writes them; of all tasks if no shard is left.
-fn wanted(left: &[u64], tasks: u64) -> String {
+fn wanted(left: &[u64], tasks: u64) -> Script<Slurm> {
     let own: BTreeSet<u64> = left.iter().map(|shard| shard % tasks).collect();
     let own = if own.is_empty() { Points::all(tasks) } else { Points::of(own) };
-    let run = |(first, count): &(u64, u64)| match count {
-        1 => first.to_string(),
-        _ => format!("{first}-{}", first + count - 1),
+    let run = |(index, (first, count)): (usize, &(u64, u64))| {
+        let comma = if index == 0 { Script::empty() } else { script!(Slurm: ",") };
+        match count {
+            1 => script!(Slurm: "{}{}", comma, first),
+            _ => script!(Slurm: "{}{}-{}", comma, first, first + count - 1),
+        }
     };
-    own.runs().iter().map(run).collect::<Vec<_>>().join(",")
+    own.runs().iter().enumerate().map(run).collect()
+}
+
+/// Returns the first lines of the script of a job, whose log is in the sweep's folder.
+fn job_lines(planned: &Planned, job: Job, more: &Script<Slurm>) -> Result<Script<Shell>, Failure> {
+    let name = Script::<Slurm>::name(&job_name(planned, job)).map_err(unwritable)?;
+    let log = Script::<Slurm>::file(&planned.dir, "slurm-%A.log").map_err(unwritable)?;
+    Ok(script!(
+        Shell: "#!/bin/sh\n#SBATCH --job-name={}\n{}#SBATCH --requeue\n#SBATCH --open-mode=append\n\
+                #SBATCH --output={}\n",
+        name,
+        more,
+        log
+    ))
 }
 
 /// Returns the script of an array over a wave: each task runs every `tasks`-th shard. Tasks without shards are left
 /// out.
-fn array(args: &Args, planned: &Planned, left: &[u64], tasks: u64) -> Result<String, Failure> {
-    let dir = quoted(&planned.dir.display().to_string());
-    let limit = args.limit.map_or(String::new(), |limit| format!("%{limit}"));
-    let mut script = format!(
-        "#!/bin/sh\n#SBATCH --job-name={}\n#SBATCH --array={}{limit}\n#SBATCH --ntasks=1\n#SBATCH --cpus-per-task={}\n\
-         #SBATCH --requeue\n#SBATCH --open-mode=append\n#SBATCH --output={dir}/slurm-%A.log\n",
-        job_name(planned, Job::Tasks),
+fn array(args: &Args, planned: &Planned, left: &[u64], tasks: u64) -> Result<Script<Shell>, Failure> {
+    let limit = args.limit.map_or(Script::empty(), |limit| script!(Slurm: "%{}", limit));
+    let own = script!(
+        Slurm: "#SBATCH --array={}{}\n#SBATCH --ntasks=1\n#SBATCH --cpus-per-task={}\n",
         wanted(left, tasks),
-        args.cores(),
+        limit,
+        args.cores()
     );
-    script.extend(args.option.iter().map(|option| format!("#SBATCH {option}\n")));
-    let more = args.task_options();
-    script += &format!(
-        "exec {} --quiet sweep task {dir} --wave {} --index \"$SLURM_ARRAY_TASK_ID\" --of {tasks}{more}\n",
+    let task = script!(
+        Shell: "exec {} sweep task {} --wave {} --index \"$SLURM_ARRAY_TASK_ID\" --of {}{}\n",
         program()?,
-        planned.manifest.wave
+        Script::<Shell>::path(&planned.dir).map_err(unwritable)?,
+        planned.manifest.wave,
+        tasks,
+        args.task_options::<Shell>()
     );
-    Ok(script)
+    Ok([job_lines(planned, Job::Tasks, &own)?, args.option_lines()?, task].into_iter().collect())
 }
 
 /// Returns the script of a job that goes on after an array: it gives this command again.
-fn follower(args: &Args, planned: &Planned, left: u64, job: Job) -> Result<String, Failure> {
-    let (program, dir) = (program()?, quoted(&planned.dir.display().to_string()));
-    let mut script = format!(
-        "#!/bin/sh\n#SBATCH --job-name={}\n#SBATCH --ntasks=1\n#SBATCH --requeue\n#SBATCH --open-mode=append\n\
-         #SBATCH --output={dir}/slurm-%A.log\n",
-        job_name(planned, job)
+fn follower(args: &Args, planned: &Planned, left: u64, job: Job) -> Result<Script<Shell>, Failure> {
+    let number = |name, number: Option<u64>| {
+        number.map_or(Script::empty(), |number| script!(Shell: " --{} {}", Fixed(name), number))
+    };
+    let seconds = args.tool_timeout.map_or(
+        Script::empty(),
+        |limit| script!(Shell: " --tool-timeout {}", Script::<Shell>::word(&limit.as_secs_f64().to_string())),
     );
-    script.extend(args.option.iter().map(|option| format!("#SBATCH {option}\n")));
-    let any = if args.version.any_version { " --any-version" } else { "" };
-    let mut again = format!("--engine slurm{any}");
-    again += &args.limit.map_or(String::new(), |limit| format!(" --limit {limit}"));
-    again += &args.tasks.map_or(String::new(), |tasks| format!(" --tasks {tasks}"));
-    again += &args.cores.map_or(String::new(), |cores| format!(" --cores {cores}"));
-    again.extend(args.option.iter().map(|option| format!(" --option={}", quoted(option))));
-    let wave = planned.manifest.wave;
-    script += &format!("exec {program} --quiet sweep submit {dir} {again} --since {wave}:{left}\n");
-    Ok(script)
+    let cores = args.cores.map(|cores| cores.get() as u64);
+    let options = args.option.iter().map(|option| script!(Shell: " --option={}", Script::<Shell>::word(option)));
+    let own = [args.any_version(), number("limit", args.limit), number("tasks", args.tasks), number("cores", cores)];
+    let again: Script<Shell> = own.into_iter().chain([seconds]).chain(options).collect();
+    let submit = script!(
+        Shell: "exec {} sweep submit {} --engine slurm{} --since {}:{}\n",
+        program()?,
+        Script::<Shell>::path(&planned.dir).map_err(unwritable)?,
+        again,
+        planned.manifest.wave,
+        left
+    );
+    let lines = job_lines(planned, job, &script!(Slurm: "#SBATCH --ntasks=1\n"))?;
+    Ok([lines, args.option_lines()?, submit].into_iter().collect())
 }
 
 /// Submits the jobs of the last wave that Slurm does not have yet. The command can begin with each of its steps, so
@@ -223,7 +279,8 @@ fn slurm(args: &Args, mut planned: Planned) -> Result<Exit, Failure> {
         (left, planned) = (progress(&next).left, next);
     }
     let shards = left.len() as u64;
-    let most = args.tasks.unwrap_or_else(|| max_array().unwrap_or(MAX_ARRAY));
+    let limit = args.limit_of_tools();
+    let most = args.tasks.unwrap_or_else(|| max_array(limit).unwrap_or(MAX_ARRAY));
     let tasks = planned.manifest.shards().min(most).max(1);
     let array = array(args, &planned, &left, tasks)?;
     let [follower, stand_in] = [Job::Follower, Job::StandIn].map(|job| follower(args, &planned, shards, job));
@@ -236,10 +293,10 @@ fn slurm(args: &Args, mut planned: Planned) -> Result<Exit, Failure> {
                 "\n# then, with --dependency=afterok of the array:\n{follower}\n# and the same after a failure of it\n"
             )
         };
-        print(&format!("{array}{rest}"))?;
+        print_file(&format!("{array}{rest}"))?;
         return Ok(Exit::Fine);
     }
-    let known = |job| Ok::<_, Failure>(queued(&[job_name(&planned, job)])?.into_iter().next());
+    let known = |job| Ok::<_, Failure>(queued(&[job_name(&planned, job)], limit)?.into_iter().next());
     let job = match known(Job::Tasks)? {
         Some(job) => {
             page.fact("array", "array", job.as_str(), format!("job {job}, which Slurm has already"));
@@ -253,7 +310,7 @@ fn slurm(args: &Args, mut planned: Planned) -> Result<Exit, Failure> {
             )));
         }
         None => {
-            let job = sbatch(&array, &[])?;
+            let job = sbatch(&array, &[], limit)?;
             page.fact("array", "array", job.as_str(), format!("job {job}, {shards} shards in at most {tasks} tasks"));
             page.data("tasks", tasks);
             job
@@ -265,37 +322,48 @@ fn slurm(args: &Args, mut planned: Planned) -> Result<Exit, Failure> {
         let after = |kind: &str, job: &str| [format!("--dependency={kind}:{job}"), "--kill-on-invalid-dep=yes".into()];
         let follower = match known(Job::Follower)? {
             Some(job) => job,
-            None => sbatch(&follower, &after("afterok", &job))?,
+            None => sbatch(&follower, &after("afterok", &job), limit)?,
         };
         if known(Job::StandIn)?.is_none() {
-            sbatch(&stand_in, &after("afternotok", &follower))?;
+            sbatch(&stand_in, &after("afternotok", &follower), limit)?;
         }
         let said = format!("job {follower} gathers and submits the next wave");
         page.fact("follower", "then", follower.as_str(), said);
     }
-    page.line("progress", format!("hpu sweep status {}", planned.dir.display()));
-    page.line("cancel", format!("hpu sweep submit {} --engine slurm --cancel", planned.dir.display()));
+    let dir = quoted(&planned.dir.display().to_string());
+    page.line("progress", format!("hpu sweep status {dir}"));
+    page.line("cancel", format!("hpu sweep submit {dir} --engine slurm --cancel"));
     show(&page, args.json)?;
     Ok(Exit::Fine)
 }
 
-/// Runs a tool; `None` if it is missing.
-fn tool(name: &str, arguments: &[String], input: &str) -> Result<Option<(bool, String)>, Failure> {
+/// Runs a command of Slurm; `None` if it is missing.
+fn tool(name: &str, arguments: &[String], input: &str, limit: Duration) -> Result<Option<(bool, String)>, Failure> {
+    let failed = |error: &dyn std::fmt::Display| Failure::file(format!("{name}: {error}"));
+    // The input is a file, so that a command which does not read it is not waited for.
+    let folder = Temporary::folder().map_err(|error| failed(&error))?;
+    let place = folder.path().join("input");
+    let input = fs::write(&place, input).and_then(|()| File::open(&place)).map_err(|error| failed(&error))?;
     let mut command = Command::new(name);
-    let child = command.args(arguments).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn();
-    let mut child = match child {
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
-        child => child.map_err(|error| Failure::file(format!("{name}: {error}")))?,
-    };
-    // A tool that reads no input has none to miss.
-    let _ = child.stdin.take().expect("it is piped").write_all(input.as_bytes());
-    let output = child.wait_with_output().map_err(|error| Failure::file(format!("{name}: {error}")))?;
-    let text = if output.status.success() { &output.stdout } else { &output.stderr };
-    Ok(Some((output.status.success(), String::from_utf8_lossy(text).trim().to_string())))
+    command.args(arguments);
+    let (said, ended) = output(&AtomicBool::new(false), command, Stdio::from(input), limit);
+    match ended {
+        Ok(status) => {
+            let text = if status.success() { &said.out } else { &said.err };
+            Ok(Some((status.success(), text.trim().to_string())))
+        }
+        Err(Fault::Missing) => Ok(None),
+        Err(Fault::Stopped) => Err(Failure::new(Exit::Interrupted, "interrupted")),
+        Err(Fault::TooLong(limit)) => {
+            Err(failed(&format!("killed: no end after {} s (--tool-timeout)", limit.as_secs_f64())))
+        }
+        Err(Fault::NotStarted(error)) => Err(failed(&error)),
+        Err(fault) => Err(failed(&format!("{fault:?}"))),
+    }
 }
 
-fn needed(name: &str, arguments: &[String], input: &str) -> Result<String, Failure> {
-    match tool(name, arguments, input)? {
+fn needed(name: &str, arguments: &[String], input: &str, limit: Duration) -> Result<String, Failure> {
+    match tool(name, arguments, input, limit)? {
         None => Err(Failure::new(Exit::NoTool, format!("{name} is missing: Slurm's commands must be in the PATH"))),
         Some((true, said)) => Ok(said),
         Some((false, said)) => Err(Failure::file(format!("{name}: {said}"))),
@@ -303,15 +371,15 @@ fn needed(name: &str, arguments: &[String], input: &str) -> Result<String, Failu
 }
 
 /// Submits a script, and returns the number of its job.
-fn sbatch(script: &str, options: &[String]) -> Result<String, Failure> {
-    let said = needed("sbatch", &[&["--parsable".to_string()], options].concat(), script)?;
+fn sbatch(script: &Script<Shell>, options: &[String], limit: Duration) -> Result<String, Failure> {
+    let said = needed("sbatch", &[&["--parsable".to_string()], options].concat(), script.as_str(), limit)?;
     // A cluster's name may follow.
     Ok(said.split(';').next().unwrap_or_default().to_string())
 }
 
 /// Returns the greatest number of tasks of an array, as Slurm is configured.
-fn max_array() -> Option<u64> {
-    let (_, said) = tool("scontrol", &["show".into(), "config".into()], "").ok()??;
+fn max_array(limit: Duration) -> Option<u64> {
+    let (_, said) = tool("scontrol", &["show".into(), "config".into()], "", limit).ok()??;
     let line = said.lines().find(|line| line.trim_start().starts_with("MaxArraySize"))?;
     line.split('=').nth(1)?.trim().parse().ok().filter(|most| *most > 0)
 }
@@ -324,9 +392,9 @@ fn cancel(dir: &Path, args: &Args) -> Result<Exit, Failure> {
     // Jobs that submit others end first: one of them may follow from the end of an array.
     for kinds in [&[Job::StandIn, Job::Follower][..], &[Job::Tasks]] {
         let names = waves.iter().flat_map(|wave| kinds.iter().map(|kind| job_name(wave, *kind)));
-        let jobs = queued(&names.collect::<Vec<_>>())?;
+        let jobs = queued(&names.collect::<Vec<_>>(), args.limit_of_tools())?;
         if !jobs.is_empty() {
-            needed("scancel", &jobs, "")?;
+            needed("scancel", &jobs, "", args.limit_of_tools())?;
         }
     }
     status::run(dir, args.json)
@@ -335,21 +403,34 @@ fn cancel(dir: &Path, args: &Args) -> Result<Exit, Failure> {
 /// Runs waves by GNU parallel, one after the other.
 fn parallel(args: &Args, mut planned: Planned) -> Result<Exit, Failure> {
     loop {
-        let jobs = args.limit.map_or(String::new(), |limit| format!("--jobs {limit} "));
-        let options: String = args.option.iter().map(|option| format!("{} ", quoted(option))).collect();
-        let more = args.task_options();
-        let (program, dir) = (program()?, quoted(&planned.dir.display().to_string()));
-        let (wave, shards) = (planned.manifest.wave, planned.manifest.shards());
-        let line = format!("{program} --quiet sweep task {dir} --wave {wave} --index {{}} --of {shards}{more}");
-        let script = format!("seq 0 {} | parallel {jobs}{options}{}", shards.saturating_sub(1), quoted(&line));
+        let jobs = args.limit.map_or(Script::empty(), |limit| script!(Shell: "--jobs {} ", limit));
+        let option = |option: &String| script!(Shell: "{} ", Script::<Shell>::word(option));
+        let options: Script<Shell> = args.option.iter().map(option).collect();
+        let dir = Script::<Shell>::path(&planned.dir).map_err(unwritable)?;
+        let shards = planned.manifest.shards();
+        let line = script!(
+            Parallel: "{} sweep task {} --wave {} --index {{}} --of {}{}",
+            Script::<Parallel>::word(&program()?),
+            Script::<Parallel>::word(&dir),
+            planned.manifest.wave,
+            shards,
+            args.task_options::<Parallel>()
+        );
+        let (last, line) = (shards.saturating_sub(1), Script::<Shell>::template(&line));
+        let script = script!(Shell: "seq 0 {} | parallel {}{}{}", last, jobs, options, line);
         if args.dry_run {
-            print(&format!("#!/bin/sh\n{script}\n"))?;
+            print_file(&format!("#!/bin/sh\n{script}\n"))?;
             return Ok(Exit::Fine);
         }
         if !progress(&planned).left.is_empty() {
-            let mut child = Command::new("sh").args(["-c", &script]).stdin(Stdio::null()).stdout(Stdio::null()).spawn();
-            let status = child.as_mut().map_err(|error| Failure::file(format!("sh: {error}")))?.wait();
-            let status = status.map_err(|error| Failure::file(format!("sh: {error}")))?;
+            let mut shell = Command::new("sh");
+            shell.args(["-c", script.as_str()]).stdin(Stdio::null()).stdout(Stdio::null());
+            // GNU parallel's jobs are in groups of their own.
+            let child = Group::with_jobs(&mut shell);
+            let mut child = child.map_err(|fault| Failure::file(format!("sh cannot be started: {fault:?}")))?;
+            let Some(status) = waited(&mut child)? else {
+                return Err(Failure::new(Exit::Interrupted, "interrupted"));
+            };
             if status.code() == Some(127) {
                 return Err(Failure::new(
                     Exit::NoTool,

@@ -1,17 +1,14 @@
 //! The work of a sweep, by the verb that its points belong to.
 
-use std::sync::Arc;
-
 use hpu_study::reproduce::{LADDER, TABLE_2};
 
-use super::manifest::Manifest;
 use crate::answers::read_words;
 use crate::exit::Failure;
 use crate::map::{Args as MapArgs, Cells};
 use crate::reproduce::drop::{Name, Trials};
 use crate::study::Lines;
 use crate::widths::Args as WidthsArgs;
-use crate::work::{Find, Source, Work};
+use crate::work::{Find, Work};
 
 /// The sections of a study whose points a sweep can split.
 pub const SECTIONS: [&str; 4] = ["map", "widths", TABLE_2, LADDER];
@@ -34,20 +31,5 @@ pub fn work(verb: &str, words: &[String], find: Find) -> Result<Box<dyn Work>, F
         (LADDER, _) => Box::new(Trials::new(Name::Ladder, words, &find)?),
         ("study", [name, text]) => Box::new(Lines::new(name, text, find)?),
         _ => return Err(Failure::usage(format!("a sweep cannot split `{verb}`, but {}", splittable()))),
-    })
-}
-
-/// Returns the work of a manifest.
-pub fn of(manifest: &Manifest) -> Result<Box<dyn Work>, Failure> {
-    work(&manifest.verb, &manifest.words, scenes(manifest))
-}
-
-/// Returns the function that finds a manifest's scenes.
-pub fn scenes(manifest: &Manifest) -> Find {
-    let scenes = manifest.scenes.clone();
-    Arc::new(move |name| {
-        let found = scenes.iter().find(|(own, _)| own == name);
-        let (_, scene) = found.ok_or_else(|| Failure::file(format!("the manifest has no scene {name}")))?;
-        Ok(Source { scene: scene.clone(), file: None })
     })
 }

@@ -5,7 +5,7 @@ pub mod verify;
 use std::path::PathBuf;
 
 use clap::ValueEnum;
-use hpu_cosim::{Wired, WiredSimulation};
+use hpu_cosim::{PlainName, Wired, WiredSimulation};
 use hpu_datapath::{AnyBlock, block_names, registry, variants_of};
 use hpu_rtl::{Memory, Origin, Source, Vectors, scene_vectors, stimuli, write_committed};
 
@@ -13,7 +13,7 @@ use crate::block::known;
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
 use crate::scene::{self, Loaded};
-use crate::terminal::print;
+use crate::terminal::{print, print_file};
 
 use verify::verify;
 
@@ -171,7 +171,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
             let (count, names) = (sets.len(), names.join(", "));
             return Err(Failure::usage(format!("{count} sets ({names}{more}); name one, or a folder with -o")));
         };
-        print(&set.text(args.format)?)?;
+        print_file(&set.text(args.format)?)?;
         return Ok(Exit::Fine);
     };
     let mut folder = Folder::open(dir)?;
@@ -244,6 +244,7 @@ fn of_scene(args: &Args, scene: &str) -> Result<Vec<Named>, Failure> {
     let wanted = |name: &str| {
         if of_loop { name == wiring } else { args.blocks.is_empty() || args.blocks.iter().any(|block| block == name) }
     };
+    let plain = PlainName::near(scene);
     let seed = loaded.scene.run.seed;
     let settings: Vec<_> = args.set.set.iter().map(|(key, value)| format!("{key}={value}")).collect();
     let source = Source::Scene { scene: scene.to_string(), settings, seed };
@@ -251,7 +252,7 @@ fn of_scene(args: &Args, scene: &str) -> Result<Vec<Named>, Failure> {
         .into_iter()
         .filter(|(_, vectors)| wanted(vectors.header.block))
         .map(|(label, vectors)| Named {
-            name: format!("{}/{scene}-{label}", vectors.header.block),
+            name: format!("{}/{plain}-{label}", vectors.header.block),
             origin: Origin { variant: None, source: source.clone() },
             vectors,
         })

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use hpu_cosim::excerpt;
+use hpu_cosim::{PlainName, excerpt};
 use hpu_datapath::{AnyBlock, variants};
 use hpu_rtl::{Around, Header, Stimulus, Vectors, around_in_file, row_line};
 
@@ -52,6 +52,7 @@ pub fn verify(files: &[PathBuf], out: Option<&Path>) -> Result<Exit, Failure> {
 /// Returns a free name for a file's waveform. The second of two files with the same name gets a number.
 fn free_name(file: &Path, block: &str, folder: Option<&Folder>) -> String {
     let stem = format!("{block}-{}", file.file_stem().unwrap_or_default().to_string_lossy());
+    let stem = PlainName::near(&stem).to_string();
     let is_taken = |name: &String| {
         folder.is_some_and(|folder| folder.places().any(|place| place == folder.place(&format!("{name}.vcd"))))
     };

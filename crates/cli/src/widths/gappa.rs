@@ -2,23 +2,25 @@
 
 use std::path::Path;
 
+use hpu_cosim::PlainName;
 use hpu_cosim::scene::Experiment;
 use hpu_study::device;
 
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
-use crate::terminal::print;
+use crate::terminal::{print, print_file};
 
 /// Prints a scene's script, or writes it into a folder.
 pub fn run(experiment: &Experiment, out: Option<&Path>) -> Result<Exit, Failure> {
     let name = &experiment.name;
     let script = device(experiment).gappa().map_err(|why| Failure::file(format!("{name}: {why}")))?;
     match out {
-        None => print(&script)?,
+        None => print_file(&script)?,
         Some(out) => {
             let mut folder = Folder::open(out)?;
-            folder.write(&format!("{name}.g"), script)?;
-            print(&format!("{}\n", folder.place(&format!("{name}.g")).display()))?;
+            let file = format!("{}.g", PlainName::near(name));
+            folder.write(&file, script)?;
+            print(&format!("{}\n", folder.place(&file).display()))?;
             folder.commit()?;
         }
     }

@@ -162,7 +162,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         return Err(Failure::usage("--price takes one scene"));
     }
     let setup = args.hdl.setup();
-    let cache = if args.price { Some(args.remember.open()?) } else { None };
+    let cache = if args.price { Some(args.remember.open(args.hdl.setup().timeout)?) } else { None };
     if args.search.search {
         return search::run(&args.search, &args.asked(cache.as_ref().map(|cache| (cache, &setup))));
     }
@@ -214,7 +214,8 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
 
 /// Shows the search of `own`, whose runs a sweep has gathered, as `args` ask for.
 pub fn gathered(args: &Args, own: Args, rows: Rows, find: Find) -> Result<Exit, Failure> {
-    let (setup, cache) = (args.hdl.setup(), if args.price { Some(args.remember.open()?) } else { None });
+    let setup = args.hdl.setup();
+    let cache = if args.price { Some(args.remember.open(setup.timeout)?) } else { None };
     let own = Args { out: args.out.clone(), json: args.json, ..own };
     let asked = own.asked(cache.as_ref().map(|cache| (cache, &setup)));
     search::gathered(&own.search, &asked, rows, find)

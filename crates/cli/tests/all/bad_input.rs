@@ -159,6 +159,7 @@ fn a_motion_beyond_all_counts_ends_the_run_and_is_told() {
         "encoder.resolution=1e-11",
         "wall.stiffness=0",
         "wall.damping=0",
+        "wall.wraps=true",
     ] {
         arguments.extend(["--set", change]);
     }

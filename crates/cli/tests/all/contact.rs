@@ -88,7 +88,7 @@ fn a_hand_that_fell_through_a_wrapping_wall_is_not_settled_without_a_word() {
 fn a_wrapped_position_counter_is_not_a_wall_that_was_not_reached() {
     // The hand is at 2.5 rad, 999.77 mrad or 652 counts past the wall at 978 counts. A counter of 10 bits holds 512
     // counts to either side of the wall.
-    let hand = ["--set", "hand.path=[[0, 0], [0.1, 2.5]]", "--set", "hand.stiffness=3"];
+    let hand = ["--set", "hand.path=[[0, 0], [0.1, 2.5]]", "--set", "hand.stiffness=3", "--set", "wall.wraps=true"];
     let with = |bits: &str, more: &[&str]| {
         let bits = format!("method.position_bits={bits}");
         run(&[&["run", "hybrid-wall", "--set", &bits], &hand[..], more].concat())
@@ -117,12 +117,13 @@ fn a_wrapped_position_counter_is_not_a_wall_that_was_not_reached() {
 fn a_map_says_in_how_many_cells_a_wrapped_counter_hid_the_contact() {
     // The hand of the test above, and one that stays before the wall at 978 counts.
     let axes = ["--x", "hand.stiffness=3..4 N.m/rad:2", "--y", "wall.position=1.5..2.6 rad:2", "--full"];
-    let set =
-        ["--set", "method.position_bits=10", "--set", "hand.path=[[0, 0], [0.1, 2.5]]", "--set", "run.duration=0.4s"];
+    let set = ["method.position_bits=10", "wall.wraps=true", "hand.path=[[0, 0], [0.1, 2.5]]", "run.duration=0.4s"];
+    let set = set.map(|set| ["--set", set]).concat();
     let out = scratch("map_of_hidden_contacts").join("map");
     let output = run(&[&["map", "hybrid-wall"][..], &axes, &set, &["-o", text(&out)]].concat());
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     let said = stdout(&output);
+    assert!(said.contains("warning    in 4 cells the position counter wrapped under the device"), "{said}");
     assert!(said.contains("warning    in 2 cells of wall_not_reached the device was past its wall"), "{said}");
     let table = std::fs::read_to_string(out.join("map.csv")).expect("the table");
     let mut rows = table.lines().filter(|line| !line.starts_with('#')).map(|line| line.split(',').collect::<Vec<_>>());
@@ -220,4 +221,91 @@ fn widths_and_fit_flag_a_stiffness_that_its_word_misses() {
         assert!(json.contains("stiffness_missed") && (json.contains("29.7") || json.contains("-0.297")), "{verb}");
         assert!(!stdout(&run(&[verb, "hybrid-wall"])).contains("misses"), "{verb}");
     }
+}
+
+/// A hand that pulls the shaft from the wall at 0.7 rad to 2 rad behind the start. Ten bits hold it down to 456 - 512 =
+/// -56 counts, or -85.9 mrad.
+const AWAY: [&str; 6] = [
+    "--set",
+    "wall.position=0.7 rad",
+    "--set",
+    "method.position_bits=10",
+    "--set",
+    "hand.path=[[0, 0.8], [\"100 ms\", 0.8], [\"300 ms\", -2]]",
+];
+
+#[test]
+fn a_counter_that_wraps_under_its_device_is_told_with_its_share_and_the_bits_that_hold_the_motion() {
+    let with = |more: &[&str]| run(&[&["run", "hybrid-wall"], &AWAY[..], more].concat());
+    let said = stdout(&with(&[]));
+    let line =
+        |name: &str| said.lines().find(|line| line.starts_with(name)).unwrap_or_else(|| panic!("{name}: {said}"));
+    assert!(line("outcome").contains("; the position counter wrapped"), "{said}");
+    assert!(line("position").contains("wraps: 10 bits hold -85.9"), "{said}");
+    let found = json(&with(&["--json"]));
+    let lost = &found["position_wrapped"];
+    let number = |value: &Value| value.as_f64().expect("a number");
+    let position = found["signals"].as_array().expect("signals").iter().find(|net| net["name"] == "position");
+    assert_eq!(position.expect("a net")["overflowed"], lost["edges"]);
+    assert!(number(&lost["share"]) > 0.5 && number(&lost["first_s"]) > 0.1, "{lost}");
+    // With the bits that are told, nothing is lost.
+    let bits = lost["holding_bits"].as_u64().expect("bits");
+    assert!(line("position").ends_with(&format!("; method.position_bits = {bits} holds all of it")), "{said}");
+    let wide = json(&with(&["--set", &format!("method.position_bits={bits}"), "--json"]));
+    assert_eq!(wide["position_wrapped"], Value::Null);
+    let out = scratch("wrapped_counter").join("out");
+    assert_eq!(code(&with(&["-o", text(&out)])), 0);
+    let bits = std::fs::read_to_string(out.join("bits.svg")).expect("a picture");
+    assert!(bits.contains("overflow of position"), "the title");
+}
+
+#[test]
+fn a_map_and_limits_count_the_runs_whose_counter_wrapped() {
+    // The hand presses 0.8 rad behind a wall at 0.7 rad; on its way it was far before it, where ten bits wrap.
+    let hand = "hand.path=[[0, 0], [\"60 ms\", -2], [\"200 ms\", 0.8]]";
+    let set = ["wall.position=0.7 rad", "method.position_bits=10", hand, "run.duration=500 ms"];
+    let set = set.map(|set| ["--set", set]).concat();
+    let found =
+        json(&run(&[&["limits", "hybrid-wall", "--range", "0.5..0.6", "--phases", "2", "--json"], &set[..]].concat()));
+    let words = &found["words"];
+    assert!(words["runs"].as_u64() > Some(1) && words["runs_with_wrapped_position"] == words["runs"], "{words}");
+    let axes = ["--x", "wall.stiffness=0.5..0.6 N.m/rad:2", "--y", "method.position_bits=10..12:2", "--full"];
+    let found = json(&run(&[&["map", "hybrid-wall", "--json"], &axes[..], &set].concat()));
+    assert_eq!(found["methods"][0]["position_wrapped"], 2, "the cells of ten bits, not those of twelve");
+    for cell in found["cells"].as_array().expect("cells") {
+        let lost = cell["position_lost_share"].as_f64().expect("a share");
+        assert_eq!(lost > 0.0, cell["iy"] == 0, "{cell}");
+    }
+}
+
+#[test]
+fn cells_and_limits_of_a_wall_out_of_range_give_their_reason() {
+    let axes = ["--x", "wall.stiffness=0.5..0.6 N.m/rad:2", "--y", "method.position_bits=10..12:2", "--full"];
+    let found = json(&run(&[&["map", "hybrid-wall", "--json"], &axes[..]].concat()));
+    for cell in found["cells"].as_array().expect("cells") {
+        let reason = cell["reason"].as_str().unwrap_or_default();
+        assert_eq!(reason.contains("1.5 rad does not fit 10 bits"), cell["iy"] == 0, "{cell}");
+    }
+    let narrow = ["--set", "method.position_bits=10"];
+    for verb in ["run", "limits", "fit", "widths"] {
+        let output = run(&[&[verb, "hybrid-wall"], &narrow[..]].concat());
+        assert!(
+            code(&output) == 4 && stderr(&output).contains("wall.position: 1.5 rad does not fit 10 bits"),
+            "{verb}"
+        );
+    }
+}
+
+#[test]
+fn contact_is_told_as_the_logic_counts_it_and_as_the_device_is() {
+    let said = stdout(&run(&["run", "conventional-wall-1khz"]));
+    let line = said.lines().find(|line| line.starts_with("contact")).expect("contact");
+    assert!(
+        line.contains("37.51 % of the judged window")
+            && line.contains(" as the logic counts it; the device itself 46."),
+        "{line}"
+    );
+    let found = json(&run(&["run", "conventional-wall-1khz", "--json"]));
+    let tenths = |key: &str| (1000.0 * found[key].as_f64().expect("a share")).round() / 10.0;
+    assert_eq!((tenths("contact_share"), tenths("device_contact_share")), (37.5, 46.9));
 }

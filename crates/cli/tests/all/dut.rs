@@ -566,3 +566,84 @@ fn a_damaged_part_in_the_cache_of_designs_costs_no_design() {
     settled("dut.reset.clocks=5");
     assert!(fs::read(&part).expect("a part") == whole, "it is not replaced");
 }
+
+/// The scene of an end stop whose reset is active low, with encoder lines and a level of the reset.
+fn end_stop(dir: &Path, name: &str, lines: [&str; 2], active: &str) -> String {
+    let file = fs::canonicalize(Path::new(ROOT).join("testbench/dut/blocks/end_stop.vhd")).expect("the design");
+    let [a, b] = lines;
+    let toml = format!(
+        "about = \"An end stop.\"\nclock.frequency = \"50 MHz\"\nrun.duration = \"500 ms\"\n[device]\nkind = \
+         \"motor\"\nresistance = \"2 Ohm\"\ninductance = \"0.5 mH\"\ntorque_constant = \"60 mN.m/A\"\nrotor_inertia = \
+         \"80 g.cm2\"\n[dut]\nfiles = [\"{}\"]\ntop = \"end_stop\"\nclock = \"sys_clk\"\nreset = {{ port = \
+         \"nreset\", active = \"{active}\" }}\n[dut.generics]\nSTOP_AT = 652\n[dut.ports]\nqa = \"{a}\"\nqb = \
+         \"{b}\"\nin1 = \"bridge.plus\"\nin2 = \"bridge.minus\"\n[wall]\nposition = \"1 rad\"\nvaries = \
+         \"dut.generics.KP\"\n[hand]\nkind = \"spring_damper\"\nstiffness = \"0.5 N.m/rad\"\ndamping = \
+         \"1 mN.m.s/rad\"\npath = [[\"0 s\", 0], [\"200 ms\", 1.3]]\n[expect]\noutcome = \"settled\"\n",
+        file.display()
+    );
+    let scene = dir.join(format!("{name}.toml"));
+    fs::write(&scene, toml).expect("a scene");
+    text(&scene).to_string()
+}
+
+#[test]
+fn a_design_that_does_nothing_is_inside_its_wall_without_torque() {
+    let dir = scratch("dead_designs");
+    let (right, exchanged) = (["encoder.a", "encoder.b"], ["encoder.b", "encoder.a"]);
+    let scene = end_stop(&dir, "right", right, "low");
+    let output = run(&["run", &scene, "--json"]);
+    let found = json(&output);
+    assert_eq!((code(&output), &found["outcome"]["kind"], &found["suspect"]), (0, &"settled".into(), &Value::Null));
+    for (name, lines, active, suspect) in
+        [("exchanged", exchanged, "low", "counts_reversed"), ("reset", right, "high", "held_in_reset")]
+    {
+        let scene = end_stop(&dir, name, lines, active);
+        let output = run(&["run", &scene, "--json"]);
+        let found = json(&output);
+        let outcome = &found["outcome"];
+        assert_eq!((code(&output), &outcome["kind"]), (1, &"no_wall_torque".into()), "{name}");
+        // Nothing holds the shaft: the hand takes it to its own place, 300 mrad behind the wall.
+        assert!((number(&outcome["depth"]) - 0.3).abs() < COUNT_RAD, "{name}: {outcome}");
+        assert!(number(&outcome["effort"]).abs() < 1e-9, "{name}: {outcome}");
+        assert_eq!(found["suspect"], suspect, "{name}");
+        let said = stdout(&run(&["run", &scene]));
+        assert!(said.contains("outcome    inside the wall without its torque: 300 mrad deep"), "{said}");
+        assert!(said.contains("expected   outcome settled: NOT MET"), "{said}");
+        if name == "exchanged" {
+            assert!(
+                said.contains("its counts run against the device: with encoder.a and encoder.b exchanged"),
+                "{said}"
+            );
+        }
+    }
+}
+
+#[test]
+fn studies_take_a_wall_without_torque_for_a_class_of_its_own() {
+    let dir = scratch("dead_design_in_studies");
+    let scene = end_stop(&dir, "exchanged", ["encoder.b", "encoder.a"], "low");
+    let found = json(&run(&["limits", &scene, "--range", "20..24", "--phases", "2", "--json"]));
+    let words = &found["words"];
+    assert_eq!((&words["runs_without_wall_torque"], &words["runs"]), (&10.into(), &10.into()), "{words}");
+    assert_eq!(words["groups"][0]["settle"], "none");
+    let said = stdout(&run(&["limits", &scene, "--range", "20..24", "--phases", "2"]));
+    assert!(said.contains("10 runs are inside the wall without its torque, and count as not settled"), "{said}");
+    let axes = ["--x", "dut.generics.KP=20..24:2", "--y", "hand.stiffness=0.4..0.5 N.m/rad:2", "--full"];
+    let found = json(&run(&[&["map", &scene, "--json"][..], &axes].concat()));
+    assert_eq!(found["methods"][0]["outcomes"]["no_wall_torque"], 4);
+    let said = stdout(&run(&[&["map", &scene][..], &axes].concat()));
+    assert!(said.contains("0 no_wall_torque        4"), "{said}");
+}
+
+#[test]
+fn a_wall_that_does_not_fit_its_port_is_refused() {
+    let dir = scratch("wall_port");
+    let own = own(&dir, "verilator", 36, "1 ms");
+    // 3 rad are 1956 counts of 4096; the port `reference` has 12 bits.
+    let output = run(&["run", &own, "--set", "wall.position=6.3 rad"]);
+    assert_refused(&output, 4, &["dut.ports.reference", "the wall is 4107 counts from the start", "wall.wraps = true"]);
+    for set in ["wall.position=3 rad", "wall.position=-1 rad", "wall={ position = 6.3, wraps = true }"] {
+        let output = run(&["run", &own, "--set", set]);
+        assert_eq!(code(&output), 0, "{set}: {}", stderr(&output));
+    }
+}

@@ -6,7 +6,7 @@ use std::process::Output;
 
 use crate::common::{ROOT, assert_refused, code, json, run, scratch, stderr, stdout, text};
 
-const VELOCITY: [&str; 16] = [
+const VELOCITY: [&str; 14] = [
     "--as=velocity_register",
     "--entity=my_vel",
     "--port=pos_i=position",
@@ -19,8 +19,6 @@ const VELOCITY: [&str; 16] = [
     "--standard=93",
     "--set=OUT_WIDTH=12",
     "--set=WIDTH=12",
-    "--seed=3",
-    "--rows=2000",
     "--latency=0",
     "--library=work",
 ];
@@ -216,9 +214,12 @@ fn each_error_that_is_sown_is_refuted_by_edges_from_the_reset() {
     let (ended, verdicts, value) = proved(&dir, "fast_mul.vhd", &hdl, &[&PRODUCT, &["--latency=2", "--variant=full"]]);
     assert_eq!((ended, &verdicts[..]), (1, &["refuted".to_string()][..]), "{value}");
     assert!(value["rows"][0]["why"]["history"][0].as_array().is_some_and(|row| row.iter().any(|word| word == "ab5")));
-    let two = shipped("my_vel.vhd").replace("ck_i'event and ck_i = '1'", "ck_i'event and ck_i = '0'");
-    // Both sides see the same edges, rising or falling.
-    assert_eq!(proved(&dir, "my_vel.vhd", &two, &[&VELOCITY, &VELOCITY_STATE]).1, ["proved"]);
+    // Ours is clocked by the rising edge.
+    let other = shipped("my_vel.vhd").replace("ck_i'event and ck_i = '1'", "ck_i'event and ck_i = '0'");
+    let (ended, verdicts, value) = proved(&dir, "my_vel.vhd", &other, &[&VELOCITY, &VELOCITY_STATE]);
+    assert_eq!((ended, &verdicts[..]), (1, &["refused".to_string()][..]), "{value}");
+    let why = value["rows"][0]["why"].as_str().expect("a reason");
+    assert!(why.ends_with("is clocked by the falling edge of ck_i, not by its rising edge"), "{why}");
 }
 
 #[test]
@@ -246,13 +247,127 @@ fn what_a_proof_of_somebody_else_s_block_cannot_take_is_refused() {
         .replace("always @(posedge c)\n", "reg other; always @(posedge ch_a) other <= ch_b;\n  always @(posedge c)\n");
     let hdl = hdl.replace("{was, ch_a, ch_b}", "{was, ch_a, ch_b ^ other}");
     let (ended, verdicts, value) = proved(&dir, "quad_x4.v", &hdl, &[&DECODER, &DECODER_STATE, &["--variant=default"]]);
-    assert_eq!((ended, &verdicts[..]), (1, &["open".to_string()][..]), "{value}");
-    assert_eq!(value["rows"][0]["why"], "something is clocked by `ch_a`: a proof takes one clock");
+    assert_eq!((ended, &verdicts[..]), (1, &["refused".to_string()][..]), "{value}");
+    assert_eq!(value["rows"][0]["why"], "register other is clocked by ch_a, not by c itself");
     let hdl = shipped("quad_x4.v")
         .replace("always @(posedge c)\n", "reg other; always @(negedge c) other <= ch_b;\n  always @(posedge c)\n");
     let hdl = hdl.replace("{was, ch_a, ch_b}", "{was, ch_a, ch_b ^ other}");
     let (_, _, value) = proved(&dir, "quad_x4.v", &hdl, &[&DECODER, &DECODER_STATE, &["--variant=default"]]);
-    assert_eq!(value["rows"][0]["why"], "both edges of `c` clock something: a proof takes one");
+    let why = "register other is clocked by the falling edge of c, not by its rising edge";
+    assert_eq!(value["rows"][0]["why"], why);
+}
+
+/// Returns a unilateral wall in Verilog with this body.
+fn wall(body: &str) -> String {
+    format!(
+        "module wall #(parameter W = 12) (input [W-1:0] delta, output contact, output [W-1:0] penetration);\n  \
+         wire [W-1:0] p = delta[W-1] ? {{W{{1'b0}}}} : delta;\n  wire least = delta == {{1'b1, {{(W-1){{1'b0}}}}}};\n  \
+         {body}\nendmodule\n"
+    )
+}
+
+const WALL: [&str; 4] = ["--as=unilateral", "--entity=wall", "--generic=W=WIDTH", "--variant=default"];
+
+/// Walls that are right but for X and Z, each with the signal that is unknown.
+const UNKNOWN: [(&str, &str, &str); 8] = [
+    ("z", "penetration", "assign contact = ~delta[W-1]; assign penetration = least ? {W{1'bz}} : p;"),
+    ("x", "penetration", "assign contact = ~delta[W-1]; assign penetration = least ? {W{1'bx}} : p;"),
+    ("one bit of x", "contact", "assign contact = least ? 1'bx : ~delta[W-1]; assign penetration = p;"),
+    (
+        "z in a process",
+        "penetration",
+        "assign contact = ~delta[W-1]; reg [W-1:0] q; assign penetration = q; always @* q = least ? 'bz : p;",
+    ),
+    // This bit is always 0, as in a simulator that knows 0 and 1 only.
+    ("an undriven bit", "penetration", "assign contact = ~delta[W-1]; assign penetration[W-2:0] = p[W-2:0];"),
+    ("an undriven output", "contact", "assign penetration = p;"),
+    ("a read of nothing", "penetration", "assign contact = ~delta[W-1]; wire [W-1:0] n; assign penetration = p | n;"),
+    (
+        "z inside",
+        "penetration",
+        "wire n; assign n = least ? 1'bz : 1'b0; assign contact = ~delta[W-1]; assign penetration = p | n;",
+    ),
+];
+
+#[test]
+fn an_output_that_may_be_unknown_is_no_more_equal_by_vectors_than_by_a_proof() {
+    let dir = scratch("unknown_blocks");
+    let right = wall("assign contact = ~delta[W-1]; assign penetration = p;");
+    assert_eq!(proved(&dir, "wall.v", &right, &[&WALL]).1, ["proved"]);
+    let (ended, value) = checked(&dir, "wall.v", &right, &WALL);
+    assert_eq!(ended, 0, "{value}");
+    let engine = value["hdl"].as_str().expect("a text");
+    assert!(engine.starts_with("Verilator") && engine.contains(" and Icarus Verilog"), "{engine}");
+    for (what, signal, body) in UNKNOWN {
+        let (ended, verdicts, value) = proved(&dir, "wall.v", &wall(body), &[&WALL]);
+        assert_eq!((ended, &verdicts[..]), (1, &["refuted".to_string()][..]), "{what}: {value}");
+        let about = value["rows"][0]["why"]["about"].as_str().expect("what was asked");
+        let says = format!("its inputs, where output {signal} is unknown (X, Z or driven by nothing)");
+        assert_eq!(about, says, "{what}");
+        let (ended, value) = checked(&dir, "wall.v", &wall(body), &WALL);
+        let first = &value["blocks"][0]["variants"][0]["first"];
+        let is_unknown = first["got"].as_str().is_some_and(|got| got.starts_with("unknown bits"));
+        assert!(ended == 1 && first["signal"] == signal && is_unknown, "{what}: {value}");
+    }
+}
+
+#[test]
+fn latches_drivers_that_fight_and_assumptions_of_theirs_are_not_proved() {
+    let dir = scratch("unfit_blocks");
+    let refuses = |body: &str, says: &str| {
+        let (ended, verdicts, value) = proved(&dir, "wall.v", &wall(body), &[&WALL]);
+        assert_eq!((ended, &verdicts[..]), (1, &["refused".to_string()][..]), "{body}: {value}");
+        let why = value["rows"][0]["why"].as_str().expect("a reason");
+        assert!(why.contains(says), "{body}: {why}");
+    };
+    let latch = "assign contact = ~delta[W-1]; reg [W-1:0] q; assign penetration = q; always @* if (!least) q = p;";
+    refuses(latch, "latch q changes between clock edges");
+    assert_eq!(checked(&dir, "wall.v", &wall(latch), &WALL).0, 1);
+    refuses(
+        "assign contact = ~delta[W-1]; assign penetration = p; assign penetration[0] = p[0] | least;",
+        "drive the same net: where they differ, it is unknown (X)",
+    );
+    // What theirs assumes of its inputs would be assumed of all inputs.
+    let assumes = "assign contact = ~delta[W-1]; assign penetration = least ? 1 : p; always @* assume (!least);";
+    fs::write(dir.join("wall.v"), wall(assumes)).expect("a file");
+    let output = run(&[&["check", "--formal"], &WALL[..], &[text(&dir.join("wall.v"))]].concat());
+    assert!(code(&output) != 0, "{}", stdout(&output));
+    assert!(format!("{}{}", stdout(&output), stderr(&output)).contains("has the type $assume, which no proof knows"));
+}
+
+/// A position counter in Verilog with this clocked statement.
+fn counter(always: &str) -> String {
+    format!(
+        "module counter #(parameter W = 12) (input clk, rst, input [1:0] step, output reg [W-1:0] position);\n  \
+         wire [W-1:0] next = position + {{{{(W-2){{step[1]}}}}, step}};\n  {always}\nendmodule\n"
+    )
+}
+
+#[test]
+fn a_counter_of_somebody_else_s_is_proved_on_the_rising_edge_of_the_clock_itself_alone() {
+    let dir = scratch("clocked_blocks");
+    let args = ["--as=position_counter", "--entity=counter", "--generic=W=WIDTH", "--variant=default"];
+    let says = |always: &str| {
+        let (ended, verdicts, value) = proved(&dir, "counter.v", &counter(always), &[&args]);
+        let why = value["rows"][0]["why"].as_str().unwrap_or_default();
+        assert_eq!(ended == 0, verdicts == ["proved"], "{value}");
+        format!("{} {why}", verdicts[0])
+    };
+    let clocked = |by: &str| format!("always @({by}) if (rst) position <= 0; else position <= next;");
+    assert_eq!(says(&clocked("posedge clk")), "proved ");
+    assert_eq!(says(&format!("wire c = clk; {}", clocked("posedge c"))), "proved ");
+    let falls = "refused register position is clocked by the falling edge of clk, not by its rising edge";
+    assert_eq!(says(&clocked("negedge clk")), falls);
+    for (wires, by) in [("wire c = clk & step[0];", "$and"), ("wire n = ~clk; wire c = ~n;", "$not")] {
+        let expected = format!("refused register position is clocked by logic ({by}), not by clk itself");
+        assert_eq!(says(&format!("{wires} {}", clocked("posedge c"))), expected);
+    }
+    let data = "refused register position is clocked by step[0], not by clk itself";
+    assert_eq!(says(&clocked("posedge step[0]")), data);
+    let at_once = "its reset acts at once: equal outside resets, if each of them lasts over a clock edge";
+    assert_eq!(says(&clocked("posedge clk or posedge rst")), format!("proved {at_once}"));
+    let set = "always @(posedge clk or posedge step[0]) if (step[0]) position <= 0; else position <= next;";
+    assert_eq!(says(set), "refused register position is set or reset at once by step[0], not at clock edges");
 }
 
 #[test]

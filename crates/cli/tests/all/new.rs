@@ -73,6 +73,26 @@ fn a_design_to_begin_with_settles_with_any_encoder() {
 }
 
 #[test]
+fn what_a_design_to_begin_with_expects_fails_where_the_design_does_nothing() {
+    let dir = scratch("new-dead-dut");
+    settles(&dir, "mine", &["--dut", "--clock", "10 MHz"]);
+    let scene = dir.join("mine.toml");
+    let dead: [(&str, &[&str]); 4] = [
+        ("exchanged lines", &["dut.ports.enc_a=encoder.b", "dut.ports.enc_b=encoder.a"]),
+        ("held in reset", &["dut.reset.active=low"]),
+        ("no gain", &["dut.ports.gain=0"]),
+        ("a wall elsewhere", &["dut.ports.wall_at=100000"]),
+    ];
+    for (about, set) in dead {
+        let set = set.iter().flat_map(|set| ["--set", set]);
+        let output = run(&["run", text(&scene), "--json", "--expect"].into_iter().chain(set).collect::<Vec<_>>());
+        let found = json(&output);
+        assert_eq!((code(&output), found["expected"][0]["met"].as_bool()), (1, Some(false)), "{about}");
+        assert_eq!(found["outcome"]["kind"], "no_wall_torque", "{about}");
+    }
+}
+
+#[test]
 fn every_key_stands_below_its_meaning_and_defaults_can_be_made_keys() {
     let dir = scratch("new-text");
     let scene = dir.join("wall.toml");

@@ -179,3 +179,27 @@ fn a_run_replaces_old_files_and_leaves_no_other() {
     let save = |name: &str| fs::read_to_string(dir.join(format!("{name}.gtkw"))).expect("a save file");
     assert_eq!(save("wave.vcd"), save("wave.fst").replace("wave.fst", "wave.vcd"));
 }
+
+#[test]
+fn a_file_system_without_locks_is_not_another_process() {
+    let dir = scratch("disk-no-locks");
+    let (source, library) = (dir.join("locks.c"), dir.join("locks.so"));
+    // What NFS answers where it has no locks.
+    let text_of =
+        |error: &str| format!("#include <errno.h>\nint flock(int file, int how) {{ errno = {error}; return -1; }}\n");
+    let map =
+        ["map", "hybrid-wall", "--x", "wall.stiffness=0.5..1 N.m/rad:2", "--y", "wall.damping=0..0.1 mN.m.s/rad:2"];
+    let map = [&map[..], &["--set", "run.duration=1 ms", "--full"]].concat();
+    for error in ["ENOLCK", "EOPNOTSUPP", "ENOSYS"] {
+        fs::write(&source, text_of(error)).expect("a source");
+        let made = Command::new("cc").args(["-shared", "-fPIC", "-o", text(&library), text(&source)]).status();
+        assert!(made.expect("a compiler of C").success());
+        let out = dir.join(error);
+        for _ in 0..2 {
+            let mut command = hpu();
+            command.args(&map).args(["-o", text(&out)]).env("LD_PRELOAD", &library);
+            let output = command.output().expect("starts");
+            assert_eq!(code(&output), 0, "{error}: {}", stderr(&output));
+        }
+    }
+}

@@ -1,5 +1,5 @@
-//! SIGINT and SIGTERM end every command soon, with the tools that it runs. The next command sweeps the files that a
-//! killed one left.
+//! SIGINT, SIGTERM, SIGHUP and SIGQUIT end every command soon, with the tools that it runs; SIGKILL ends the tools too.
+//! The next command sweeps the files that a killed one left.
 
 use std::fs;
 use std::path::Path;
@@ -235,4 +235,120 @@ fn the_work_of_ghdl_that_a_killed_check_left_is_swept_by_the_next() {
     let output = hpu().args(["check", "saturator"]).env("TMPDIR", &work).output().expect("starts");
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     assert_eq!(names(&work), [""; 0]);
+}
+
+/// A tool with children and grandchildren in its group, in the background and in the foreground.
+const FAMILY: &str = "[ \"$1\" = -V ] && echo 'Yosys 9.9' && exit\n\
+                      sleep 1001 & sh -c 'sleep 1002 & sh -c \"sleep 1003; :\"; :' & exec sleep 1004";
+
+/// Starts a synthesis by a Yosys with children. Returns it once all of them run.
+fn synthesis(dir: &Path, work: &Path) -> Started {
+    let scripts = [("ghdl", "exec ghdl \"$@\""), ("yosys", FAMILY), ("nextpnr-ice40", "echo nextpnr 9.9")];
+    let (tools, cache) = (tools(dir, &scripts), dir.join("cache"));
+    fs::create_dir_all(work).expect("a folder");
+    let mut command = hpu();
+    command.args(["cost", "pwm", "--cache", text(&cache)]).env("PATH", tools).env("TMPDIR", work);
+    let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("starts");
+    let started = Started { child, work: text(work).to_string() };
+    ["sleep 1001", "sleep 1002", "sleep 1003", "sleep 1004"].iter().for_each(|child| started.until_runs(child));
+    started
+}
+
+#[test]
+fn a_closed_terminal_and_sigquit_end_a_command_as_sigterm_does() {
+    for (signal, expected) in [("HUP", 129), ("QUIT", 131), ("TERM", 143)] {
+        let dir = scratch(&format!("signal-hangup-{signal}"));
+        let work = dir.join("work");
+        let ended = synthesis(&dir, &work).end(signal);
+        assert_ended(&ended, expected, &work);
+        assert!(!ended.1.contains("panic"), "{}", ended.1);
+    }
+    // What was made until then is kept, as after SIGTERM.
+    let dir = scratch("signal-hangup-map");
+    let (out, work) = (dir.join("out"), dir.join("work"));
+    let map =
+        ["map", "hybrid-wall", "--x", "wall.stiffness=0.5..6 N.m/rad:40", "--y", "wall.damping=0..0.4 mN.m.s/rad:40"];
+    let map = Started::new(&[&map[..], &["--full", "-o", text(&out)]].concat(), &work, None);
+    let journal = out.join("journal.txt");
+    map.until("some cells", || fs::read_to_string(&journal).is_ok_and(|text| text.lines().count() > 3));
+    let (exit, said, took) = map.end("HUP");
+    assert!(exit == 129 && took < SOON, "{exit} {took:?} {said}");
+    assert!(fs::read_to_string(&journal).is_ok_and(|text| text.lines().count() > 3));
+}
+
+#[test]
+fn a_command_behind_nohup_outlives_its_terminal() {
+    let dir = scratch("signal-nohup");
+    let work = dir.join("work");
+    // `nohup` starts a program that ignores SIGHUP, which its children inherit.
+    fs::create_dir_all(&work).expect("a folder");
+    let program = env!("CARGO_BIN_EXE_hpu");
+    let script = format!("trap '' HUP; exec {program} run hybrid-wall --driver clock --set 'run.duration=1000 s'");
+    let mut shell = Command::new("sh");
+    shell.args(["-c", &script]).env("TMPDIR", &work).current_dir(ROOT);
+    let child = shell.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("starts");
+    let mut started = Started { child, work: text(&work).to_string() };
+    started.until_runs("hybrid-wall");
+    sleep(Duration::from_millis(300));
+    send("HUP", started.child.id());
+    sleep(Duration::from_millis(500));
+    assert!(started.child.try_wait().expect("a child").is_none(), "it has ended");
+    assert_eq!(started.end("TERM").0, 143);
+}
+
+#[test]
+fn tools_and_what_they_have_started_die_with_a_command_that_is_killed() {
+    for time in 0..3 {
+        let dir = scratch(&format!("signal-kill-{time}"));
+        let work = dir.join("work");
+        let killed = synthesis(&dir, &work);
+        // At another time of the tool each time.
+        sleep(Duration::from_millis(37 * time));
+        send("KILL", killed.child.id());
+        let start = Instant::now();
+        while !running(text(&work)).is_empty() && start.elapsed() < SOON {
+            sleep(Duration::from_millis(5));
+        }
+        assert_eq!(running(text(&work)), [], "processes");
+        drop(killed.child.wait_with_output());
+    }
+}
+
+#[test]
+fn a_simulator_dies_with_a_command_that_is_killed() {
+    let dir = scratch("signal-kill-simulator");
+    let (work, out) = (dir.join("work"), dir.join("out"));
+    let arguments = [&["run"], &ENDLESS[..], &["--driver", "rtl", "-o", text(&out)]].concat();
+    let killed = Started::new(&arguments, &work, None);
+    killed.until_runs("bench_hybrid_loop_0");
+    send("KILL", killed.child.id());
+    let start = Instant::now();
+    while !running(text(&work)).is_empty() && start.elapsed() < SOON {
+        sleep(Duration::from_millis(5));
+    }
+    assert_eq!(running(text(&work)), [], "processes");
+    drop(killed.child.wait_with_output());
+}
+
+#[test]
+fn the_shards_of_a_sweep_die_with_it() {
+    let dir = scratch("signal-kill-sweep");
+    let work = dir.join("work");
+    let study = "name = \"s\"\ntitle = \"S\"\n[map]\nscene = \"hybrid-wall\"\nx = \"wall.stiffness=0.5..6 N.m/rad:4\"\n\
+                 y = \"wall.damping=0..0.4 mN.m.s/rad:4\"\nfull = true\nset = [\"run.duration=1000 s\", '''HAND''']\n";
+    fs::write(dir.join("study.toml"), study.replace("HAND", PLANNED)).expect("a study");
+    let (study, out) = (dir.join("study.toml"), dir.join("sweep"));
+    for (signal, is_killed) in [("KILL", true), ("HUP", false)] {
+        let sweep = ["sweep", "run", text(&study), "-o", text(&out), "--shard-points", "1", "--jobs", "2"];
+        let sweep = Started::new(&sweep, &work, None);
+        sweep.until("shards", || running(&sweep.work).iter().filter(|(_, it)| it.contains("--index")).count() == 2);
+        send(signal, sweep.child.id());
+        let start = Instant::now();
+        while !running(text(&work)).is_empty() && start.elapsed() < SOON {
+            sleep(Duration::from_millis(5));
+        }
+        assert_eq!(running(text(&work)), [], "processes");
+        let output = sweep.child.wait_with_output().expect("ends");
+        assert_eq!(output.status.code(), (!is_killed).then_some(129), "{}", stderr(&output));
+    }
 }

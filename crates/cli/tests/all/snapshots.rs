@@ -58,6 +58,8 @@ fn paths(value: &Value, at: &str, found: &mut BTreeSet<String>) {
             paths(value, &format!("{at}.{key}"), found);
         }),
         Value::Array(all) => all.iter().for_each(|value| paths(value, &format!("{at}[]"), found)),
+        // A machine that is busy tells no speed.
+        Value::Null if at.ends_with(".speedup") => drop(found.insert(format!("{at} number"))),
         Value::Null => drop(found.insert(format!("{at} null"))),
         Value::Bool(_) => drop(found.insert(format!("{at} bool"))),
         Value::Number(_) => drop(found.insert(format!("{at} number"))),

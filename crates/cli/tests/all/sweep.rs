@@ -9,6 +9,8 @@ use std::process::{Command, Output, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
+use sha2::{Digest, Sha256};
+
 use crate::common::{ROOT, assert_refused, code, hpu, json, names, run, scratch, stderr, stdout, text, tools};
 use crate::map::{PLAN_OF_30_S, SMALL as COMMAND};
 
@@ -246,6 +248,84 @@ fn files_that_are_not_those_of_their_shards_are_refused_by_name_and_run_again_wh
     assert_refused(&run(&["map", "--from", text(&out)]), 4, &["gathered.parquet", "damaged"]);
 }
 
+/// Returns a manifest that was changed, with the checksum that it would have.
+fn summed(text: &str) -> String {
+    let mut manifest: serde_json::Value = serde_json::from_str(text).expect("JSON");
+    manifest.as_object_mut().expect("an object").remove("manifest_sha256").expect("its sum");
+    let sum: String = Sha256::digest(manifest.to_string()).iter().map(|byte| format!("{byte:02x}")).collect();
+    manifest["manifest_sha256"] = sum.into();
+    manifest.to_string()
+}
+
+#[test]
+fn points_beyond_the_axes_are_refused_and_every_count_is_part_of_the_checksum() {
+    let dir = scratch("sweep-beyond");
+    let out = dir.join("sweep");
+    fine(&["sweep", "plan", text(&small(&dir, true)), "-o", text(&out), "--shard-points", "9"]);
+    let place = out.join("manifest-1.json");
+    let original = String::from_utf8(read(&place)).expect("text");
+    let manifest: serde_json::Value = serde_json::from_str(&original).expect("JSON");
+    let count = manifest["points"].as_u64().expect("a number");
+    assert_eq!(summed(&original), manifest.to_string(), "the checksum of this test is that of the command");
+    let changed = |pairs: &[(&str, serde_json::Value)]| {
+        let mut other = manifest.clone();
+        pairs.iter().for_each(|(key, value)| other[*key] = value.clone());
+        other.to_string()
+    };
+    let runs = |first: u64, points: u64, shard: u64| {
+        let shards = points.div_ceil(shard.max(1));
+        let numbers = [("points", points), ("shard_points", shard), ("shards", shards)];
+        let numbers = numbers.map(|(key, number)| (key, number.into()));
+        [&numbers[..], &[("runs", serde_json::json!([[first, points]]))]].concat()
+    };
+    let far = u64::MAX - 10;
+    let beyond = [
+        runs(count, 1, 9),
+        runs(0, count + 1, 9),
+        runs(100 * count, 5, 9),
+        runs(far, 5, 9),
+        runs(0, far, 1_000_000),
+        runs(0, far, u64::MAX),
+        runs(0, 1 << 40, 1),
+        runs(0, count, 0),
+        runs(0, count, 1 << 60),
+        vec![("shards", far.into())],
+        vec![("points", 0.into())],
+        vec![("wave", 0.into())],
+    ];
+    let verbs = |asked: &dyn Fn(&[&str])| {
+        let out = text(&out);
+        asked(&["sweep", "status", out]);
+        asked(&["sweep", "run", out]);
+        asked(&["sweep", "gather", out]);
+        asked(&["sweep", "shard", out, "--index", "0"]);
+        asked(&["sweep", "shard", out, "--index", "0", "--point", "0"]);
+        asked(&["sweep", "submit", out, "--engine", "slurm", "--dry-run"]);
+        asked(&["map", "--from", out]);
+    };
+    for pairs in beyond {
+        let told = format!("{pairs:?}");
+        for manifest in [changed(&pairs), summed(&changed(&pairs))] {
+            fs::write(&place, manifest).expect("a manifest");
+            verbs(&|arguments: &[&str]| {
+                let output = run(arguments);
+                assert_eq!(code(&output), 4, "{told} {arguments:?}: {}", stderr(&output));
+                assert!(stderr(&output).contains("plan the sweep again"), "{told}: {}", stderr(&output));
+            });
+        }
+    }
+    // No number may change without the checksum, even to one that could be.
+    for (key, value) in [("shard_points", 8.into()), ("command", "hpu".into()), ("version", "x".into())] {
+        fs::write(&place, changed(&[(key, value)])).expect("a manifest");
+        assert_refused(&run(&["sweep", "status", text(&out)]), 4, &["manifest-1.json", "damaged"]);
+    }
+    fs::write(&place, original).expect("a manifest");
+    let point = count.to_string();
+    let last = format!("from 0 to {}", count - 1);
+    assert_refused(&run(&["sweep", "shard", text(&out), "--index", "0", "--point", &point]), 2, &[&last]);
+    fine(&["sweep", "run", text(&out)]);
+}
+
 #[test]
 fn another_build_goes_on_only_when_asked() {
     let dir = scratch("sweep-build");
@@ -256,7 +336,7 @@ fn another_build_goes_on_only_when_asked() {
     let own = manifest["program_xxh128"].as_str().expect("a sum");
     let original = String::from_utf8(read(&place)).expect("text");
     let other = original.replace(own, &"5".repeat(32));
-    fs::write(&place, &other).expect("a manifest");
+    fs::write(&place, summed(&other)).expect("a manifest");
     assert_refused(&run(&["sweep", "shard", text(&out), "--index", "0"]), 2, &["another build", "--any-version"]);
     fine(&["sweep", "shard", text(&out), "--index", "0", "--any-version"]);
     assert_refused(&run(&["sweep", "gather", text(&out)]), 4, &["stale: of another build"]);
@@ -270,7 +350,7 @@ fn another_build_goes_on_only_when_asked() {
     let shard = Command::new(&changed).args(["sweep", "shard", text(&out), "--index", "0"]).output();
     assert_refused(&shard.expect("it starts"), 2, &["another build", "--any-version"]);
     // A manifest whose settings were changed is no manifest.
-    fs::write(&place, other.replace("150 ms", "160 ms")).expect("a manifest");
+    fs::write(&place, summed(&other.replace("150 ms", "160 ms"))).expect("a manifest");
     assert_refused(&run(&["sweep", "status", text(&out)]), 4, &["manifest-1.json", "damaged"]);
 }
 
@@ -508,7 +588,8 @@ fn a_drop_test_in_shards_has_the_files_of_the_verb_to_the_byte() {
 #[test]
 fn limits_over_a_grid_in_shards_are_those_of_the_verb_at_each_point() {
     let dir = scratch("sweep-limits");
-    let short = ["run.duration=150 ms", "device.initial_angle=1.4 rad", "hand.path=[[0, 1.4], [0.02, 1.8]]"];
+    // In runs that are long enough to tell, which a study makes longer.
+    let short = ["run.duration=300 ms", "device.initial_angle=1.4 rad", "hand.path=[[0, 1.4], [0.02, 1.8]]"];
     let dampings = ["0", "0.3 mN.m.s/rad"];
     let set = format!("scene = \"hybrid-wall\", set = ['wall.damping=$damping', '{}']", short.join("', '"));
     let content = format!(

@@ -139,3 +139,43 @@ fn the_tools_of_synthesis_are_named_too() {
     assert_blamed(&output, 4, &["yosys was killed: no end after 2 s (--tool-timeout)", "begun"]);
     assert_eq!(names(&cache), [""; 0]);
 }
+
+#[test]
+fn the_time_limit_of_tools_holds_for_their_versions() {
+    let hanging = [("ghdl", "sleep 1000"), ("yosys", "sleep 1000"), ("verilator", "sleep 1000")];
+    let knee = "testbench/dut/knee.toml";
+    for (arguments, tool) in [
+        (&["check", "saturator"][..], "ghdl"),
+        (&LOOP, "ghdl"),
+        (&["cost", "pwm", "--cache", "/nowhere"], "ghdl"),
+        (&["cost", "--scene", knee], "yosys"),
+        (&["run", knee], "verilator"),
+        (&["check", "saturator", "--formal"], "ghdl"),
+    ] {
+        let start = Instant::now();
+        let output = with("tool-hang-version", &hanging, &[arguments, &["--tool-timeout", "0.5"]].concat());
+        let killed = format!("{tool} was killed: no end after 0.5 s (--tool-timeout) when asked to tell its version");
+        assert_blamed(&output, 4, &[&killed]);
+        assert!(start.elapsed() < Duration::from_secs(20), "{arguments:?}: {:?}", start.elapsed());
+    }
+}
+
+#[test]
+fn the_time_limit_of_tools_holds_for_the_commands_of_slurm() {
+    let dir = scratch("tool-slurm");
+    let study = "name = \"s\"\ntitle = \"S\"\n[map]\nscene = \"hybrid-wall\"\nx = \"wall.stiffness=0.5..1 N.m/rad:2\"\n\
+                 y = \"wall.damping=0..0.4 mN.m.s/rad:2\"\nfull = true\nset = [\"run.duration=1 ms\"]\n";
+    let (file, out) = (dir.join("study.toml"), dir.join("sweep"));
+    fs::write(&file, study).expect("a study");
+    let output = hpu().args(["sweep", "plan", text(&file), "-o", text(&out)]).output().expect("starts");
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let hangs = "echo begun >&2; sleep 1000";
+    for (name, scripts) in [
+        ("squeue", [("squeue", hangs), ("sbatch", "echo 1"), ("scontrol", "exit 1")]),
+        ("sbatch", [("squeue", "exit 0"), ("sbatch", hangs), ("scontrol", hangs)]),
+    ] {
+        let submit = ["sweep", "submit", text(&out), "--engine", "slurm", "--tool-timeout", "0.5"];
+        let output = with("tool-hang-slurm", &scripts, &submit);
+        assert_blamed(&output, 4, &[&format!("error: {name}: killed: no end after 0.5 s (--tool-timeout)")]);
+    }
+}

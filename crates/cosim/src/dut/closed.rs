@@ -10,7 +10,7 @@ use hpu_signal::{Cycle, Observe, SignalUse, UNKNOWN};
 
 use super::{Change, DutSimulation, Fault, RunningDesign, Wires};
 use crate::axis_world::AxisWorld;
-use crate::contact::{Contact, window_start};
+use crate::contact::Contact;
 use crate::driven_world::{DrivenWorld, Logic};
 use crate::engine::{Control, Rows};
 use crate::schedule::Schedule;
@@ -64,8 +64,8 @@ impl DutSimulation<'_> {
     ) -> Result<Summary, Fault> {
         let began = Stopwatch::start();
         let (end, stride) = (self.edges(), self.stride());
-        trace.begin(end / stride + 1);
-        let from = window_start(end, stride);
+        trace.begin(end / stride + 1, self.outline().still);
+        let from = self.window_start();
         let watched = ranges || observer.watches() || trace.follows(0..self.wires.nets.len());
         let contact = Contact::of(self.wires.wires.len(), from);
         let recorder = Recorder { trace, contact, observer: Some(observer), reals: self.reals().len() };
@@ -85,7 +85,7 @@ impl DutSimulation<'_> {
         watch.log(world, edge);
         let Watch { rows, recorder } = watch;
         let contact = recorder.contact.edges(edge) as f64;
-        let averages = if complete { rows.averages(world, edge, self.clock().period_s()) } else { None };
+        let window = if complete { rows.judged(world, edge, self.clock().period_s()) } else { None };
         let nets = self.wires.nets.iter().cloned().zip(&closed.uses).filter(|_| watched);
         let summary = Summary {
             complete,
@@ -93,7 +93,8 @@ impl DutSimulation<'_> {
             wall_s: began.seconds(),
             ticks: edge,
             output_changes: closed.output_changes,
-            averages,
+            averages: window.map(|(averages, _)| averages),
+            stays: window.map(|(_, stays)| stays),
             nets: nets.map(|(signal, &usage)| NetUse { signal, usage, losses_seen: false }).collect(),
             ..closed.world.summary()
         };

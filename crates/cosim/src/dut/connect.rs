@@ -7,7 +7,7 @@ use hpu_signal::{Format, Signal};
 
 use super::{Design, Fault, Port};
 use crate::axis_encoder::AxisEncoder;
-use crate::scene::{Connection, Driving, DutScene, Line, SceneError};
+use crate::scene::{Connection, Driving, DutScene, Identifier, Line, SceneError};
 use crate::world::EncoderState;
 
 /// A port with its connection.
@@ -75,9 +75,9 @@ impl Wires {
     ///
     /// When the connections name no way to drive the device.
     pub fn of_scene(scene: &DutScene) -> Result<Self, SceneError> {
-        let port = |(name, connection): &(String, Connection)| Wire {
+        let port = |(name, connection): &(Identifier, Connection)| Wire {
             port: Port {
-                name: name.clone(),
+                name: name.to_string(),
                 is_input: connection.is_given(),
                 format: connection.format().unwrap_or(Format::signed(64)),
                 is_inside: false,
@@ -292,13 +292,22 @@ fn check(scene: &DutScene, key: &str, port: &Port, connection: Connection) -> Re
         let should = if port.is_input { "the world gives nothing there" } else { "the design gives it" };
         return refused(format!("{} cannot be connected to {}: {should}", shown(port), connection.name()));
     }
+    let fits = |word: i64| {
+        let holds = |format: Format| format.holds(word.into());
+        holds(Format::unsigned(width)) || width > 1 && holds(Format::signed(width))
+    };
     match connection {
-        Connection::Constant(word) => {
-            let holds = |format: Format| format.holds(word.into());
-            if holds(Format::unsigned(width)) || width > 1 && holds(Format::signed(width)) {
+        Connection::Constant(word) if !fits(word) => refused(format!("{word} does not fit {}", shown(port))),
+        Connection::Wall if !scene.wraps => {
+            let counts = scene.wall_count().saturating_sub(scene.start_count());
+            if fits(counts) {
                 return Ok(());
             }
-            refused(format!("{word} does not fit {}", shown(port)))
+            refused(format!(
+                "the wall is {counts} counts from the start, which does not fit {}; move wall.position, widen the \
+                 port, or write wall.wraps = true in a scene that shows how it wraps",
+                shown(port)
+            ))
         }
         _ => match connection.format() {
             Some(format) if format.width() != width => {

@@ -22,6 +22,7 @@ use crate::outline::Outline;
 use crate::plant::{Around, Plant};
 use crate::scene::{Connection, Driving, DutScene, SceneError};
 use crate::simulation::Simulation;
+use crate::stays::Places;
 
 pub use connect::{Misdriven, Wire, Wires};
 
@@ -139,9 +140,10 @@ impl<'s> DutSimulation<'s> {
     pub fn new(scene: &'s DutScene, designs: &dyn Designs, inside: bool) -> Result<Self, Fault> {
         let design = designs.build(scene, inside)?;
         let wires = Wires::new(scene, &*design)?;
-        let (device, count_rad) = (&scene.device, scene.encoder.count_rad());
-        let loop_of = (scene.dut.top.as_str(), wires.nets.clone());
-        let outline = Outline::of_axis(scene, (device, count_rad, scene.wall_rad), loop_of, Vec::new(), true);
+        let (device, wall) = ((&scene.device, scene.encoder.count_rad()), (scene.wall_rad, scene.wall_push()));
+        let loop_of = (&*scene.dut.top, wires.nets.clone());
+        let outline = Outline::of_axis(scene, device, wall, loop_of, Vec::new(), true);
+        let outline = outline.with_hand(scene.hand.path());
         Ok(Self { plant: plant(scene)?, scene, design, wires, outline })
     }
 
@@ -179,6 +181,8 @@ pub fn plant(scene: &DutScene) -> Result<Plant, Fault> {
         modulator: None,
         stepping: None,
         faults: scene.faults.as_ref().map(|all| FaultPlan::new(all, scene.clock, scene.run, scene.edges())),
+        // Only its author knows how a design counts.
+        places: Places { wall: scene.wall_count(), reach: None },
         horizon: scene.edges(),
     };
     Ok(Plant::around(around)?)

@@ -15,6 +15,7 @@ use hpu_datapath::{Repeat, Wiring};
 use hpu_signal::{Cycle, Observe, Ports};
 
 use crate::scene::Solver;
+use crate::stays::Stays;
 use crate::world::World;
 
 use recurrence::Search;
@@ -137,28 +138,28 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
     pub(crate) fn show(&mut self, first: u64, stride: u64, observer: &dyn Observe) {
         self.world.measure(stride, observer);
         self.rows = Rows::new(stride);
-        (self.rows.next, self.rows.row) = (first, Some(Vec::new()));
+        (self.rows.next, self.rows.row) = (first, Some(Default::default()));
     }
 
     /// Returns the loop with the means and extremes in its rows that an observer reads.
     #[must_use]
     pub fn measured(mut self, observer: &dyn Observe) -> Self {
         self.world.measure(self.rows.stride, observer);
-        self.rows.row = Some(Vec::new());
+        self.rows.row = Some(Default::default());
         self
     }
 
     /// Returns the loop with means of the actuator's torque and of the position, from the row at this edge on.
     #[must_use]
     pub fn averaged_from(mut self, edge: u64) -> Self {
-        self.rows.window = edge;
+        self.rows.judge_from(edge);
         self
     }
 
-    /// Returns the means of the actuator's torque and of the position from the requested row to the present edge.
-    /// `edge_s` is the clock period in seconds.
-    pub fn averages(&self, edge_s: f64) -> Option<[f64; 2]> {
-        self.rows.averages(&self.world, self.edge, edge_s)
+    /// Returns the means of the actuator's torque and of the position, and the stays of the device, from the requested
+    /// row to the present edge. `edge_s` is the clock period in seconds.
+    pub fn judged(&self, edge_s: f64) -> Option<([f64; 2], Stays)> {
+        self.rows.judged(&self.world, self.edge, edge_s)
     }
 
     /// Returns the edges done.
@@ -191,7 +192,7 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
             let mut settled = self.wiring.clone();
             settled.settle(&self.input);
             observer.nets(Cycle(0), settled.words());
-            observer.overflows(Cycle(0), settled.overflowing());
+            observer.overflows(Cycle(0), settled.overflowing() | self.world.overflowing());
         }
         self.look_from_here();
         let (mut since, mut events) = (0u32, 0u64);
@@ -434,7 +435,7 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         }
         observer.nets(Cycle(self.edge), words);
         if self.tells_overflows {
-            observer.overflows(Cycle(self.edge), self.wiring.overflowing());
+            observer.overflows(Cycle(self.edge), self.wiring.overflowing() | self.world.overflowing());
         }
         if self.search.tape.is_some() {
             self.note_nets();

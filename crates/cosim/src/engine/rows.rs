@@ -1,8 +1,8 @@
 //! The rows of a run, which its observer is shown.
 
-use hpu_plant::Energy;
 use hpu_signal::{Cycle, Observe};
 
+use crate::stays::{Stays, Sums};
 use crate::world::World;
 
 /// The rows of a run: the plant's outputs every `stride` edges.
@@ -10,13 +10,15 @@ pub(crate) struct Rows {
     /// The edge of the next row.
     pub(super) next: u64,
     pub(super) stride: u64,
-    /// The edge of the row from which torque and position are averaged, and the energies at it.
+    /// The edge of the row from which on the run is judged, and the sums up to it.
     pub(super) window: u64,
-    before: Option<Energy>,
+    before: Option<Sums>,
+    /// The edge of that row, until its sums are known.
+    due: u64,
     /// Whether rows may be shown after the nets of later edges.
     pub(super) wait: bool,
-    /// The present row, if rows have means and extremes.
-    pub(super) row: Option<Vec<f64>>,
+    /// The present row, if rows have means and extremes: as it is shown, and as it is judged.
+    pub(super) row: Option<[Vec<f64>; 2]>,
     /// The rows that may be shown again, if any.
     tape: Option<Recorded>,
 }
@@ -55,24 +57,35 @@ impl<O: Observe + ?Sized> Observe for Tee<'_, O> {
 impl Rows {
     /// Creates rows from edge 0 on.
     pub(crate) fn new(stride: u64) -> Self {
-        Self { next: 0, stride: stride.max(1), window: u64::MAX, before: None, wait: false, row: None, tape: None }
+        let (next, stride, window) = (0, stride.max(1), u64::MAX);
+        Self { next, stride, window, before: None, due: window, wait: false, row: None, tape: None }
     }
 
     /// Returns the rows with means of the actuator's torque and of the position from the row at this edge on. If
     /// `measured` is set, rows also have means and extremes.
     pub(crate) fn averaged(mut self, from: u64, measured: bool) -> Self {
-        self.window = from;
-        self.row = measured.then(Vec::new);
+        self.judge_from(from);
+        self.row = measured.then(Default::default);
         self
     }
 
-    /// Returns the means of torque and position from the requested row to an edge at which the world stands.
-    pub(crate) fn averages(&self, world: &impl World, edge: u64, edge_s: f64) -> Option<[f64; 2]> {
-        let before = self.before?;
-        let edges = edge.checked_sub(self.window).filter(|edges| *edges > 0)?;
-        let [current, angle] = world.energy(edge).current_and_angle_since(&before);
-        let length_s = edges as f64 * edge_s;
-        Some([world.effort_per_a() * current / length_s, angle / length_s])
+    /// Sets the edge of the row from which on the run is judged.
+    pub(super) fn judge_from(&mut self, edge: u64) {
+        (self.window, self.due) = (edge, edge);
+    }
+
+    /// Returns the means of torque and position, and the stays of the device, from the requested row to an edge at
+    /// which the world stands.
+    pub(crate) fn judged(&self, world: &impl World, edge: u64, edge_s: f64) -> Option<([f64; 2], Stays)> {
+        let edges = edge.checked_sub(self.window)?;
+        world.sums(edge).since(&self.before?, edges as f64 * edge_s)
+    }
+
+    /// Takes the sums up to the row from which on the run is judged, before the world leaves it.
+    #[cold]
+    fn begin(&mut self, world: &impl World) {
+        self.before = Some(world.sums(self.due));
+        self.due = u64::MAX;
     }
 
     /// Shows the rows up to `edge`, which the world must not have left yet.
@@ -86,6 +99,9 @@ impl Rows {
     /// Shows the rows before `edge`, to which the world is about to go, unless they can wait.
     #[inline(always)]
     pub(super) fn leave<O: Observe + ?Sized>(&mut self, world: &impl World, edge: u64, observer: &mut O) {
+        if self.due < edge {
+            self.begin(world);
+        }
         if self.next < edge && !(self.wait && world.keeps(edge)) {
             self.show(world, edge - 1, observer);
         }
@@ -138,17 +154,19 @@ impl Rows {
 
     #[inline(never)]
     fn show<O: Observe + ?Sized>(&mut self, world: &impl World, edge: u64, observer: &mut O) {
-        if (self.next..=edge).contains(&self.window) {
-            self.before = Some(world.energy(self.window));
+        if self.due <= edge {
+            self.begin(world);
         }
         // In most cases it is one row.
         let count = if edge - self.next < self.stride { 1 } else { (edge - self.next) / self.stride + 1 };
-        if let Some(row) = &mut self.row {
+        if let Some([shown, judged]) = &mut self.row {
             for edge in (0..count).map(|index| self.next + index * self.stride) {
-                row.clear();
-                row.extend_from_slice(world.reals(edge).as_ref());
-                world.measured(edge, row);
-                observer.reals(Cycle(edge), row);
+                shown.clear();
+                judged.clear();
+                world.shown(edge, shown);
+                judged.extend_from_slice(world.reals(edge).as_ref());
+                judged.extend_from_slice(&shown[judged.len()..]);
+                observer.row(Cycle(edge), judged, shown);
             }
         } else if let Some(Recorded { values, .. }) = &mut self.tape {
             world.rows(self.next, self.stride, count, &mut Tee { observer, values });

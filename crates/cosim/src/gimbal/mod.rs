@@ -11,7 +11,7 @@ use hpu_signal::Ports;
 use crate::arm::ArmPlant;
 use crate::arm_world::ArmWorld;
 use crate::outline::{Command, Outline, Rule, Waves};
-use crate::scene::{GimbalScene, GimbalWords};
+use crate::scene::{GimbalScene, GimbalWords, Setup};
 use crate::simulation::{LoopVisitor, Simulation, TheLoop, Wired};
 use crate::simulation_error::SimulationError;
 use crate::trace::Trace;
@@ -99,7 +99,7 @@ fn outline(scene: &GimbalScene, wiring: &SegmentLoop, commands: Vec<Command>) ->
         has_contact: scene.probe.is_some(),
         contact,
         waves: WAVES,
-        ..outline
+        ..outline.with_hand(scene.hand_path())
     }
 }
 
@@ -155,12 +155,9 @@ pub fn stress_error_pa(trace: &Trace) -> [f64; 2] {
 /// Returns the change of the radius by one position of the crank's servo, where it is greatest; `None` if the target
 /// moves in the judged window, so that the motion is judged by how it follows.
 fn still_within_m(scene: &GimbalScene) -> Option<f64> {
-    let stride = crate::contact::stride(scene.clock, scene.record.plant_rate_hz);
-    let from = crate::contact::window_start(scene.edges(), stride);
-    let from_s = scene.clock.seconds(hpu_signal::Cycle(from));
     let levers = (0..=1800).map(|tenth| scene.gimbal.lever_m(&f64::from(tenth).mul_add(0.1, 0.0).to_radians()).abs());
     let steepest_m = levers.fold(0.0, f64::max);
-    (!scene.target.moves_after(from_s)).then_some(steepest_m * scene.count_rad())
+    (!scene.follows()).then_some(steepest_m * scene.count_rad())
 }
 
 fn plant(scene: &GimbalScene) -> Result<ArmPlant<Recorded>, SimulationError> {

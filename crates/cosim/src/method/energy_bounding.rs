@@ -108,7 +108,8 @@ impl Published for BoundingMethod {
     }
 
     fn features(&self) -> Features {
-        Features::default()
+        let (BoundingForm::C1C2(stiffest, _) | BoundingForm::ForceBound(stiffest)) = self.form;
+        Features { stiffest, ..Features::default() }
     }
 }
 

@@ -59,6 +59,8 @@ pub struct Features {
     pub gains: Option<[(&'static str, f64); 2]>,
     /// The scale of its force.
     pub scale: f64,
+    /// The greatest stiffness that it lets a wall have at rest, in N/m, of a motor in N·m/rad.
+    pub stiffest: f64,
     /// The reason why the wall cannot change during a run, if it cannot.
     pub fixed_wall: Option<&'static str>,
 }
@@ -72,6 +74,7 @@ impl Default for Features {
             has_float: true,
             gains: None,
             scale: 1.0,
+            stiffest: f64::INFINITY,
             fixed_wall: None,
         }
     }

@@ -84,6 +84,7 @@ impl Published for CouplingMethod {
     fn features(&self) -> Features {
         Features {
             // Through a coupling, the felt stiffness never exceeds that of the coupling.
+            stiffest: self.coupling_nm_per_rad,
             gains: Some([
                 ("method.coupling_stiffness", self.coupling_nm_per_rad),
                 ("method.coupling_damping", self.coupling_nm_s_per_rad),

@@ -26,8 +26,6 @@ use crate::scene::{PhantomLaw, PhantomScene, PhantomWords, Platform, Premium};
 use crate::simulation::{Direct, LoopVisitor, Simulation, TheLoop, Wired};
 use crate::simulation_error::SimulationError;
 
-/// Gravity.
-const GRAVITY_M_PER_S2: f64 = 9.81;
 /// Apparent mass of the Premium 1.0 at its tip (the maker's figure is "below 75 g").
 const APPARENT_KG: f64 = 0.075;
 /// Torque at a motor's shaft for full scale of its DAC: 8.5 N at a tip 0.14 m away through a ratio of 7. Assumed.
@@ -151,13 +149,13 @@ fn model(scene: &PhantomScene) -> ArmModel {
         Premium::OneFive => ArmModel::premium_1_5(),
     };
     // The arm is balanced: only the weight pulls.
-    let mut model = arm.balanced().with_tip_mass(drop.weight_n / GRAVITY_M_PER_S2);
+    let mut model = arm.balanced().with_tip_mass(drop.weight_n / drop.gravity_m_per_s2);
     let levers_m = [model.lengths_m[0], model.lengths_m[0], model.lengths_m[1]];
     let square = |at_tip: f64| levers_m.map(|lever_m| at_tip * lever_m * lever_m);
     model.viscous_nm_s_per_rad = square(drop.damping_n_s_per_m);
     model.coulomb_nm = levers_m.map(|lever_m| if rungs.friction { drop.coulomb_n * lever_m } else { 0.0 });
     model.gravity_m_per_s2 = [0.0; 3];
-    model.gravity_m_per_s2[drop.axis.index()] = -GRAVITY_M_PER_S2;
+    model.gravity_m_per_s2[drop.axis.index()] = -drop.gravity_m_per_s2;
     model.amplifier_s = rungs.amplifier_lag_s;
     if rungs.tested_joint_only {
         model.free = [0, 1, 2].map(|joint| joint == drop.axis.index());

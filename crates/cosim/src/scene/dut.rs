@@ -6,7 +6,7 @@ use std::sync::Arc;
 use hpu_signal::Format;
 
 use super::head::{Head, has_head};
-use super::{Amplifier, Bridge, Device, Encoder, Faults, Hand, Model};
+use super::{Amplifier, Bridge, Device, Encoder, Faults, Hand, Identifier, Model, Push, initial_angle_rad};
 
 /// One experiment of an axis whose loop is closed by a design of the user's own; in SI units.
 #[derive(Clone, PartialEq, Debug)]
@@ -25,6 +25,8 @@ pub struct DutScene {
     pub dut: Dut,
     /// The position of the wall that the design renders.
     pub wall_rad: f64,
+    /// Whether the wall may stand out of the range of a port that takes its count.
+    pub wraps: bool,
     /// Key of the generic or constant that makes the wall stiffer, if the scene names one.
     pub varies: Option<String>,
     /// The hand, which moves the device.
@@ -37,15 +39,46 @@ pub struct DutScene {
 
 has_head!(DutScene);
 
+impl DutScene {
+    /// Returns the wall's count, from angle 0.
+    pub(crate) fn wall_count(&self) -> i64 {
+        self.encoder.nearest(self.wall_rad)
+    }
+
+    /// Returns what the wall gives at rest, at the least. Only its author knows the stiffness of a design, so a wall is
+    /// taken to be a tenth as stiff as the grip of the hand, or to give a tenth of a constant push; where nothing is
+    /// known of the hand, a hundredth of what the actuator can.
+    pub(crate) fn wall_push(&self) -> Push {
+        let full = match (&self.device, self.amplifier) {
+            (Device::Motor(motor), _) => motor.stall_nm(self.bridge),
+            (Device::Mass(_), amplifier) => amplifier.map_or(0.0, |amplifier| amplifier.full_scale_n),
+        };
+        match self.hand {
+            Hand::SpringDamper { stiffness_nm_per_rad, .. } if stiffness_nm_per_rad > 0.0 => {
+                Push { stiffness: 0.1 * stiffness_nm_per_rad, most: full }
+            }
+            Hand::ConstantTorque { torque_nm } => {
+                Push { stiffness: f64::INFINITY, most: full.min(0.1 * torque_nm.abs()) }
+            }
+            _ => Push { stiffness: f64::INFINITY, most: 0.01 * full },
+        }
+    }
+
+    /// Returns the count at which the device starts, from angle 0.
+    pub(crate) fn start_count(&self) -> i64 {
+        self.encoder.count(initial_angle_rad(&self.hand, &self.device))
+    }
+}
+
 /// A design.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Dut {
     /// Its files in the order in which they are compiled; none where a scene is that of the plant alone.
     pub files: Vec<SourceFile>,
     /// The VHDL library that they are compiled into.
-    pub library: String,
-    /// Its topmost entity or module.
-    pub top: String,
+    pub library: Identifier,
+    /// Its topmost entity or module; empty where a scene is that of the plant alone.
+    pub top: Identifier,
     /// The edition of VHDL that it is written in.
     pub standard: Standard,
     /// The simulator.
@@ -55,9 +88,9 @@ pub struct Dut {
     /// Its reset, if it has one.
     pub reset: Option<DutReset>,
     /// Generics or parameters, and their values as the language writes them.
-    pub generics: Vec<(String, Generic)>,
+    pub generics: Vec<(Identifier, Generic)>,
     /// Ports with their connections.
-    pub ports: Vec<(String, Connection)>,
+    pub ports: Vec<(Identifier, Connection)>,
     /// Whether a bridge leg is open, instead of braking, while `bridge.pwm` is 0.
     pub floats: bool,
 }
@@ -93,7 +126,7 @@ hpu_signal::named! {
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct DutClock {
     /// Its port.
-    pub port: String,
+    pub port: Identifier,
     /// Number of cycles of the scene's clock in one of its own.
     pub divide: u32,
 }
@@ -102,7 +135,7 @@ pub struct DutClock {
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct DutReset {
     /// Its port.
-    pub port: String,
+    pub port: Identifier,
     /// Whether it resets at 0.
     pub active_low: bool,
     /// Number of cycles of the slowest clock for which it is active before the run.
@@ -247,7 +280,7 @@ impl Dut {
     /// Returns the pins of a motor's plant alone, for a logic that no scene names: the lines of the encoder and the
     /// gates of the bridge, by the names that they have in this project's loops.
     pub fn pins() -> Self {
-        let line = |(name, line): (&str, Line)| (name.to_string(), Connection::Line(line, false));
+        let line = |(name, line): (&'static str, Line)| (Identifier::fixed(name), Connection::Line(line, false));
         let pins = [
             ("a_pin", Line::A),
             ("b_pin", Line::B),
@@ -258,8 +291,8 @@ impl Dut {
         ];
         Self {
             files: Vec::new(),
-            library: "work".into(),
-            top: String::new(),
+            library: Identifier::fixed("work"),
+            top: Identifier::default(),
             standard: Standard::Vhdl2008,
             engine: Engine::Auto,
             clocks: Vec::new(),

@@ -12,6 +12,8 @@ hpu_signal::named! {
         LimitCycle = "limit_cycle",
         /// The motion oscillates ever wider.
         Diverged = "diverged",
+        /// The device is inside the wall, and the wall gives no torque.
+        NoWallTorque = "no_wall_torque",
         /// The device follows a moving target to the end.
         Tracking = "tracking",
         /// A drop test: the tip rests on the wall.
@@ -20,6 +22,17 @@ hpu_signal::named! {
         NonPassive = "non_passive",
         /// A drop test that had to be aborted.
         HighlyUnstable = "highly_unstable",
+        /// The motion may still come to rest: a longer run would tell.
+        NotTold = "not_told",
+        /// The hand moves nearly to the end of the run.
+        HandMoves = "hand_moves",
+    }
+}
+
+impl OutcomeKind {
+    /// Whether the run was long enough to tell how the motion ends.
+    pub fn tells(self) -> bool {
+        !matches!(self, Self::NotTold | Self::HandMoves)
     }
 }
 

@@ -44,6 +44,11 @@ impl Head {
         self.clock.edges(self.run.duration_s)
     }
 
+    /// Returns whether the scene's text, or an override, gives a key.
+    pub fn gives(&self, key: &str) -> bool {
+        self.places.has(key)
+    }
+
     /// Returns an error at one of the scene's keys.
     pub fn error(&self, key: &str, reason: impl Into<String>) -> SceneError {
         self.places.error(key, reason)

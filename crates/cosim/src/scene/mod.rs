@@ -11,8 +11,12 @@
 //! integer bits do not include the sign bit.
 //!
 //! A scene of an axis may have a design of the user's own, a [`Dut`], in the place of `[method]`. Its `[wall]` then has
-//! `position` and `varies`, the key of the generic or constant that makes the wall stiffer; its `[model]` has only the
-//! keys of friction; its `[hand]` is no recording.
+//! `position`, `wraps` and `varies`, the key of the generic or constant that makes the wall stiffer; its `[model]` has
+//! only the keys of friction; its `[hand]` is no recording.
+//!
+//! A loop takes the distance to its wall modulo `2^position_bits`, as two's complement. A wall whose distance from the
+//! start does not fit is refused, with the range that is accepted and the bits that do: the logic would read it
+//! elsewhere. `wall.wraps = true` accepts it.
 //!
 //! A scene whose device is a mass is the textbooks' translational one: its positions are in metres and its efforts in
 //! newtons, in the same fields (`rad` then reads `m`, `nm` reads `n`). An ideal amplifier follows its command at once.
@@ -72,10 +76,12 @@ mod expect;
 mod faults;
 pub mod gimbal;
 mod head;
+mod identifier;
 pub mod keys;
 mod model;
 pub(crate) mod parameter;
 mod parts;
+mod path;
 pub mod phantom;
 pub(crate) mod quantity;
 mod read;
@@ -101,14 +107,17 @@ pub use expect::{Expect, Expectation, Metric, OutcomeKind};
 pub use faults::{EncoderLine, Faults, Stuck, Switch, Times};
 pub use gimbal::{
     Displacement, ForceSensor, GimbalMethod, GimbalModel, GimbalScene, GimbalWords, PositionGains, Posture, Probe,
-    Servo, Shear, Target, TargetKind, Thresholds, along,
+    Servo, Shear, Target, TargetKind, Thresholds,
 };
 pub use head::Head;
+pub use identifier::{Identifier, Language};
 pub use model::{BridgeModel, Datapath, EncoderModel, Friction, Model, Solver, Winding};
 pub use parameter::{Origin, Parameter, ParameterValue};
+pub(crate) use parts::Push;
 pub use parts::{
     Amplifier, AnalogShaper, Device, Encoder, Hand, Mass, Method, Motor, PathPoint, Pwm, Ramp, Record, Run, Units, Wall,
 };
+pub use path::{along, moves_until_s};
 pub use phantom::{
     Direction, Drop, Irregularity, PhantomLaw, PhantomMethod, PhantomModel, PhantomScene, PhantomWords, Platform,
     Premium, Room,
@@ -224,6 +233,15 @@ impl Experiment {
     }
 }
 
+/// Returns the angle at the start: the device's, or the first angle of a hand that imposes the angle.
+fn initial_angle_rad(hand: &Hand, device: &Device) -> f64 {
+    match (hand, device) {
+        (Hand::Prescribed { path }, _) => path.first().map_or(0.0, |point| point.angle_rad),
+        (_, Device::Motor(motor)) => motor.initial_angle_rad,
+        (_, Device::Mass(mass)) => mass.initial_position_m,
+    }
+}
+
 /// One experiment on an axis, validated, in SI units.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Scene {
@@ -264,11 +282,7 @@ impl Scene {
 
     /// Returns the shaft angle at the start: the device's, or the first angle of a hand that imposes the angle.
     pub fn initial_angle_rad(&self) -> f64 {
-        match (&self.hand, &self.device) {
-            (Hand::Prescribed { path }, _) => path.first().map_or(0.0, |point| point.angle_rad),
-            (_, Device::Motor(motor)) => motor.initial_angle_rad,
-            (_, Device::Mass(mass)) => mass.initial_position_m,
-        }
+        initial_angle_rad(&self.hand, &self.device)
     }
 
     /// Returns the sample period in whole clocks.

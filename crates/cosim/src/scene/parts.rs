@@ -1,5 +1,6 @@
 //! The parts of a scene.
 
+use hpu_plant::Bridge;
 use hpu_signal::Format;
 
 use super::replay::PinEdge;
@@ -69,6 +70,12 @@ impl Motor {
     pub fn inertia_kg_m2(&self) -> f64 {
         self.rotor_inertia_kg_m2 + self.wheel_inertia_kg_m2 / (self.wheel_ratio * self.wheel_ratio)
     }
+
+    /// Returns the torque at standstill under the full supply of a bridge.
+    pub(crate) fn stall_nm(&self, bridge: Bridge) -> f64 {
+        let resistance_ohm = self.resistance_ohm + 2.0 * bridge.on_resistance_ohm;
+        self.torque_constant_nm_per_a * bridge.supply_v / resistance_ohm
+    }
 }
 
 /// A mass on a rail.
@@ -108,6 +115,16 @@ impl Encoder {
             Self::Rotary { lines } => 2.0 * std::f64::consts::PI / (4.0 * f64::from(*lines)),
             Self::Linear { resolution_m } => *resolution_m,
         }
+    }
+
+    /// Returns the count whose angle, or position, is the nearest to this one.
+    pub(crate) fn nearest(&self, angle_rad: f64) -> i64 {
+        (angle_rad / self.count_rad()).round() as i64
+    }
+
+    /// Returns the count at an angle, or a position.
+    pub(crate) fn count(&self, angle_rad: f64) -> i64 {
+        (angle_rad / self.count_rad()).floor() as i64
     }
 }
 
@@ -185,8 +202,20 @@ pub struct Wall {
     pub stiffness_nm_per_rad: f64,
     /// Its damping.
     pub damping_nm_s_per_rad: f64,
+    /// Whether it may stand out of the position counter's range, which then reads it where it wraps to.
+    pub wraps: bool,
     /// The change of its words while the scene runs, if they change.
     pub ramp: Option<Ramp>,
+}
+
+/// What a wall gives at rest, at the least: a torque or force that grows with the penetration, up to the actuator's
+/// greatest.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) struct Push {
+    /// The stiffness.
+    pub(crate) stiffness: f64,
+    /// The greatest torque or force.
+    pub(crate) most: f64,
 }
 
 /// A change of the wall's words along a straight line to other values.
@@ -251,6 +280,17 @@ impl Hand {
                 (stiffness_nm_per_rad, damping_nm_s_per_rad)
             }
             _ => (0.0, 0.0),
+        }
+    }
+
+    /// Returns times and positions of the path that the hand intends to follow, or imposes; none for a hand without a
+    /// path.
+    pub fn path(&self) -> Vec<(f64, f64)> {
+        match self {
+            Self::SpringDamper { path, .. } | Self::Prescribed { path } => {
+                path.iter().map(|point| (point.time_s, point.angle_rad)).collect()
+            }
+            Self::None | Self::ConstantTorque { .. } | Self::Capture { .. } => Vec::new(),
         }
     }
 }

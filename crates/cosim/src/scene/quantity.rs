@@ -8,6 +8,9 @@ use std::f64::consts::PI;
 
 use crate::message::number;
 
+/// Standard acceleration by gravity, by the General Conference on Weights and Measures of 1901: the default of scenes.
+pub(crate) const STANDARD_GRAVITY_M_PER_S2: f64 = 9.80665;
+
 /// A physical dimension, the sizes it may have, and the units it may be written in.
 pub(crate) struct Dimension {
     /// The quantity's name in messages, with its article.

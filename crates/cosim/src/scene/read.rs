@@ -234,6 +234,7 @@ fn wall(s: &Section) -> Result<Wall, SceneError> {
         position_rad: s.read(&keys::wall::position)?,
         stiffness_nm_per_rad: s.read(&keys::wall_axis::stiffness)?,
         damping_nm_s_per_rad: s.read(&keys::wall_axis::damping)?,
+        wraps: s.read(&keys::wall::wraps)?,
         ramp: if s.has("ramp") { Some(ramp(&s.section("ramp")?)?) } else { None },
     })
 }

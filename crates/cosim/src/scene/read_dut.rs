@@ -6,6 +6,7 @@ use toml_edit::{Item, TableLike, Value};
 use super::devices::{DeviceKind, device as of_device};
 use super::dut::{Connection, Driving, Dut, DutClock, DutReset, DutScene, Generic, Line, SourceFile};
 use super::head::{Own, about};
+use super::identifier::{Identifier, Language};
 use super::keys::{self, Key, Read, Text};
 use super::model::{BridgeModel, Datapath, EncoderModel, Model, Solver, Winding};
 use super::parameter::{Origin, ParameterValue};
@@ -17,6 +18,7 @@ use super::read_hand::{Load, hand};
 use super::read_model::friction;
 use super::section::{Section, shown};
 use super::source::{SceneError, Source};
+use crate::message::excerpt;
 
 /// The head of a scene with a design of the user's own.
 const OWN: Own =
@@ -57,6 +59,7 @@ pub(super) fn dut_scene(file: &str, source: &Source, load: Load) -> Result<DutSc
         dut: if is_alone { Dut::pins() } else { dut(&root.section("dut")?, load)? },
         // A plant alone needs no wall; one in infinity is never touched.
         wall_rad: if is_alone && !root.has("wall") { f64::INFINITY } else { wall.read(&keys::wall::position)? },
+        wraps: wall.read(&keys::wall::wraps)?,
         varies: if is_alone { unvaried(&wall)? } else { varies(&wall)? },
         hand,
         faults: faults(&root, clock)?,
@@ -134,30 +137,43 @@ fn model(s: &Section) -> Result<Model, SceneError> {
 fn dut(s: &Section, load: Load) -> Result<Dut, SceneError> {
     use keys::dut as key;
     s.accept(&[])?;
-    let name = |key: &Key<Text>| -> Result<String, SceneError> {
+    let files = files(s, load)?;
+    let language = Language::of(&files);
+    let name = |key: &Key<Text>| -> Result<Identifier, SceneError> {
         let text = s.read(key)?;
-        if is_name(&text) { Ok(text) } else { Err(s.error(key.name, format!("`{text}` is not {}", key.value.0))) }
+        let refused =
+            || s.error(key.name, format!("`{}` is not {}: {}", excerpt(&text), key.value.0, language.identifiers()));
+        Identifier::unit(language, &text).ok_or_else(refused)
     };
     let dut = Dut {
-        files: files(s, load)?,
         library: name(&key::library)?,
         top: name(&key::top)?,
         standard: s.read(&key::standard)?,
         engine: s.read(&key::engine)?,
-        clocks: clocks(s)?,
-        reset: if s.has("reset") { Some(reset(&s.section("reset")?)?) } else { None },
-        generics: generics(s)?,
-        ports: ports(&s.section("ports")?)?,
+        clocks: clocks(s, language)?,
+        reset: if s.has("reset") { Some(reset(&s.section("reset")?, language)?) } else { None },
+        generics: generics(s, language)?,
+        ports: ports(&s.section("ports")?, language)?,
+        files,
         floats: s.read(&key::off)?,
     };
     one_use(s, &dut)?;
     Ok(dut)
 }
 
-/// Returns whether a text is a plain HDL name (letters, digits, underscores), so that it cannot inject any other code.
-fn is_name(text: &str) -> bool {
-    let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '$';
-    text.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') && text.chars().all(plain)
+/// Returns the port that the value of a key names.
+fn port_of(s: &Section, key: &Key<Text>, language: Language) -> Result<Identifier, SceneError> {
+    let text = s.read(key)?;
+    Identifier::new(language, &text).ok_or_else(|| s.error(key.name, no_identifier(&text, language)))
+}
+
+/// Returns a key as the name of a port or a generic.
+fn named(s: &Section, key: &str, language: Language) -> Result<Identifier, SceneError> {
+    Identifier::new(language, key).ok_or_else(|| s.key_error(key, no_identifier(key, language)))
+}
+
+fn no_identifier(text: &str, language: Language) -> String {
+    format!("`{}` is no identifier: {}", excerpt(text), language.identifiers())
 }
 
 fn files(s: &Section, load: Load) -> Result<Vec<SourceFile>, SceneError> {
@@ -186,8 +202,8 @@ fn files(s: &Section, load: Load) -> Result<Vec<SourceFile>, SceneError> {
         })?;
         files.push((name.to_string(), bytes.into()));
     }
-    let is_vhdl = |name: &str| name.ends_with(".vhd") || name.ends_with(".vhdl");
-    if files.iter().any(|(name, _)| is_vhdl(name)) && !files.iter().all(|(name, _)| is_vhdl(name)) {
+    let language = |file: &SourceFile| Language::of(std::slice::from_ref(file));
+    if files.iter().any(|file| language(file) != language(&files[0])) {
         return Err(s.error("files", "VHDL and Verilog in one design; hpu takes either"));
     }
     let names: Vec<_> = files.iter().map(|(name, _)| name.as_str()).collect();
@@ -196,15 +212,15 @@ fn files(s: &Section, load: Load) -> Result<Vec<SourceFile>, SceneError> {
 }
 
 /// Reads the clocks: `clock = "clk"`, or `[dut.clocks]` with each clock's number of cycles of the scene's clock.
-fn clocks(s: &Section) -> Result<Vec<DutClock>, SceneError> {
+fn clocks(s: &Section, language: Language) -> Result<Vec<DutClock>, SceneError> {
     let clock = &keys::dut::clock;
     match (s.has("clock"), s.has("clocks")) {
-        (true, false) => Ok(vec![DutClock { port: s.read(clock)?, divide: 1 }]),
+        (true, false) => Ok(vec![DutClock { port: port_of(s, clock, language)?, divide: 1 }]),
         (false, true) => {
             let all = s.section("clocks")?;
             let clocks = all.keys().map(|port| {
                 let divide = keys::dut_clocks::PORT.value.read(&all, port)?;
-                Ok(DutClock { port: port.to_string(), divide })
+                Ok(DutClock { port: named(&all, port, language)?, divide })
             });
             let clocks = clocks.collect::<Result<Vec<_>, SceneError>>()?;
             if !clocks.iter().any(|clock| clock.divide == 1) {
@@ -219,16 +235,16 @@ fn clocks(s: &Section) -> Result<Vec<DutClock>, SceneError> {
     }
 }
 
-fn reset(s: &Section) -> Result<DutReset, SceneError> {
+fn reset(s: &Section, language: Language) -> Result<DutReset, SceneError> {
     s.accept(&[])?;
     Ok(DutReset {
-        port: s.read(&keys::dut_reset::port)?,
+        port: port_of(s, &keys::dut_reset::port, language)?,
         active_low: s.read(&keys::dut_reset::active)?,
         clocks: s.read(&keys::dut_reset::clocks)?,
     })
 }
 
-fn generics(s: &Section) -> Result<Vec<(String, Generic)>, SceneError> {
+fn generics(s: &Section, language: Language) -> Result<Vec<(Identifier, Generic)>, SceneError> {
     let mut all = Vec::new();
     for key in ["generics", "parameters"] {
         let section = s.section(key)?;
@@ -245,19 +261,25 @@ fn generics(s: &Section) -> Result<Vec<(String, Generic)>, SceneError> {
                     return Err(section.error(name, reason));
                 }
             };
+            if let (Generic::Text(text), Language::Vhdl) = (&value, language)
+                && text.chars().any(char::is_control)
+            {
+                let reason = "a text of VHDL has no control character, such as a line's end; leave it out";
+                return Err(section.error(name, reason));
+            }
             section.note(name, ParameterValue::Text(value.to_string()), "", Origin::Scene);
-            all.push((name.to_string(), value));
+            all.push((named(&section, name, language)?, value));
         }
     }
     Ok(all)
 }
 
-fn ports(s: &Section) -> Result<Vec<(String, Connection)>, SceneError> {
+fn ports(s: &Section, language: Language) -> Result<Vec<(Identifier, Connection)>, SceneError> {
     s.keys()
         .map(|port| {
             let (connection, shown) = connection(s, port)?;
             s.note(port, ParameterValue::Text(shown), "", Origin::Scene);
-            Ok((port.to_string(), connection))
+            Ok((named(s, port, language)?, connection))
         })
         .collect()
 }

@@ -19,6 +19,11 @@ pub trait Setup {
     fn wall_position(&self) -> f64 {
         0.0
     }
+    /// Returns the path of the hand, as times in s and positions in the unit of the motion; none where no hand follows
+    /// a path.
+    fn hand_path(&self) -> Vec<(f64, f64)> {
+        Vec::new()
+    }
     /// Returns the relative error of the stiffness that the words realise; `None` without such words.
     fn stiffness_error(&self) -> Option<f64> {
         self.stiffness_miss().map(|miss| miss.error)
@@ -50,6 +55,10 @@ impl Setup for Scene {
         self.wall.position_rad
     }
 
+    fn hand_path(&self) -> Vec<(f64, f64)> {
+        self.hand.path()
+    }
+
     fn stiffness_error(&self) -> Option<f64> {
         let words = if self.wall.stiffness_nm_per_rad > 0.0 { self.words().ok()? } else { return None };
         Some(words.realised.stiffness_error)
@@ -79,5 +88,9 @@ impl Setup for DutScene {
 
     fn wall_position(&self) -> f64 {
         self.wall_rad
+    }
+
+    fn hand_path(&self) -> Vec<(f64, f64)> {
+        self.hand.path()
     }
 }

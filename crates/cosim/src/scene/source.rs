@@ -2,11 +2,12 @@
 
 use std::collections::BTreeMap;
 use std::fmt;
+use std::ops::Range;
 
-use toml_edit::{Document, DocumentMut, InlineTable, Item, Key, TableLike, Value};
+use toml_edit::{Array, Document, DocumentMut, InlineTable, Item, Key, TableLike, Value};
 
 use super::parameter::{Origin, Parameters};
-use crate::message::excerpt;
+use crate::message::{Lines, excerpt};
 
 /// The reason why a scene was refused: place, key, and what is accepted instead.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -111,6 +112,11 @@ impl Places {
         if by_override { Origin::Set } else { Origin::Scene }
     }
 
+    /// Returns whether a key is given.
+    pub fn has(&self, key: &str) -> bool {
+        self.values.contains_key(key)
+    }
+
     /// Returns an error about a key. A key that is missing is reported at the innermost section that is present.
     fn error_in(&self, places: &BTreeMap<String, String>, key: &str, reason: String) -> SceneError {
         SceneError { place: self.place_in(places, key), key: key.to_string(), reason, others: Vec::new() }
@@ -127,21 +133,42 @@ impl Places {
         }
     }
 
-    fn note(&mut self, text: &str, path: &str, key: Option<&Key>, item: &Item) {
-        let at = |byte: usize| place(&self.file, text, byte);
-        let value = item.span().map(|span| at(span.start));
-        let key = key.and_then(Key::span).map(|span| at(span.start)).or_else(|| value.clone());
-        self.keys.extend(key.map(|place| (path.to_string(), place)));
-        self.values.extend(value.map(|place| (path.to_string(), place)));
+    fn note(&mut self, lines: &Lines, path: &str, key: Option<&Key>, item: &Item) {
+        self.note_at(lines, path, key.and_then(Key::span), item.span());
         if let Some(table) = item.as_table_like() {
             for (name, item) in table.iter() {
-                self.note(text, &join(path, name), table.key(name), item);
+                self.note(lines, &join(path, name), table.key(name), item);
             }
         } else if let Some(array) = item.as_array() {
-            for (index, value) in array.iter().enumerate() {
-                self.note(text, &format!("{path}[{index}]"), None, &Item::Value(value.clone()));
+            self.note_values(lines, path, array);
+        }
+    }
+
+    /// Notes the values of an array, which may be arrays and tables.
+    fn note_values(&mut self, lines: &Lines, path: &str, array: &Array) {
+        for (index, value) in array.iter().enumerate() {
+            let path = format!("{path}[{index}]");
+            self.note_at(lines, &path, None, value.span());
+            match value {
+                Value::Array(array) => self.note_values(lines, &path, array),
+                Value::InlineTable(table) => {
+                    let table: &dyn TableLike = table;
+                    for (name, item) in table.iter() {
+                        self.note(lines, &join(&path, name), table.key(name), item);
+                    }
+                }
+                _ => {}
             }
         }
+    }
+
+    /// Notes the place of a key, or of a value without one, and of its value.
+    fn note_at(&mut self, lines: &Lines, path: &str, key: Option<Range<usize>>, value: Option<Range<usize>>) {
+        let at = |span: Range<usize>| place(&self.file, lines, span.start);
+        let value = value.map(at);
+        let key = key.map(at).or_else(|| value.clone());
+        self.keys.extend(key.map(|place| (path.to_string(), place)));
+        self.values.extend(value.map(|place| (path.to_string(), place)));
     }
 
     /// Sets the place of `path` and of everything below it to `place`.
@@ -168,13 +195,13 @@ pub(super) struct Source {
 impl Source {
     pub fn parse(file: &str, text: &str, overrides: &[(String, String)]) -> Result<Self, SceneError> {
         let document = Document::parse(text.to_string()).map_err(|error| SceneError {
-            place: place(file, text, error.span().map_or(0, |span| span.start)),
+            place: place(file, &Lines::new(text), error.span().map_or(0, |span| span.start)),
             key: String::new(),
             reason: format!("not TOML: {}", error.message().replace('\n', "; ")),
             others: Vec::new(),
         })?;
         let mut places = Places { file: file.to_string(), keys: BTreeMap::new(), values: BTreeMap::new() };
-        places.note(text, "", None, document.as_item());
+        places.note(&Lines::new(text), "", None, document.as_item());
         let mut source = Self { document: document.into_mut(), places, parameters: Parameters::default(), auto: false };
         for (key, value) in overrides {
             source.set(key, value)?;
@@ -228,9 +255,7 @@ pub(super) fn join(path: &str, key: &str) -> String {
     if path.is_empty() { key.to_string() } else { format!("{path}.{key}") }
 }
 
-fn place(file: &str, text: &str, byte: usize) -> String {
-    let before = &text[..byte.min(text.len())];
-    let line = before.matches('\n').count() + 1;
-    let column = before.chars().rev().take_while(|c| *c != '\n').count() + 1;
+fn place(file: &str, lines: &Lines, byte: usize) -> String {
+    let (line, column) = lines.place(byte);
     format!("{file}:{line}:{column}")
 }

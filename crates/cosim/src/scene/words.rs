@@ -4,7 +4,7 @@ use hpu_datapath::{LawWidths, LoopConfig, PwmConfig};
 use hpu_signal::Format;
 
 use super::source::SceneError;
-use super::{Datapath, Device, EncoderModel, Scene};
+use super::{Datapath, Device, EncoderModel, Push, Scene};
 use crate::message::{number, number_above, number_below};
 use crate::method::{Loop, Setting, gain};
 use crate::schedule::{Schedule, WordRamp};
@@ -145,14 +145,14 @@ impl Scene {
         };
 
         let schedule = self.schedule(stiffness, stiffness_unit, units.stiffness, scale)?;
-        let wall_counts = (self.wall.position_rad / count_rad).round();
-        let start_counts = (self.initial_angle_rad() / count_rad).floor();
+        let from_start = self.wall_from_start();
+        self.check_wall(from_start)?;
         let position = Format::unsigned(method.position_bits);
         let stiffness_nm_per_rad = method.stiffness_format.to_f64(stiffness) * stiffness_unit;
         let damping_nm_s_per_rad = method.damping_format.to_f64(damping) * damping_unit * scale_share;
         Ok(LoopWords {
             config: self.loop_config()?,
-            reference: position.wrap((wall_counts - start_counts) as i128),
+            reference: position.wrap(from_start.into()),
             stiffness,
             damping,
             period,
@@ -161,7 +161,7 @@ impl Scene {
             realised: Realised {
                 torque_quantum_nm,
                 count_rad,
-                wall_position_rad: wall_counts * count_rad,
+                wall_position_rad: self.wall_count() as f64 * count_rad,
                 stiffness_nm_per_rad,
                 stiffness_miss: Miss::of(spring.1 / stiffness_unit, method.stiffness_format),
                 stiffness_error: relative_error(stiffness_nm_per_rad, spring.1),
@@ -170,6 +170,66 @@ impl Scene {
                 sample_rate_hz: 1.0 / period_s,
             },
         })
+    }
+
+    /// Returns the wall's count, from angle 0.
+    pub(crate) fn wall_count(&self) -> i64 {
+        self.encoder.nearest(self.wall.position_rad)
+    }
+
+    /// Returns the counts from the start to the wall, without a counter's wrap.
+    pub(crate) fn wall_from_start(&self) -> i64 {
+        self.wall_count().saturating_sub(self.encoder.count(self.initial_angle_rad()))
+    }
+
+    /// Returns the least and the greatest count from the start that the position counter holds: those whose distance
+    /// to the wall fits its width as two's complement. `None` for a law in floats, whose counts do not wrap.
+    pub(crate) fn reach(&self) -> Option<[i64; 2]> {
+        let (half, wall) = (1 << (self.method.position_bits - 1), self.wall_from_start());
+        let is_counted = self.model.datapath == Datapath::Words && self.model.encoder != EncoderModel::Ideal;
+        is_counted.then(|| [wall.saturating_sub(half), wall.saturating_add(half - 1)])
+    }
+
+    /// Returns the angles, or positions, between which the position counter holds the device: there the loop reads its
+    /// true distance to the wall. `None` without a counter.
+    pub fn held_rad(&self) -> Option<[f64; 2]> {
+        let start = self.encoder.count(self.initial_angle_rad());
+        let at = |from_start: i64| start.saturating_add(from_start) as f64 * self.encoder.count_rad();
+        self.reach().map(|[least, most]| [at(least), at(most.saturating_add(1))])
+    }
+
+    /// Returns the fewest bits of a position counter that holds the device at all of these angles, or positions; `None`
+    /// if no counter does.
+    pub fn holding_bits(&self, angles_rad: [f64; 2]) -> Option<u32> {
+        let wall = self.wall_count();
+        let [least, most] = angles_rad.map(|angle_rad| self.encoder.count(angle_rad).saturating_sub(wall));
+        (2..=32).find(|bits| least >= -(1i64 << (bits - 1)) && most < 1i64 << (bits - 1))
+    }
+
+    /// Refuses a wall so many counts from the start that the position counter reads it elsewhere. The loop's blocks
+    /// take the distance to the wall modulo `2^position_bits`, as two's complement, so the distance at the start has to
+    /// fit that.
+    fn check_wall(&self, from_start: i64) -> Result<(), SceneError> {
+        let holds = |bits: u32| (1 - (1i64 << (bits - 1))..=1 << (bits - 1)).contains(&from_start);
+        let bits = self.method.position_bits;
+        if self.wall.wraps || self.model.datapath != Datapath::Words || holds(bits) {
+            return Ok(());
+        }
+        let (unit, count_rad) = (self.device.units().position, self.encoder.count_rad());
+        let (half, start) = (1i64 << (bits - 1), self.encoder.count(self.initial_angle_rad()));
+        let at = |from_start: i64| start.saturating_add(from_start) as f64 * count_rad;
+        let (least, most) = (number_above(at(1 - half)), number_below(at(half)));
+        let wider = match (bits..=32).find(|bits| holds(*bits)) {
+            Some(wider) => format!("method.position_bits = {wider}"),
+            None => "a coarser encoder, which 32 bits hold".into(),
+        };
+        let reason = format!(
+            "{} {unit} does not fit {bits} bits: it is {} counts from the start, and walls from {least} to {most} \
+             {unit} fit; write {wider}, or wall.wraps = true in a scene that shows how a counter wraps",
+            number(self.wall.position_rad),
+            from_start.unsigned_abs(),
+        );
+        Err(self.places.error("wall.position", reason))
     }
 
     /// Returns the scene with the words of `nominal`, of which it is a copy in a changed world. Every value given in
@@ -210,20 +270,36 @@ impl Scene {
         }
     }
 
+    /// Returns what the wall gives at rest, at the least: the stiffness that the words realise, or the method's if that
+    /// is less, as far as the actuator goes.
+    pub(crate) fn wall_push(&self, words: &LoopWords) -> Push {
+        let features = self.method.kind.features();
+        let asked = self.wall.stiffness_nm_per_rad;
+        let wall = if features.gains.is_some() { asked } else { words.realised.stiffness_nm_per_rad };
+        let ramp = |end: Option<f64>, start: f64| end.map_or(1.0, |end| (end / start).min(1.0));
+        let weakest = self
+            .wall
+            .ramp
+            .as_ref()
+            .map_or(1.0, |to| ramp(to.stiffness_nm_per_rad, asked).min(ramp(to.scale, features.scale)));
+        Push {
+            stiffness: features.scale * weakest / (wall.recip() + features.stiffest.recip()),
+            most: words.realised.torque_quantum_nm * f64::from(words.config.pwm.width).exp2(),
+        }
+    }
+
     /// Returns the torque, or force, of a full command.
     fn stall_nm(&self) -> Result<f64, SceneError> {
-        let motor = match &self.device {
-            Device::Motor(motor) => motor,
+        match &self.device {
+            Device::Motor(motor) => Ok(motor.stall_nm(self.bridge)),
             Device::Mass(_) if self.encoder.count_rad() == 0.0 => {
-                return Err(self.places.error("encoder.resolution", "missing; words need the length of a count"));
+                Err(self.places.error("encoder.resolution", "missing; words need the length of a count"))
             }
             Device::Mass(_) => {
                 let missing = || self.places.error("amplifier.full_scale", "missing; words need the force of a count");
-                return self.amplifier.map(|amplifier| amplifier.full_scale_n).ok_or_else(missing);
+                self.amplifier.map(|amplifier| amplifier.full_scale_n).ok_or_else(missing)
             }
-        };
-        let resistance_ohm = motor.resistance_ohm + 2.0 * self.bridge.on_resistance_ohm;
-        Ok(motor.torque_constant_nm_per_a * self.bridge.supply_v / resistance_ohm)
+        }
     }
 
     /// Returns the ramps of the words, starting from the words at the start.
@@ -295,7 +371,7 @@ impl Scene {
     /// Returns the numbers that the scene's method is made of, with this stiffness and damping.
     pub(crate) fn setting(&self, words: &LoopWords, [stiffness_n_per_m, damping_n_s_per_m]: [f64; 2]) -> Setting<'_> {
         let LoopWords { config, realised: Realised { torque_quantum_nm, count_rad, .. }, .. } = words;
-        let surface = Format::signed(config.position_width).wrap(words.reference.into());
+        let surface = self.surface(words);
         Setting {
             stiffness_n_per_m,
             damping_n_s_per_m,
@@ -324,6 +400,14 @@ impl Scene {
             },
             shaper_hz: self.method.shaper_hz,
             places: &self.places,
+        }
+    }
+
+    /// Returns the counts from the start to the wall's surface, as the loop reads it: a law in floats does not wrap.
+    pub(crate) fn surface(&self, words: &LoopWords) -> i64 {
+        match self.model.datapath {
+            Datapath::Law => self.wall_from_start(),
+            _ => Format::signed(words.config.position_width).wrap(words.reference.into()),
         }
     }
 

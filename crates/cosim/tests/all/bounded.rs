@@ -19,25 +19,37 @@ fn run(name: &str, set: &[(&str, &str)], values: Option<usize>) -> (Experiment, 
 }
 
 /// Returns the numbers of a verdict: rms, amplitude, frequency, time.
+///
+/// # Panics
+///
+/// For a verdict that no scene here has.
 fn numbers(verdict: Verdict) -> [f64; 4] {
     match verdict {
         Verdict::Settled { rms_rad: rms } | Verdict::Passive { rms_m: rms } | Verdict::NonPassive { rms_m: rms } => {
             [rms, 0.0, 0.0, 0.0]
         }
         Verdict::Tracking { rms_m, greatest_m } => [rms_m, greatest_m, 0.0, 0.0],
+        Verdict::NoWallTorque { effort, depth } => [effort, depth, 0.0, 0.0],
         Verdict::LimitCycle { rms_rad, amplitude_rad, frequency_hz } => [rms_rad, amplitude_rad, frequency_hz, 0.0],
         Verdict::Diverged { at_s, amplitude_rad } => [0.0, amplitude_rad, 0.0, at_s],
+        Verdict::NotTold { rms_rad, amplitude_rad, frequency_hz, telling_s } => {
+            [rms_rad, amplitude_rad, frequency_hz, telling_s.expect("a duration")]
+        }
         Verdict::HighlyUnstable { at_s } => [0.0, 0.0, 0.0, at_s],
+        Verdict::HandMoves { .. } => panic!("{verdict:?}"),
     }
 }
 
-const SCENES: [(&str, &[(&str, &str)]); 9] = [
+const SCENES: [(&str, &[(&str, &str)]); 11] = [
     ("hybrid-wall", &[]),
     ("friction-wall", &[]),
     ("free-motion", &[]),
     ("thrown-conventional", &[]),
     ("count-cycle", &[]),
     ("conventional-wall-100hz", &[]),
+    // Runs that are too short: creep toward rest, and swings that fall.
+    ("floating-motor", &[]),
+    ("power-scaling", &[]),
     // Rows of whole steps, without a clock: with the law in floats, and with words.
     (
         "hybrid-wall",

@@ -53,6 +53,21 @@ fn a_held_position_is_in_contact_until_the_next_sample() {
 }
 
 #[test]
+fn the_device_itself_is_in_contact_until_its_count_leaves_the_wall_whatever_the_logic_holds() {
+    // The wall's surface is where count 978 begins.
+    let (expected, edge) = until(0.5 + 1.9 - 978.0 * COUNT_RAD);
+    for method in ["hybrid", "conventional"] {
+        let summary = run(&scene("prescribed-sweep", &[("method.kind", method)]), Driver::Events);
+        let found = summary.device_contact_share.expect("an axis");
+        assert!((found - expected).abs() <= edge, "{method}: {found}, expected {expected}");
+    }
+    // At 1 kHz the logic misses a fifth of the contact of a wall that buzzes.
+    let buzzing = run(&scene("conventional-wall-1khz", &[]), Driver::Events);
+    let percent = |share: Option<f64>| share.map(|share| (1000.0 * share).round() / 10.0);
+    assert_eq!((percent(buzzing.contact_share), percent(buzzing.device_contact_share)), (Some(37.5), Some(46.9)));
+}
+
+#[test]
 fn without_a_clock_contact_is_time_beyond_the_wall() {
     // With the true angle as the law's input, the wall is left at 1.5 rad, after 0.9 s.
     let steps =

@@ -92,8 +92,8 @@ fn a_hundred_times_as_many_rows_change_neither_words_nor_energy() {
         let simulation = WiredSimulation::new(&scene).unwrap();
         let mut dense = Dense::default();
         let summary = simulation.run(Driver::Events, &mut simulation.trace(&[]), &mut dense, &Control::default());
-        // The verdict's numbers depend on the rows that it judged, and the means begin at a row.
-        (Summary { verdict: None, averages: None, ..timeless(summary) }, dense.changes)
+        // The verdict's numbers depend on the rows that it judged; means and places begin at a row.
+        (Summary { verdict: None, averages: None, stays: None, ..timeless(summary) }, dense.changes)
     };
     assert_eq!(run("10 kHz"), run("1 MHz"));
 }

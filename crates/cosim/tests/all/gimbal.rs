@@ -67,13 +67,25 @@ fn a_finger_feels_the_spring_less_the_weight_that_the_force_feedback_leaves() {
     // At rest the crank's torque balances force and weight: Fd + Kf (Fd - F) = F + m g. So F = Fd - m g / (1 + Kf).
     // The crank is read to half a position, 33 um of radius; a drive LSB is 0.118 N.m / 1024 / 12 mm = 10 mN of push,
     // of which the feedback leaves a share of 1 / (1 + Kf).
-    for (stiffness, force_gain) in [(750.0, 2.0), (1000.0, 4.0), (1500.0, 4.0), (1000.0, 10.0)] {
-        let set = [("surface.stiffness", &*format!("{stiffness}")), ("method.force_gain", &format!("{force_gain}"))];
+    let cases = [
+        (750.0, 2.0, 9.81),
+        (1000.0, 4.0, 9.81),
+        (1500.0, 4.0, 9.81),
+        (1000.0, 10.0, 9.81),
+        (750.0, 2.0, 1.62),
+        (750.0, 2.0, 20.0),
+    ];
+    for (stiffness, force_gain, gravity) in cases {
+        let set = [
+            ("surface.stiffness", &*format!("{stiffness}")),
+            ("method.force_gain", &format!("{force_gain}")),
+            ("device.gravity", &format!("{gravity}")),
+        ];
         let (summary, trace) = run(&scene("gimbal-spring", &set));
         assert_eq!(summary.contact_share, Some(1.0), "{stiffness} N/m");
         let force_n = late_mean(&trace, |at| at("finger_force_n"));
         let depth_m = 67.5e-3 - late_mean(&trace, |at| at("tip_radius_m"));
-        let expected_n = stiffness * depth_m - 0.05 * 9.81 / (1.0 + force_gain);
+        let expected_n = stiffness * depth_m - 0.05 * gravity / (1.0 + force_gain);
         let bound_n = stiffness * 33e-6 + 0.02;
         assert!((force_n - expected_n).abs() < bound_n, "{stiffness}, {force_gain}: {force_n} N, not {expected_n}");
     }

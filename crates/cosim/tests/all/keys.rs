@@ -22,7 +22,7 @@ struct Base {
 const MOTOR: &str = "kind = 'motor'\nresistance = 2\ninductance = 1e-3\ntorque_constant = 0.02\nrotor_inertia = 1e-6";
 const MASS: &str = "kind = 'mass'\nmass = 0.1\ndamping = 0\n[encoder]\nresolution = 1e-5\n\
                     [amplifier]\nfull_scale = 10\nshaper = { cutoff = 2.5 }";
-const METHOD: &str = "[method]\nkind = 'hybrid'\nsample_rate = '1 kHz'\n[wall]\nposition = 1\nstiffness = 0";
+const METHOD: &str = "[method]\nkind = 'hybrid'\nsample_rate = '1 kHz'\n[wall]\nposition = 0.01\nstiffness = 0";
 const DUT: &str = "[dut]\nfiles = ['a.v']\ntop = 'a'\nclock = 'clk'\nreset = { port = 'rst' }\n\
                    ports = { a = 'encoder.a', o = 'DRIVE' }\n[wall]\nposition = 1";
 

@@ -1,7 +1,7 @@
 //! Drop tests against closed forms: the fall, the rest on the wall, and the greatest stiffness of a wall.
 
 use crate::common::{phantom, run};
-use hpu_cosim::scene::PhantomScene;
+use hpu_cosim::scene::{Experiment, Origin, PhantomScene, shipped};
 use hpu_cosim::{Control, Driver, PhantomSimulation, Simulation, Verdict, Wired};
 
 /// The numbers of the scene: the mass at the tip with the hanging weight, that weight, the friction at the tip.
@@ -100,6 +100,53 @@ fn it_accelerates_as_weight_and_friction_say_at_every_row() {
         assert!((acceleration - expected).abs() < 5.0 * h * h / 12.0, "{acceleration}, {expected}");
     }
     assert!(arc.last().is_some_and(|end| *end < -0.01));
+}
+
+#[test]
+fn the_scene_s_gravity_decides_the_mass_of_its_weight_and_is_told_with_its_parameters() {
+    for gravity in [1.62, 9.80665, 20.0] {
+        let gravity_set = gravity.to_string();
+        let scene = drop(&[
+            ("device.gravity", &gravity_set),
+            ("run.duration", "150 ms"),
+            ("record.plant_rate", "1 kHz"),
+            ("drop.speed", "10 mm/s"),
+        ]);
+        let told = scene.parameters.iter().find(|parameter| parameter.key == "device.gravity").expect("it is told");
+        assert_eq!((told.value.to_string(), told.unit), (gravity.to_string(), "m/s2"));
+        let (_, dense) = run(&scene);
+        let arc: Vec<f64> = dense.rows.iter().map(|row| LINK_M * (row[1] / LINK_M).asin()).collect();
+        let (h, mass_kg) = (1e-3, 0.075 + WEIGHT_N / gravity);
+        for window in arc.windows(3) {
+            let acceleration = (window[0] - 2.0 * window[1] + window[2]) / (h * h);
+            let speed = (window[2] - window[0]) / (2.0 * h);
+            let expected = (-WEIGHT_N * (window[1] / LINK_M).cos() + COULOMB_N - DAMPING_N_S_PER_M * speed) / mass_kg;
+            // As in the test above, (w / m) (v^2 + s a) / l^2 bounds the fourth derivative: at 20 m/s2 the mass is
+            // 82.5 g, and after 150 ms v = 0.21 m/s, s = 17.5 mm and a = 1.35 m/s2 make 6.4 m/s^4.
+            assert!((acceleration - expected).abs() < 6.4 * h * h / 12.0, "{acceleration}, {expected}");
+        }
+        assert!(arc.last().is_some_and(|end| *end < -0.005), "{gravity}");
+    }
+}
+
+#[test]
+fn a_scene_that_says_no_gravity_has_the_standard_one() {
+    for (name, line) in [("phantom-drop", "gravity = \"9.81 m/s2\"\n"), ("gimbal-spring", "gravity = \"9.81 m/s2\"\n")]
+    {
+        let shipped = shipped().iter().find(|scene| scene.name == name).expect("a shipped scene");
+        assert_eq!(shipped.text.matches(line).count(), 1, "{name}");
+        let text = shipped.text.replace(line, "");
+        let mut load = |_: &str| Err(std::io::ErrorKind::NotFound.into());
+        let scene = Experiment::parse(name, &text, &[], &mut load).unwrap_or_else(|error| panic!("{error}"));
+        let told = scene.parameters.iter().find(|parameter| parameter.key == "device.gravity").expect("it is told");
+        assert_eq!((told.value.to_string(), told.origin), ("9.80665".into(), Origin::Default));
+        assert!(
+            matches!(&scene, Experiment::Phantom(scene) if scene.drop.gravity_m_per_s2 == 9.80665)
+                || matches!(&scene, Experiment::Gimbal(scene) if scene.gimbal.gravity_m_per_s2 == 9.80665)
+        );
+        let refused = [("device.gravity".to_string(), "-9.81".to_string())];
+        assert!(Experiment::parse(name, &text, &refused, &mut load).is_err(), "{name}");
+    }
 }
 
 #[test]

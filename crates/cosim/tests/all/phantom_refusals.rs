@@ -60,7 +60,7 @@ fn an_unknown_key_is_refused_with_the_keys_there_are() {
         "device",
         "mass = 1",
         "3:1: device.mass: unknown key for kind \"phantom\"; accepted here: kind, model, upper_arm, forearm, \
-         coulomb_force, viscous_damping",
+         coulomb_force, viscous_damping, gravity",
     );
     says_with(
         "drop",

@@ -29,7 +29,9 @@ fn points(scene: &Scene) -> (Vec<f64>, Vec<f64>) {
 /// Returns the times and the positions, in counts, that a scene makes of a recording.
 fn smoothed(recording: &[(f64, i64)]) -> (Vec<f64>, Vec<f64>) {
     let rows: String = recording.iter().map(|(time_s, count)| format!("{time_s},{count}\n")).collect();
-    points(&scene("qube-arm", &[], &format!("time_s,count\n{rows}")).unwrap_or_else(|error| panic!("{error}")))
+    // A recording may begin anywhere, far from the wall.
+    let anywhere = [("wall.wraps", "true")];
+    points(&scene("qube-arm", &anywhere, &format!("time_s,count\n{rows}")).unwrap_or_else(|error| panic!("{error}")))
 }
 
 /// The sum of the squares of the third derivative of a motion, each times the time that it stands for.

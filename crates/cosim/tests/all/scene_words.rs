@@ -118,7 +118,8 @@ fn the_reference_is_counted_from_where_the_encoder_starts() {
     assert_eq!(prescribed.reference, 978 - 912);
     // A wall behind the start, modulo the counter's range.
     assert_eq!(words(&[("wall.position", "-1.5 rad")]).reference, 4096 - 978);
-    assert_eq!(words(&[("wall.position", "1 rev"), ("method.position_bits", "12")]).reference, 0);
+    let wraps = [("wall.position", "1 rev"), ("method.position_bits", "12"), ("wall.wraps", "true")];
+    assert_eq!(words(&wraps).reference, 0);
     assert_eq!(words(&[("wall.position", "1 rev"), ("method.position_bits", "16")]).reference, 4096);
     assert!(near(words(&[]).realised.wall_position_rad, 978.0 * 2.0 * PI / 4096.0, 1e-15));
 }
@@ -157,6 +158,7 @@ fn the_clocks_that_a_command_is_held_back_reach_the_wiring() {
 fn every_width_that_a_scene_accepts_is_one_that_the_wirings_accept() {
     let narrow = [
         ("method.position_bits", "2"),
+        ("wall.wraps", "true"),
         ("method.velocity_bits", "2"),
         ("method.period_bits", "2"),
         ("method.sample_rate", "25 MHz"),

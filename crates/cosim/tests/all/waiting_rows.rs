@@ -4,7 +4,7 @@
 use std::ops::Range;
 
 use hpu_cosim::scene::{Experiment, Metric, shipped};
-use hpu_cosim::{Control, Driver, Simulation, Trace, Wired, WiredSimulation, metric};
+use hpu_cosim::{Control, Driver, Simulation, Trace, Wired, WiredSimulation, judged_window_s, metric};
 use hpu_signal::{Cycle, Observe};
 
 fn parsed(name: &str, set: &[(&str, &str)]) -> Experiment {
@@ -138,7 +138,9 @@ fn figures(scene: &Experiment, all: bool, control: &Control) -> (String, Vec<u64
         let last = trace.last(index).unwrap_or(f64::NAN);
         bits.extend([trace.least(index), trace.greatest(index), trace.greatest_size(index), last].map(f64::to_bits));
         if summary.complete && summary.aborted.is_none() {
-            bits.extend(rows_of_window(&trace, index).iter().map(|x| x.to_bits()));
+            let [from_s, _] = judged_window_s(scene);
+            let first = (from_s / (simulation.stride() as f64 * simulation.clock().period_s())).round() as usize;
+            bits.extend(rows_of_window(&trace, index, first).iter().map(|x| x.to_bits()));
         }
     }
     let numbers: Vec<_> = if matches!(scene, Experiment::Axis(_)) {
@@ -149,12 +151,10 @@ fn figures(scene: &Experiment, all: bool, control: &Control) -> (String, Vec<u64
     (format!("{:?} {numbers:?} {}", summary.verdict, trace.came()), bits, trace.rows())
 }
 
-/// Returns the rows of the last 30 % of the run, at least two.
-fn rows_of_window(trace: &Trace, index: usize) -> Vec<f64> {
-    let came = trace.came() as usize;
-    let first = came - (came * 3 / 10).max(2).min(came);
+/// Returns the rows of the judged window, which begins at row `first` of the run.
+fn rows_of_window(trace: &Trace, index: usize, first: usize) -> Vec<f64> {
     let held = trace.real(index);
-    let rows = &held[held.len() - (came - first)..];
+    let rows = &held[held.len() - (trace.came() as usize - first)..];
     assert_eq!(trace.judged_rows(index), rows);
     rows.to_vec()
 }

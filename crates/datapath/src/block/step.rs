@@ -23,6 +23,9 @@ pub struct Register {
     pub format: Format,
     /// Its word after a reset; `None` if the reset does not set it, and the block loads it before it reads it.
     pub reset: Option<i64>,
+    /// Whether the variable's other bits belong to no other register or logic: they are zeros below it, and its sign
+    /// above it.
+    pub is_alone: bool,
 }
 
 impl Register {
@@ -31,7 +34,7 @@ impl Register {
 
     /// Returns a register that is a whole variable and 0 after a reset.
     pub(crate) fn new(name: &'static str, format: Format) -> Self {
-        Self { instance: None, name, low: 0, format, reset: Some(0) }
+        Self { instance: None, name, low: 0, format, reset: Some(0), is_alone: true }
     }
 
     /// Returns a register that a reset sets to another word.

@@ -188,6 +188,23 @@ impl<'a> Cruise<'a> {
         self.phase.2.at_next(edges - self.phase.0, cache)
     }
 
+    /// Returns the state this number of edges after the anchor in double-double: the smooth motion up to the period's
+    /// begin, and the switched motion from there.
+    #[inline(always)]
+    pub(crate) fn flow<P: Product>(&self, smooth: &Trajectory<'a>, edges: u64) -> Doubles {
+        let mut rest = edges % self.period.edges;
+        let mut x = smooth.flow::<P>(edges - rest);
+        for (&f, most) in self.inputs.iter().zip([self.duty, u64::MAX]) {
+            let edges = rest.min(most);
+            rest -= edges;
+            if edges == 0 {
+                break;
+            }
+            x = Trajectory::exact_with::<P>(smooth.system, x, f).flow::<P>(edges);
+        }
+        x
+    }
+
     /// Returns the edges of a period.
     pub(crate) fn period_edges(&self) -> u64 {
         self.period.edges

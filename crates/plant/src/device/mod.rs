@@ -159,6 +159,23 @@ impl<'a> Device<'a> {
         }
     }
 
+    versions! {
+        /// Returns the state at an edge at or after the anchor, computed in double-double and rounded once. Unlike
+        /// [`state`](Self::state) it does not depend on the anchors from which it is reached: a cruise gives what the
+        /// pulses that it stands for give.
+        pub fn exact_state[exact_fused, exact_native, exact_with](self: &Self, edge: u64) -> State
+    }
+
+    #[inline(always)]
+    fn exact_with<P: Product>(&self, edge: u64) -> State {
+        let edges = edge - self.anchor;
+        match &self.cruise {
+            None => self.motion.flow::<P>(edges),
+            Some(cruise) => cruise.flow::<P>(&self.motion, edges),
+        }
+        .hi
+    }
+
     /// Returns the state for edges asked in rising order, one by one; remembers the terms that neighbours share.
     #[inline(always)]
     pub fn state_next(&mut self, edge: u64) -> State {
@@ -217,8 +234,9 @@ impl<'a> Device<'a> {
         true
     }
 
+    /// Returns the outputs of a state, in the order of [`REALS`].
     #[inline(always)]
-    fn shown(&self, x: &State) -> [f64; REALS.len()] {
+    pub fn shown(&self, x: &State) -> [f64; REALS.len()] {
         [x[CURRENT], x[SPEED], x[ANGLE], self.axis.motor.torque_constant_nm_per_a * x[CURRENT]]
     }
 
@@ -228,11 +246,10 @@ impl<'a> Device<'a> {
         self.gauge = Some(Box::new(Gauge::new(pace, read)));
     }
 
-    /// Returns the exact means and extremes of current and speed since the row before the row at this edge; `None`
-    /// unless [`measure`](Self::measure) asked for them.
-    pub fn measured(&self, edge: u64) -> Option<[Measured; 2]> {
+    /// Returns the exact means and extremes of current and speed since the row before the row at this edge, at which
+    /// the state is `x`; `None` unless [`measure`](Self::measure) asked for them.
+    pub fn measured(&self, edge: u64, x: &State) -> Option<[Measured; 2]> {
         let gauge = self.gauge.as_deref()?;
-        let x = self.state(edge);
         let passed;
         let gauge = if edge == self.anchor {
             gauge
@@ -243,9 +260,9 @@ impl<'a> Device<'a> {
         Some(gauge.row(edge, self.motion.system().edge_s(), &[x[CURRENT], x[SPEED]]))
     }
 
-    /// Returns the hand's angle and torque at an edge: see [`Axis::felt`].
-    pub fn felt(&self, edge: u64) -> [f64; 2] {
-        self.axis.felt(&self.state(edge), self.intent_rad_per_s)
+    /// Returns the hand's angle and torque in a state: see [`Axis::felt`].
+    pub fn felt(&self, x: &State) -> [f64; 2] {
+        self.axis.felt(x, self.intent_rad_per_s)
     }
 
     /// Returns the gauge at an edge after the anchor.

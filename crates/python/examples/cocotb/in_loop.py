@@ -1,7 +1,7 @@
 """A cocotb test: a design of `testbench/dut` in the loop around the plant of its scene, to the scene's end.
 
 `run.py` gives the scene and its overrides, the names of clock and reset, and a file for the motion. In a test of your
-own, these are known: the lines for the loop are the three with `plant`.
+own, these are known: the lines for the loop are the three with `plant`. The states are kept at each row of `hpu run`.
 """
 
 import json
@@ -27,8 +27,11 @@ async def the_wall_is_touched(dut):
         await FallingEdge(clk)
     reset.value = 1 - told["active"]
     begin = time.process_time()
-    edges = await close(dut, plant, clk)
+    rows, edges = [list(plant.states.values())], 0
+    while edges < plant.edges:
+        edges = await close(dut, plant, clk, told["stride"])
+        rows.append(list(plant.states.values()))
     took = time.process_time() - begin
-    motion = {"edges": edges, "states": plant.states, "energy": plant.energy, "edges_per_s": edges / took}
+    motion = {"edges": edges, "rows": rows, "states": plant.states, "energy": plant.energy, "edges_per_s": edges / took}
     with open(told["out"], "w", encoding="ascii") as file:
         json.dump(motion, file)

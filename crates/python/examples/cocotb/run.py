@@ -29,6 +29,8 @@ def main(name, out, *overrides):
         "active": 0 if dut["reset"].get("active") == "low" else 1,
         "clocks": dut["reset"].get("clocks", 4),
         "out": str(Path(out).resolve()),
+        # Clock cycles between rows: 10 MHz over the 10 kHz of record.plant_rate.
+        "stride": 1000,
     }
     prefix = "dut.generics."
     generics = {key.removeprefix(prefix): value for key, value in told["overrides"].items() if key.startswith(prefix)}

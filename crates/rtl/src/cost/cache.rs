@@ -2,7 +2,9 @@
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
 
+use hpu_cosim::script::Fixed;
 use hpu_datapath::AnyBlock;
 
 use super::{Cost, CostError, Counts, DEVICE, SEEDS, bench, ecp5_script, ice40_script, tool_versions};
@@ -24,14 +26,15 @@ pub struct Cache {
 }
 
 impl Cache {
-    /// Opens the cache in a folder, and makes the folder when it is missing.
+    /// Opens the cache in a folder, and makes the folder when it is missing. `limit` is the user's time limit of a
+    /// tool, if there is one.
     ///
     /// # Errors
     ///
     /// [`CostError`] when a tool is not installed, because a cost is valid only for the installed versions, and when
     /// the folder cannot be made.
-    pub fn open(dir: impl Into<PathBuf>) -> Result<Self, CostError> {
-        let tools = tool_versions()?;
+    pub fn open(dir: impl Into<PathBuf>, limit: Option<Duration>) -> Result<Self, CostError> {
+        let tools = tool_versions(limit)?;
         Ok(Self { entries: Entries::open(dir.into())?, tools, measured: AtomicU64::new(0) })
     }
 
@@ -39,7 +42,7 @@ impl Cache {
     ///
     /// # Errors
     ///
-    /// The errors of [`cost`](super::cost), and an error when the folder cannot be read or written.
+    /// The errors of [`cost`](super::cost).
     pub fn cost(&self, block: &dyn AnyBlock, setup: impl Into<Setup>) -> Result<Cost, CostError> {
         self.remembered(block, &setup.into(), |block, setup| super::cost(block, setup))
     }
@@ -73,20 +76,22 @@ impl Cache {
             block.generics().iter().map(|(name, value)| format!("{name}={}", literal(*value))).collect();
         let about = format!("{} {} by {}", block.name(), generics.join(" "), self.tools.join(", "));
         let key = self.key(block, &about, &vhdl(block.name(), &setup.hdl)?);
-        if let Some(found) = self.entries.find(&key)? {
+        if let Some(found) = self.entries.find(&key) {
             return Ok(found);
         }
         let found = measure(block, setup)?;
         self.measured.fetch_add(1, Ordering::Relaxed);
-        self.entries.keep(&key, &about, &found)?;
+        self.entries.keep(&key, &about, &found);
         Ok(found)
     }
 
     /// Returns the SHA-256 of everything that a cost depends on.
     fn key(&self, block: &dyn AnyBlock, about: &str, vhdl: &str) -> String {
         let (name, seeds) = (block.name(), SEEDS.map(|seed| seed.to_string()).join(" "));
-        let (device, scripts) = (DEVICE.join(" "), [ice40_script(name), ecp5_script(name)]);
+        // The option by which Yosys reads Verilog changes no cost.
+        let scripts = [ice40_script(name, Fixed("")), ecp5_script(name, Fixed(""))];
+        let device = DEVICE.join(" ");
         let bench = bench::bench(block);
-        entry::key(&[FLOW, about, vhdl, &bench, &seeds, &device, &scripts[0], &scripts[1]])
+        entry::key(&[FLOW, about, vhdl, &bench, &seeds, &device, scripts[0].as_str(), scripts[1].as_str()])
     }
 }

@@ -25,6 +25,8 @@ use std::io::ErrorKind;
 use std::process::Command;
 use std::time::Duration;
 
+use hpu_cosim::script;
+use hpu_cosim::script::{Fixed, Script, Yosys};
 use hpu_datapath::AnyBlock;
 
 use crate::ghdl::{GhdlError, Library};
@@ -110,17 +112,23 @@ impl Cost {
     }
 }
 
+/// The option by which Yosys calls no function of a library (DPI-C) while it reads Verilog.
+pub(crate) const NO_DPI: Fixed = Fixed(" -nodpi");
+
 /// Returns Yosys's script for the iCE40: it counts the block, then puts its netlist on the bench.
-fn ice40_script(name: &str) -> String {
-    format!(
-        "read_verilog block.v; synth_ice40 -abc9 -device hx -top {name} -json block.json; tee -q -o ice40.txt stat; \
-         read_verilog bench.v; hierarchy -check -top hpu_bench; flatten; clean; write_json bench.json"
+fn ice40_script(name: &'static str, reading: Fixed) -> Script<Yosys> {
+    script!(
+        Yosys: "read_verilog{} block.v; synth_ice40 -abc9 -device hx -top {} -json block.json; tee -q -o ice40.txt \
+                stat; read_verilog bench.v; hierarchy -check -top hpu_bench; flatten; clean; write_json bench.json",
+        reading,
+        Fixed(name)
     )
 }
 
 /// Returns Yosys's script for the ECP5: it counts the block.
-fn ecp5_script(name: &str) -> String {
-    format!("read_verilog block.v; synth_ecp5 -abc9 -top {name}; tee -q -o ecp5.txt stat")
+fn ecp5_script(name: &'static str, reading: Fixed) -> Script<Yosys> {
+    let name = Fixed(name);
+    script!(Yosys: "read_verilog{} block.v; synth_ecp5 -abc9 -top {}; tee -q -o ecp5.txt stat", reading, name)
 }
 
 /// nextpnr's arguments for the device.
@@ -163,7 +171,7 @@ fn synthesised(block: &dyn AnyBlock, setup: &Setup) -> Result<(Library, Counts),
     let library = library(name, setup)?;
     library.write("block.v", verilog::verilog(block, &library)?)?;
     library.write("bench.v", bench::bench(block))?;
-    let cells = yosys(&library, name, &ice40_script(name), "ice40.txt")?;
+    let cells = yosys(&library, name, &ice40_script(name, NO_DPI), "ice40.txt")?;
     Ok((library, ice40_counts(&cells)))
 }
 
@@ -190,8 +198,8 @@ pub(crate) fn ecp5_counts(cells: &BTreeMap<String, u64>) -> Counts {
 }
 
 /// Synthesises a block that is too large for the HX8K for the ECP5, and counts its primitives there.
-fn ecp5(library: &Library, name: &str) -> Result<Counts, CostError> {
-    Ok(ecp5_counts(&yosys(library, name, &ecp5_script(name), "ecp5.txt")?))
+fn ecp5(library: &Library, name: &'static str) -> Result<Counts, CostError> {
+    Ok(ecp5_counts(&yosys(library, name, &ecp5_script(name, NO_DPI), "ecp5.txt")?))
 }
 
 /// Places the block on its bench, and times it.
@@ -206,8 +214,13 @@ fn timing(library: &Library, name: &str, seed: u32) -> Result<Placed, CostError>
 }
 
 /// Runs Yosys on a block. Returns the cells from the statistics that its script writes.
-fn yosys(library: &Library, name: &str, script: &str, stat: &str) -> Result<BTreeMap<String, u64>, CostError> {
-    let said = run(library, Tool::Yosys, name, ["-q", "-p", script])?;
+fn yosys(
+    library: &Library,
+    name: &str,
+    script: &Script<Yosys>,
+    stat: &str,
+) -> Result<BTreeMap<String, u64>, CostError> {
+    let said = run_yosys(library, name, script)?;
     let path = library.dir().join(stat);
     match fs::read_to_string(&path) {
         Ok(text) => Ok(cell_counts(&text)),
@@ -219,9 +232,15 @@ fn yosys(library: &Library, name: &str, script: &str, stat: &str) -> Result<BTre
     }
 }
 
+/// Runs a script of Yosys on a block in a library's directory. Returns its standard output followed by its standard
+/// error.
+pub(crate) fn run_yosys(library: &Library, block: &str, script: &Script<Yosys>) -> Result<String, CostError> {
+    run(library, Tool::Yosys, block, ["-q", "-p", script.as_str()])
+}
+
 /// Runs a tool in a library's directory. Returns its standard output followed by its standard error; of GHDL only the
 /// former.
-pub(crate) fn run(
+fn run(
     library: &Library,
     tool: Tool,
     block: &str,
@@ -234,7 +253,7 @@ pub(crate) fn run(
         Tool::Ghdl => "write Verilog of",
         Tool::Yosys => "synthesise",
         Tool::Nextpnr => "place",
-        Tool::Verilator | Tool::Z3 | Tool::Yices | Tool::Bitwuzla => "read",
+        Tool::Verilator | Tool::Icarus | Tool::Z3 | Tool::Yices | Tool::Bitwuzla => "read",
     };
     let said = tool::run(tool, &format!("{step} {block}"), command, library.limit(Duration::ZERO));
     let said = said.map_err(|error| CostError::of(block, error))?;
@@ -242,13 +261,14 @@ pub(crate) fn run(
     Ok(if tool == Tool::Ghdl { said.out } else { said.out + &said.err })
 }
 
-/// Asks the tools of the flow for their versions. Returns their names with versions, in the order of their use.
+/// Asks the tools of the flow for their versions. Returns their names with versions, in the order of their use. `limit`
+/// is the user's time limit of a tool, if there is one.
 ///
 /// # Errors
 ///
 /// An error when a tool is missing, too old, or does not answer.
-pub fn tool_versions() -> Result<[String; 3], CostError> {
-    let ask = |tool: Tool| -> Result<String, CostError> { Ok(format!("{} {}", tool.name(), tool.version()?)) };
+pub fn tool_versions(limit: Option<Duration>) -> Result<[String; 3], CostError> {
+    let ask = |tool: Tool| -> Result<String, CostError> { Ok(format!("{} {}", tool.name(), tool.version(limit)?)) };
     Ok([ask(Tool::Ghdl)?, ask(Tool::Yosys)?, ask(Tool::Nextpnr)?])
 }
 

@@ -1,13 +1,18 @@
-//! Folders of built models. The name of a folder is the SHA-256 of everything that the model is built from.
+//! Folders of built models. The name of a folder is the SHA-256 of everything that the model is built from. A folder is
+//! [sealed](crate::sealed), so that no model runs and no cost is believed that is not as it was made.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::ffi::OsStr;
+use std::fmt;
 use std::fs;
 use std::io;
+use std::ops::Deref;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use hpu_cosim::scene::{Dut, DutScene};
+use hpu_cosim::scene::{Dut, DutScene, SourceFile};
+use hpu_cosim::script::{Fits, Yosys};
 use hpu_signal::Clock;
 use sha2::{Digest, Sha256};
 
@@ -15,12 +20,10 @@ use super::{DutError, Simulators};
 use crate::entry::hexadecimal;
 use crate::temporary::Temporary;
 use crate::tool::TIMEOUT;
+use crate::{owned, sealed};
 
 /// Version of the build. Raise it when the same tools build something else from the same design.
-const FLOW: &str = "10";
-
-/// The file that marks a folder as complete.
-const WHOLE: &str = "whole";
+const FLOW: &str = "11";
 
 /// A design, and how it is clocked.
 pub(crate) struct Model<'a> {
@@ -47,41 +50,69 @@ impl Simulators {
         self.setup.timeout.unwrap_or(TIMEOUT)
     }
 
-    /// Returns the folder of a built model. Unless it is complete already, `make` builds the model in an empty folder
-    /// first. The key of the folder covers the design, its clocking, and `tools`.
+    /// Returns the folder of a built model. Unless it holds these `results` as they were built, `make` builds the model
+    /// in an empty folder first. The key of the folder covers the design, its clocking, and `tools`.
     pub(super) fn built(
         &self,
         model: &Model,
         tools: &str,
-        make: impl FnOnce(&Path) -> Result<(), DutError>,
-    ) -> Result<PathBuf, DutError> {
+        results: &[&str],
+        make: impl Fn(&Path) -> Result<(), DutError>,
+    ) -> Result<Built, DutError> {
         let key = key(model, tools);
-        let folder = self.cache.join(&key);
+        let no_folder = |error| DutError::Io(std::env::temp_dir(), error);
+        let cache = self.cache.path().map_err(no_folder)?;
         // Threads that want the same model build it only once.
-        let turn = turn(key);
+        let turn = turn(key.clone());
         let _turn = turn.lock().unwrap_or_else(PoisonError::into_inner);
-        if folder.join(WHOLE).is_file() {
-            return Ok(folder);
-        }
-        let io = |path: &Path| {
-            let path = path.to_path_buf();
-            move |error| DutError::Io(path, error)
-        };
-        fs::create_dir_all(&self.cache).map_err(io(&self.cache))?;
-        let work = Temporary::folder_in(&self.cache).map_err(io(&self.cache))?;
-        make(work.path())?;
-        fs::write(work.path().join(WHOLE), tools).map_err(io(work.path()))?;
-        // Another program may have built the same model meanwhile; either result will do.
-        match fs::rename(work.path(), &folder) {
-            Err(_) if folder.join(WHOLE).is_file() => Ok(folder),
-            Err(_) if folder.exists() => {
-                // The folder is left from an incomplete build.
-                fs::remove_dir_all(&folder).map_err(io(&folder))?;
-                fs::rename(work.path(), &folder).map_err(io(&folder)).map(|()| folder)
+        let built = built_in(cache, &key, tools, results, &make);
+        // A cache that is full is no fault of the design.
+        let shortage = match &built {
+            Ok(_) => None,
+            Err(DutError::Io(place, error)) if place.starts_with(cache) => {
+                Some(io::Error::new(error.kind(), error.to_string()))
             }
-            moved => moved.map_err(io(&folder)).map(|()| folder),
+            Err(_) => self.cache.shortage(cache),
+        };
+        match shortage {
+            Some(why) => built_in(self.cache.instead(&why).map_err(no_folder)?, &key, tools, results, &make),
+            None => built,
         }
     }
+}
+
+/// Returns the folder of a built model in a cache. Unless it is whole already, `make` builds the model first.
+fn built_in(
+    cache: &Path,
+    key: &str,
+    tools: &str,
+    results: &[&str],
+    make: &impl Fn(&Path) -> Result<(), DutError>,
+) -> Result<Built, DutError> {
+    let folder = cache.join(key);
+    if sealed::holds(&folder, results) {
+        return Ok(Built { path: folder, own: None });
+    }
+    let io = |path: &Path| {
+        let path = path.to_path_buf();
+        move |error| DutError::Io(path, error)
+    };
+    owned::make_folders(cache).map_err(io(cache))?;
+    let work = Temporary::folder_in(cache).map_err(io(cache))?;
+    make(work.path())?;
+    sealed::seal(work.path(), results, tools).map_err(io(work.path()))?;
+    Ok(match sealed::place(work, &folder, results) {
+        None => Built { path: folder, own: None },
+        Some(work) => Built { path: work.path().to_path_buf(), own: Some(work) },
+    })
+}
+
+/// A folder with a built model.
+pub(super) struct Built {
+    pub(super) path: PathBuf,
+    /// The folder itself where it has no place in the cache; it is removed with this value.
+    #[expect(dead_code, reason = "it is kept, not read")]
+    own: Option<Temporary>,
 }
 
 /// Returns the lock that a thread must hold while it builds the model of this key.
@@ -98,7 +129,7 @@ fn key(Model { dut, clock, settle }: &Model, tools: &str) -> String {
         hash.update((text.len() as u64).to_le_bytes());
         hash.update(text);
     };
-    [FLOW, tools, library, top].iter().for_each(|text| field(text.as_bytes()));
+    [FLOW, tools, &**library, &**top].iter().for_each(|text| field(text.as_bytes()));
     let frequency_hz = clock.frequency_hz();
     field(format!("{standard:?} {clocks:?} {reset:?} {generics:?} {settle} {frequency_hz}").as_bytes());
     for (name, content) in files {
@@ -109,18 +140,90 @@ fn key(Model { dut, clock, settle }: &Model, tools: &str) -> String {
 }
 
 /// Returns the name of a file without its folders.
-pub(super) fn base(name: &str) -> &str {
+fn base(name: &str) -> &str {
     name.rsplit('/').next().unwrap_or(name)
 }
 
-/// Writes the design's files into a folder.
+/// The name of a design's file in the folder of its tools: letters, digits, `_`, `-`, `+` and dots behind a letter, a
+/// digit or `_`. So no tool and no script reads the name as an option or as code.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub(super) struct PlainName(String);
+
+impl PlainName {
+    /// Returns the name of a file that hpu itself writes.
+    pub(super) fn fixed(name: &'static str) -> Self {
+        Self(name.to_string())
+    }
+
+    /// Returns a name without other characters than those of plain names.
+    fn of(name: &str) -> Self {
+        let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-+.".contains(c);
+        let mut plain: String = name.chars().map(|c| if is_plain(c) { c } else { '_' }).collect();
+        if plain.starts_with(['-', '+', '.']) {
+            plain.insert(0, '_');
+        }
+        Self(plain)
+    }
+}
+
+impl Deref for PlainName {
+    type Target = str;
+
+    fn deref(&self) -> &str {
+        &self.0
+    }
+}
+
+impl AsRef<OsStr> for PlainName {
+    fn as_ref(&self) -> &OsStr {
+        self.0.as_ref()
+    }
+}
+
+impl fmt::Display for PlainName {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl Fits<Yosys> for PlainName {}
+
+/// Returns the plain name of each file of a design beside its own one, in their order. Both are the same where the own
+/// name is plain.
+pub(super) fn plain_names(dut: &Dut) -> Vec<(PlainName, &str)> {
+    let own: BTreeSet<&str> = dut.files.iter().map(|(name, _)| base(name)).collect();
+    let mut given = BTreeSet::new();
+    let named = |(name, _): &SourceFile| {
+        let name = base(name);
+        let mut plain = PlainName::of(name);
+        while *plain != *name && (own.contains(&*plain) || given.contains(&plain.0)) {
+            plain.0.insert(0, '_');
+        }
+        given.insert(plain.0.clone());
+        plain
+    };
+    let names: Vec<_> = dut.files.iter().map(named).collect();
+    names.into_iter().zip(dut.files.iter().map(|(name, _)| base(name))).collect()
+}
+
+/// Writes the design's files into a folder: under their own names, by which they include each other, and under the
+/// plain names, by which the tools are called.
 pub(super) fn write_files(dut: &Dut, folder: &Path) -> Result<(), DutError> {
-    dut.files.iter().try_for_each(|(name, content)| write(folder, base(name), content))
+    for ((plain, own), (_, content)) in plain_names(dut).iter().zip(&dut.files) {
+        write(folder, own, content)?;
+        if **plain != **own {
+            write(folder, plain, content)?;
+        }
+    }
+    Ok(())
 }
 
 /// Writes a file into a folder.
 pub(super) fn write(folder: &Path, name: &str, content: &[u8]) -> Result<(), DutError> {
     let path = folder.join(name);
+    if let Some(own) = path.parent() {
+        fs::create_dir_all(own).map_err(|error: io::Error| DutError::Io(own.to_path_buf(), error))?;
+    }
     fs::write(&path, content).map_err(|error: io::Error| DutError::Io(path, error))
 }
 

@@ -5,15 +5,18 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use hpu_cosim::scene::{Dut, DutScene, Generic};
+use hpu_cosim::scene::{Dut, DutScene, Identifier};
+use hpu_cosim::script;
+use hpu_cosim::script::{Script, Yosys};
 
-use super::build::{Model, base, write, write_files};
-use super::verilator::{literal, sources};
+use super::build::{Model, write, write_files};
+use super::interface::names_foreign;
+use super::verilator::sources;
 use super::{DutError, Simulators, is_vhdl};
 use crate::cost::{
-    Counts, DEVICE, HX8K_BRAM, HX8K_CELLS, SEEDS, cell_counts, ecp5_counts, ice40_counts, is_full, used_cells,
+    Counts, DEVICE, HX8K_BRAM, HX8K_CELLS, NO_DPI, SEEDS, cell_counts, ecp5_counts, ice40_counts, is_full, used_cells,
 };
-use crate::tool::{Fault, Tool, ToolError, run};
+use crate::tool::{Fault, Tool, ToolError, numbers, run};
 
 /// The file in which a cost is kept.
 const COST: &str = "cost";
@@ -58,44 +61,66 @@ impl Simulators {
         if is_vhdl(&dut.files) {
             tools.insert(0, Tool::Ghdl);
         }
-        let version = |tool: Tool| Ok(format!("{} {}", tool.name(), tool.version().map_err(DutError::Tool)?));
+        self.calls_nothing(dut)?;
+        let version =
+            |tool: Tool| Ok(format!("{} {}", tool.name(), tool.version(self.setup.timeout).map_err(DutError::Tool)?));
         let tools = tools.into_iter().map(version).collect::<Result<Vec<_>, DutError>>()?.join(", ");
-        let folder = self.built(&Model::of(scene), &format!("cost by {tools}"), |folder| {
+        let built = self.built(&Model::of(scene), &format!("cost by {tools}"), &[COST], |folder| {
             write_files(dut, folder)?;
             let cost = self.priced(dut, folder)?;
             write(folder, COST, line(&cost).as_bytes())
         })?;
-        let path = folder.join(COST);
+        let path = built.path.join(COST);
         let text = fs::read_to_string(&path).map_err(|error| DutError::Io(path.clone(), error))?;
         let cost = of_line(&text, &tools);
         cost.ok_or_else(|| DutError::Ended(format!("{}: no cost; remove this file's folder", path.display())))
     }
 
+    /// Refuses VHDL that names functions of a library where GHDL's synthesis may call them. That of GHDL 2 calls none.
+    fn calls_nothing(&self, dut: &Dut) -> Result<(), DutError> {
+        let texts: Vec<_> = dut.files.iter().map(|(_, content)| String::from_utf8_lossy(content)).collect();
+        let texts: Vec<_> = texts.iter().map(|text| &**text).collect();
+        if !is_vhdl(&dut.files) || !names_foreign(&texts) {
+            return Ok(());
+        }
+        let version = Tool::Ghdl.version(self.setup.timeout).map_err(DutError::Tool)?;
+        if numbers(&version).is_some_and(|numbers| numbers < (3, 0)) {
+            return Ok(());
+        }
+        let said =
+            format!("it names functions of a library (attribute foreign), which GHDL {version} may call meanwhile");
+        Err(DutError::Refused { tool: Tool::Ghdl, top: dut.top.to_string(), said })
+    }
+
     fn priced(&self, dut: &Dut, folder: &Path) -> Result<DutCost, DutError> {
         let (read, top) = self.read_by_yosys(dut, folder)?;
-        let tool = |tool: Tool, step: &str, arguments: &[&str]| self.told(dut, folder, tool, step, arguments);
-        let ice40 = format!("{read}synth_ice40 -abc9 -device hx -top {top} -json block.json; tee -q -o ice40.txt stat");
-        tool(Tool::Yosys, "synthesise a design", &["-q", "-p", &ice40])?;
+        let nextpnr = |step: &str, arguments: &[&str]| self.told(dut, folder, Tool::Nextpnr, step, arguments);
+        let ice40 = script!(
+            Yosys: "{}synth_ice40 -abc9 -device hx -top {} -json block.json; tee -q -o ice40.txt stat",
+            read,
+            top
+        );
+        self.yosys(dut, folder, "synthesise a design", &ice40)?;
         let stat = |name: &str| {
             let path = folder.join(name);
             fs::read_to_string(&path).map(|text| cell_counts(&text)).map_err(|error| DutError::Io(path, error))
         };
         let counts = ice40_counts(&stat("ice40.txt")?);
         let pack = [&DEVICE[..], &["--pack-only", "--json", "block.json"]].concat();
-        let said = tool(Tool::Nextpnr, "pack a design", &pack)?;
+        let said = nextpnr("pack a design", &pack)?;
         let silent = || ToolError::new(Tool::Nextpnr, "pack a design", Fault::Silent("number of cells"), &said);
         let cells = used_cells(&said).ok_or_else(silent).map_err(DutError::Tool)?;
-        let mut clocks: Vec<_> = dut.clocks.iter().map(|clock| (clock.port.clone(), Vec::new())).collect();
+        let mut clocks: Vec<_> = dut.clocks.iter().map(|clock| (clock.port.to_string(), Vec::new())).collect();
         let mut ecp5 = None;
         if cells > HX8K_CELLS || counts.bram > HX8K_BRAM {
-            let script = format!("{read}synth_ecp5 -abc9 -top {top}; tee -q -o ecp5.txt stat");
-            tool(Tool::Yosys, "synthesise a design", &["-q", "-p", &script])?;
+            let script = script!(Yosys: "{}synth_ecp5 -abc9 -top {}; tee -q -o ecp5.txt stat", read, top);
+            self.yosys(dut, folder, "synthesise a design", &script)?;
             ecp5 = Some(ecp5_counts(&stat("ecp5.txt")?));
         } else {
             for seed in SEEDS {
                 let seed = seed.to_string();
                 let place = [&DEVICE[..], &["--timing-allow-fail", "--seed", &seed, "--json", "block.json"]].concat();
-                let said = match tool(Tool::Nextpnr, "place a design", &place) {
+                let said = match nextpnr("place a design", &place) {
                     Err(DutError::Refused { said, .. }) if is_full(&said) => String::new(),
                     said => said?,
                 };
@@ -108,20 +133,31 @@ impl Simulators {
     }
 
     /// Returns the commands by which Yosys reads a design in a folder, and the name of its topmost module there.
-    pub(super) fn read_by_yosys(&self, dut: &Dut, folder: &Path) -> Result<(String, String), DutError> {
+    pub(super) fn read_by_yosys(&self, dut: &Dut, folder: &Path) -> Result<(Script<Yosys>, Identifier), DutError> {
         let is_vhdl = is_vhdl(&dut.files);
         let (files, top) = if is_vhdl {
             (self.synthesised(dut, folder)?, dut.top.to_lowercase())
         } else {
             (sources(dut), dut.top.clone())
         };
-        let files: Vec<_> = files.iter().map(|file| format!("\"{}\"", base(file))).collect();
-        let parameter = |(name, value): &(String, Generic)| format!("chparam -set {name} {} {top}; ", literal(value));
-        let parameters: String = if is_vhdl { String::new() } else { dut.generics.iter().map(parameter).collect() };
-        Ok((format!("read_verilog -sv {}; {parameters}", files.join(" ")), top))
+        let files: Script<Yosys> = files.iter().map(|file| script!(Yosys: " {}", file)).collect();
+        let mut read = vec![script!(Yosys: "read_verilog{} -sv{}; ", NO_DPI, files)];
+        if !is_vhdl {
+            for (name, value) in &dut.generics {
+                let value = Script::<Yosys>::value(value);
+                let value = value.map_err(|why| DutError::Generic(name.to_string(), why.to_string()))?;
+                read.push(script!(Yosys: "chparam -set {} {} {}; ", name, value, top));
+            }
+        }
+        Ok((read.into_iter().collect(), top))
     }
 
-    pub(super) fn told(
+    /// Runs a script of Yosys in a folder.
+    pub(super) fn yosys(&self, dut: &Dut, folder: &Path, step: &str, script: &Script<Yosys>) -> Result<(), DutError> {
+        self.told(dut, folder, Tool::Yosys, step, &["-q", "-p", script.as_str()]).map(drop)
+    }
+
+    fn told(
         &self,
         dut: &Dut,
         folder: &Path,
@@ -131,7 +167,7 @@ impl Simulators {
     ) -> Result<String, DutError> {
         let mut command = Command::new(tool.name());
         command.args(arguments).current_dir(folder).env("TMPDIR", folder);
-        let said = run(tool, step, command, self.limit()).map_err(|error| DutError::of(&dut.top, error))?;
+        let said = run(tool, step, command, self.limit()).map_err(|error| DutError::of(dut, error))?;
         Ok(said.out + &said.err)
     }
 }

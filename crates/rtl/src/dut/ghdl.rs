@@ -7,13 +7,14 @@ use std::time::Duration;
 
 use hpu_cosim::dut::{Change, Design, Fault, Port, RunningDesign};
 use hpu_cosim::scene::{Dut, Generic, Standard};
+use hpu_cosim::script::{Script, Vhdl};
 use hpu_signal::Format;
 use hpu_vhpi::{ASK, INSIDE, LIST};
 
-use super::build::{Model, base, carries_clock, common_cycle, write, write_files};
+use super::build::{Model, carries_clock, common_cycle, plain_names, write, write_files};
 use super::interface::{Interface, Item, entities, interface};
 use super::process::{ANSWER, Process};
-use super::{DutError, Simulators};
+use super::{DutError, Simulators, allowed};
 use crate::ghdl::writes_programs;
 use crate::library::{LIBRARY, place_library};
 use crate::temporary::Temporary;
@@ -22,6 +23,9 @@ use crate::tool::{Tool, run};
 /// The bench's entity, and the package through which it talks to hpu.
 const BENCH: &str = "hpu_dut_bench";
 const BRIDGE: &str = include_str!("../../../../testbench/vhdl/hpu_dut_bridge.vhd");
+
+/// The files of bridge and bench. They lie in a folder of their own, so that a design's file may have any name.
+const OWN: [&str; 2] = ["hpu/hpu_dut_bridge.vhd", "hpu/hpu_dut_bench.vhd"];
 
 /// A design that GHDL has analysed.
 pub(super) struct Analysed {
@@ -37,7 +41,7 @@ impl Simulators {
     /// Analyses a design for simulation in GHDL, with its inner signals if `inside` is set. `why` is added to the name
     /// of the engine.
     pub(super) fn ghdl(&self, model: &Model, why: &str, inside: bool) -> Result<Analysed, DutError> {
-        let version = Tool::Ghdl.version().map_err(DutError::Tool)?;
+        let version = Tool::Ghdl.version(self.setup.timeout).map_err(DutError::Tool)?;
         let (folder, ports) = self.elaborated(model, inside)?;
         let engine = format!("GHDL {version}{why}");
         let limit = self.setup.timeout.unwrap_or(ANSWER);
@@ -52,12 +56,14 @@ impl Simulators {
     /// Analyses a design with its bench, and asks the bench for the design's ports.
     fn elaborated(&self, model: &Model, inside: bool) -> Result<(Temporary, Vec<Port>), DutError> {
         let dut = model.dut;
+        // The elaboration of VHDL runs its functions.
+        allowed(dut)?;
         let folder = Temporary::folder().map_err(|error| DutError::Io(std::env::temp_dir(), error))?;
         write_files(dut, folder.path())?;
         self.analyse(dut, folder.path())?;
         let texts: Vec<_> = dut.files.iter().map(|(_, content)| String::from_utf8_lossy(content)).collect();
         let texts: Vec<_> = texts.iter().map(|text| &**text).collect();
-        let refused = |said: String| DutError::Refused { tool: Tool::Ghdl, top: dut.top.clone(), said };
+        let refused = |said: String| DutError::Refused { tool: Tool::Ghdl, top: dut.top.to_string(), said };
         let interface = interface(&texts, &dut.top).ok_or_else(|| {
             let all = entities(&texts);
             refused(format!("no file declares the entity `{}`; there are {}", dut.top, all.join(", ")))
@@ -70,15 +76,15 @@ impl Simulators {
         if let Some(port) = interface.ports.iter().find(|port| !["in", "out", "buffer"].contains(&&*port.mode)) {
             return Err(refused(format!("port `{}` is {}; hpu takes in and out", port.name, port.mode)));
         }
-        let bench = bench(BENCH, model, &interface);
-        write(folder.path(), "hpu_dut_bridge.vhd", bridge(dut.standard).as_bytes())?;
-        write(folder.path(), "hpu_dut_bench.vhd", bench.as_bytes())?;
+        let bench = bench(BENCH, model, &interface)?;
+        write(folder.path(), OWN[0], bridge(dut.standard).as_bytes())?;
+        write(folder.path(), OWN[1], bench.as_bytes())?;
         let mut command = self.ghdl_command("-a", dut, folder.path());
-        command.args(["hpu_dut_bridge.vhd", "hpu_dut_bench.vhd"]);
-        let say = |error| DutError::of(&dut.top, error);
+        command.args(OWN);
+        let say = |error| DutError::of(dut, error);
         run(Tool::Ghdl, "connect a design", command, self.limit()).map_err(say)?;
         place_library(&self.setup, folder.path()).map_err(|error| DutError::Ended(error.to_string()))?;
-        if writes_programs() {
+        if writes_programs(self.limit()) {
             let mut command = self.ghdl_command("-e", dut, folder.path());
             command.arg(BENCH);
             run(Tool::Ghdl, "elaborate a design", command, self.limit()).map_err(say)?;
@@ -123,9 +129,9 @@ impl Simulators {
     pub(super) fn analyse(&self, dut: &Dut, folder: &Path) -> Result<(), DutError> {
         let mut command = self.ghdl_command("-a", dut, folder);
         command.arg(format!("--work={}", dut.library));
-        command.args(dut.files.iter().map(|(name, _)| base(name)));
+        command.args(plain_names(dut).iter().map(|(name, _)| name));
         let analysed = run(Tool::Ghdl, "analyse a design", command, self.limit());
-        analysed.map(|_| ()).map_err(|error| DutError::of(&dut.top, error))
+        analysed.map(|_| ()).map_err(|error| DutError::of(dut, error))
     }
 
     pub(super) fn ghdl_command(&self, verb: &str, dut: &Dut, folder: &Path) -> Command {
@@ -185,14 +191,19 @@ pub(crate) fn bridge(standard: Standard) -> String {
 
 /// Returns the bench, an entity called `name`. It has a signal for each port, of the port's own type. The ports other
 /// than clocks and reset are written and read by their position in the list.
-pub(crate) fn bench(name: &str, model: &Model, interface: &Interface) -> String {
+pub(crate) fn bench(name: &str, model: &Model, interface: &Interface) -> Result<String, DutError> {
     let dut = model.dut;
     let mut constants = String::new();
     for generic in &interface.generics {
         let set = dut.generics.iter().find(|(name, _)| name.eq_ignore_ascii_case(&generic.name));
         let value = match set {
-            Some((_, Generic::Text(text))) if generic.kind.to_lowercase().contains("string") => format!("\"{text}\""),
-            Some((_, value)) => value.to_string(),
+            Some((_, Generic::Text(text))) if generic.kind.to_lowercase().contains("string") => {
+                Script::<Vhdl>::text(text).to_string()
+            }
+            Some((name, value)) => {
+                let value = Script::<Vhdl>::expression(&value.to_string());
+                value.map_err(|error| DutError::Generic(name.to_string(), error.to_string()))?.to_string()
+            }
             None => generic.default.clone().unwrap_or_default(),
         };
         if !value.is_empty() {
@@ -266,7 +277,7 @@ pub(crate) fn bench(name: &str, model: &Model, interface: &Interface) -> String 
     let settle = model.settle;
     let half_fs = (0.5e15 / model.clock.frequency_hz() as f64).round().max(1.0);
     let library = if same(&dut.library, "work") { String::new() } else { format!("library {};\n", dut.library) };
-    format!(
+    Ok(format!(
         "{library}{context}use work.hpu_dut_bridge.all;
 
 entity {name} is
@@ -317,7 +328,7 @@ end architecture;
         low = half_cycle("    ", false),
         settling = cycle("      "),
         clocking = cycle("        "),
-    )
+    ))
 }
 
 impl Design for Analysed {

@@ -45,6 +45,11 @@ pub(crate) fn entities(texts: &[&str]) -> Vec<String> {
     names
 }
 
+/// Returns whether any text has the word of VHDL by which a function of a library is called (`attribute foreign of`).
+pub(crate) fn names_foreign(texts: &[&str]) -> bool {
+    texts.iter().any(|text| words(&without_comments(text)).any(|(_, word)| word.eq_ignore_ascii_case("foreign")))
+}
+
 fn of_text(text: &str, entity: &str) -> Option<Interface> {
     let words: Vec<_> = words(text).collect();
     let at = words.windows(3).position(|three| {

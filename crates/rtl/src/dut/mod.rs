@@ -7,6 +7,7 @@
 mod build;
 mod cost;
 mod ghdl;
+mod icarus;
 mod interface;
 mod process;
 mod transition;
@@ -15,10 +16,12 @@ mod verilator;
 use std::fmt;
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use hpu_cosim::dut::{Design, Designs, Fault, Port};
-use hpu_cosim::scene::{DutScene, Engine, SourceFile};
+use hpu_cosim::scene::{Dut, DutScene, Engine, Language, SourceFile};
 
+use crate::cache_folder::CacheFolder;
 use crate::hdl::Setup;
 use crate::tool::{Fault as ToolFault, Tool, ToolError};
 
@@ -29,9 +32,29 @@ pub(crate) use interface::interface;
 pub(crate) use process::{ANSWER, Process};
 pub(crate) use transition::{INVARIANT, Transition};
 
+/// Whether this program must simulate no design, because its caller has asked so.
+static FORBIDDEN: AtomicBool = AtomicBool::new(false);
+
+/// Makes this program refuse to simulate designs from here on.
+pub fn forbid() {
+    FORBIDDEN.store(true, Ordering::Relaxed);
+}
+
+/// Returns whether designs must not be simulated: after [`forbid`], and where the variable `HPU_NO_DUT` is set, unless
+/// it is empty or 0.
+pub fn is_forbidden() -> bool {
+    let is_set = || std::env::var_os("HPU_NO_DUT").is_some_and(|value| !value.is_empty() && value != "0");
+    FORBIDDEN.load(Ordering::Relaxed) || is_set()
+}
+
 /// Why a design could not be built or simulated.
 #[derive(Debug)]
 pub enum DutError {
+    /// Designs must not be simulated; see [`is_forbidden`].
+    Forbidden {
+        /// The design's topmost unit.
+        top: String,
+    },
     /// A tool is missing, or did not do its job.
     Tool(ToolError),
     /// A tool refused the design; its message is shortened.
@@ -43,6 +66,8 @@ pub enum DutError {
         /// The tool's message.
         said: String,
     },
+    /// The value of a generic of this name cannot be written in the design's language; the text says why.
+    Generic(String, String),
     /// The simulation ended, or did not answer.
     Lost {
         /// The fault.
@@ -59,8 +84,14 @@ pub enum DutError {
 impl fmt::Display for DutError {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
+            Self::Forbidden { top } => write!(
+                f,
+                "the design `{top}` is not simulated: a design is code that runs on this machine, and HPU_NO_DUT or \
+                 --no-dut forbids it; leave both out if you trust the design"
+            ),
             Self::Tool(error) => error.fmt(f),
             Self::Refused { tool, top, said } => write!(f, "{} refuses `{top}`:\n{}", tool.name(), said.trim_end()),
+            Self::Generic(name, why) => write!(f, "generic `{name}`: {why}"),
             Self::Ended(said) => f.write_str(said.trim_end()),
             Self::Lost { error: ToolError { tool, fault, said, .. }, edge } => {
                 let tool = tool.name();
@@ -97,13 +128,41 @@ impl From<Fault> for DutError {
     }
 }
 
+/// Whether a design was not simulated because that [is forbidden](is_forbidden).
+static REFUSED: AtomicBool = AtomicBool::new(false);
+
+/// Returns whether this program has refused to simulate a design. What it has computed then lacks a part, and must not
+/// be kept as a result.
+pub fn was_refused() -> bool {
+    REFUSED.load(Ordering::Relaxed)
+}
+
+/// Refuses to simulate a design where that [is forbidden](is_forbidden).
+fn allowed(dut: &Dut) -> Result<(), DutError> {
+    if !is_forbidden() {
+        return Ok(());
+    }
+    REFUSED.store(true, Ordering::Relaxed);
+    Err(DutError::Forbidden { top: dut.top.to_string() })
+}
+
 impl DutError {
-    /// Returns the error of a tool that worked on a design: the tool refused the design, or failed by itself.
-    fn of(top: &str, error: ToolError) -> Self {
-        if error.refused() {
-            return Self::Refused { tool: error.tool, top: top.to_string(), said: error.said };
+    /// Returns the error of a scene's design as a fault: where the scene's text is wrong, with its line.
+    pub fn at(self, scene: &DutScene) -> Fault {
+        let Self::Generic(name, why) = self else { return self.into() };
+        let keys = ["generics", "parameters"].map(|section| format!("dut.{section}.{name}"));
+        let key = keys.iter().find(|key| scene.gives(key)).unwrap_or(&keys[0]);
+        scene.error(key, why).into()
+    }
+
+    /// Returns the error of a tool that worked on a design: the tool refused the design, or failed by itself. Files
+    /// have their own names in it.
+    fn of(dut: &Dut, error: ToolError) -> Self {
+        if !error.refused() {
+            return Self::Tool(error);
         }
-        Self::Tool(error)
+        let said = build::plain_names(dut).iter().fold(error.said, |said, (plain, own)| said.replace(&**plain, own));
+        Self::Refused { tool: error.tool, top: dut.top.to_string(), said }
     }
 }
 
@@ -111,7 +170,7 @@ impl DutError {
 #[derive(Clone, Debug)]
 pub struct Simulators {
     /// The folder in which built models are kept.
-    pub cache: PathBuf,
+    pub cache: CacheFolder,
     /// The shared library that GHDL calls, and the time limit of a tool.
     pub setup: Setup,
 }
@@ -119,6 +178,7 @@ pub struct Simulators {
 impl Simulators {
     /// Builds a design that is compared with a block: VHDL in GHDL, which knows unknown bits, Verilog in Verilator.
     pub(crate) fn of_model(&self, model: &Model) -> Result<Box<dyn Design>, DutError> {
+        allowed(model.dut)?;
         if is_vhdl(&model.dut.files) {
             return Ok(Box::new(self.ghdl(model, "", false)?));
         }
@@ -137,6 +197,7 @@ impl Simulators {
 impl Designs for Simulators {
     fn build(&self, scene: &DutScene, inside: bool) -> Result<Arc<dyn Design>, Fault> {
         let (is_vhdl, model) = (is_vhdl(&scene.dut.files), Model::of(scene));
+        allowed(&scene.dut)?;
         let built: Result<Arc<dyn Design>, DutError> = match (scene.dut.engine, is_vhdl) {
             (Engine::Ghdl, false) => {
                 return Err(scene.error("dut.engine", "GHDL reads VHDL; write \"verilator\" or \"auto\"").into());
@@ -161,7 +222,7 @@ impl Designs for Simulators {
                 }
             },
         };
-        built.map_err(Into::into)
+        built.map_err(|error| error.at(scene))
     }
 }
 
@@ -174,5 +235,5 @@ fn first_line(said: &str) -> String {
 
 /// Returns whether a design is VHDL.
 pub(crate) fn is_vhdl(files: &[SourceFile]) -> bool {
-    files.iter().any(|(name, _)| name.ends_with(".vhd") || name.ends_with(".vhdl"))
+    Language::of(files) == Language::Vhdl
 }

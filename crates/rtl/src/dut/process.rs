@@ -4,7 +4,7 @@ use std::io::{self, Read};
 use std::os::fd::AsRawFd;
 use std::os::unix::net::UnixStream;
 use std::os::unix::process::{CommandExt, ExitStatusExt};
-use std::process::Command;
+use std::process::{Command, Stdio};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
@@ -13,7 +13,8 @@ use hpu_cosim::dut::{Change, Fault, RunningDesign};
 use hpu_vhpi::{DESCRIPTOR, put, take};
 
 use super::DutError;
-use crate::tool::{Fault as ToolFault, Group, Tool, ToolError, is_stopping};
+use crate::group::{Group, is_stopping};
+use crate::tool::{Fault as ToolFault, Tool, ToolError};
 
 /// The longest time for an answer, unless the tools have another time limit. A request has at most some ten thousand
 /// edges.
@@ -63,6 +64,7 @@ impl Process {
         };
         // SAFETY: `given` calls nothing but `dup2` or `fcntl`, which are safe between fork and exec.
         unsafe { command.pre_exec(given) };
+        command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
         let mut group =
             Group::start(&mut command).map_err(|fault| DutError::Tool(ToolError::new(tool, SIMULATE, fault, "")))?;
         drop(theirs);
@@ -79,13 +81,15 @@ impl Process {
         process.request.push(words.len() as u64);
         process.request.extend(drives.iter().map(|drives| u64::from(*drives)));
         process.request.extend_from_slice(words);
-        process.ask(changes)?;
+        process.ask(0, words.len(), changes)?;
         Ok(process)
     }
 
-    fn ask(&mut self, changes: &mut Vec<Change>) -> Result<u64, DutError> {
-        let answer = put(&mut self.stream, &self.request)
-            .and_then(|()| take_answer(&mut io::BufReader::with_capacity(1 << 14, &mut self.stream), changes));
+    /// Sends the request for `edges` edges, and takes the answer.
+    fn ask(&mut self, edges: u64, ports: usize, changes: &mut Vec<Change>) -> Result<u64, DutError> {
+        let answer = put(&mut self.stream, &self.request).and_then(|()| {
+            take_answer(&mut io::BufReader::with_capacity(1 << 14, &mut self.stream), (edges, ports), changes)
+        });
         self.request.clear();
         match answer {
             Ok(done) => {
@@ -100,10 +104,12 @@ impl Process {
     fn lost(&mut self, error: &io::Error) -> DutError {
         let fault = if matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut) {
             ToolFault::TooLong(self.limit)
+        } else if error.kind() == io::ErrorKind::InvalidData {
+            ToolFault::Silent("answer that fits the request")
         } else {
             let start = Instant::now();
             let status = loop {
-                match self.group.child.try_wait() {
+                match self.group.ended() {
                     Ok(None) if start.elapsed() < LAST_WORDS => thread::sleep(Duration::from_millis(5)),
                     Ok(status) => break status,
                     Err(_) => break None,
@@ -135,15 +141,24 @@ impl RunningDesign for Process {
     fn clock(&mut self, words: &[u64], edges: u64, all: bool, changes: &mut Vec<Change>) -> Result<u64, Fault> {
         self.request.extend([edges, u64::from(all)]);
         self.request.extend_from_slice(words);
-        Ok(self.ask(changes)?)
+        Ok(self.ask(edges, words.len(), changes)?)
     }
 }
 
-/// Reads an answer. Returns the number of edges done.
-fn take_answer(from: &mut impl Read, changes: &mut Vec<Change>) -> io::Result<u64> {
+/// Reads the answer to a request for `edges` edges, 0 of them for the reset, of a design with so many ports. Returns
+/// the number of edges done.
+///
+/// The simulator runs code of somebody else, so an answer that does not fit the request is an error: each port changes
+/// once an edge at most, edges do not fall, and some edge is done.
+fn take_answer(from: &mut impl Read, (edges, ports): (u64, usize), changes: &mut Vec<Change>) -> io::Result<u64> {
+    let fits = |fits: bool| if fits { Ok(()) } else { Err(io::Error::from(io::ErrorKind::InvalidData)) };
     let (done, count) = (take(from)?, take(from)?);
+    fits(done <= edges && (done > 0) == (edges > 0) && count <= (done + 1).saturating_mul(ports as u64))?;
+    let mut last = 0;
     for _ in 0..count {
         let (edge, port, bits, known) = (take(from)?, take(from)?, take(from)?, take(from)?);
+        fits((last..=done).contains(&edge) && port < ports as u64)?;
+        last = edge;
         changes.push(Change { edge, port: port as usize, bits: (known != 0).then_some(bits) });
     }
     Ok(done)
@@ -164,4 +179,65 @@ fn listen(mut from: impl Read + Send + 'static, said: Arc<Mutex<Vec<u8>>>) -> Jo
             }
         }
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::{self, ErrorKind, Read};
+
+    use hpu_cosim::dut::Change;
+
+    use super::take_answer;
+
+    fn answered(words: &[u64], asked: (u64, usize)) -> (io::Result<u64>, Vec<Change>) {
+        let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+        let mut changes = Vec::new();
+        (take_answer(&mut &bytes[..], asked, &mut changes), changes)
+    }
+
+    #[test]
+    fn an_answer_that_fits_its_request_is_taken() {
+        let (done, changes) = answered(&[3, 3, 1, 0, 5, 1, 1, 1, 0, 0, 3, 0, 6, 1], (10, 2));
+        assert_eq!(done.ok(), Some(3));
+        let all = [(1, 0, Some(5)), (1, 1, None), (3, 0, Some(6))];
+        assert_eq!(changes, all.map(|(edge, port, bits)| Change { edge, port, bits }));
+        assert_eq!(answered(&[0, 1, 0, 1, 7, 1], (0, 2)).0.ok(), Some(0), "after the reset");
+    }
+
+    #[test]
+    fn an_answer_that_lies_is_refused() {
+        for (what, words, asked) in [
+            ("more edges than asked for", &[11, 0][..], (10, 2)),
+            ("no edge", &[0, 0], (10, 2)),
+            ("edges of the reset", &[1, 0], (0, 2)),
+            ("more changes than there can be", &[3, 9], (10, 2)),
+            ("changes without end", &[3, u64::MAX], (10, 2)),
+            ("a port that is not there", &[3, 1, 1, 2, 0, 1], (10, 2)),
+            ("an edge that is not done", &[3, 1, 4, 0, 0, 1], (10, 2)),
+            ("an edge before the last one", &[3, 2, 2, 0, 0, 1, 1, 0, 0, 1], (10, 2)),
+        ] {
+            let (done, changes) = answered(words, asked);
+            assert_eq!(done.map_err(|error| error.kind()), Err(ErrorKind::InvalidData), "{what}");
+            assert!(changes.len() <= 1, "{what}");
+        }
+        assert_eq!(answered(&[3, 1, 1], (10, 2)).0.map_err(|error| error.kind()), Err(ErrorKind::UnexpectedEof));
+    }
+
+    /// A simulator that never ends its answer.
+    struct Endless(u64);
+
+    impl Read for Endless {
+        fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+            self.0 += buffer.len() as u64;
+            buffer.fill(1);
+            Ok(buffer.len())
+        }
+    }
+
+    #[test]
+    fn an_endless_answer_is_read_to_its_first_lie() {
+        let mut endless = Endless(0);
+        assert!(take_answer(&mut endless, (u64::MAX, 2), &mut Vec::new()).is_err());
+        assert!(endless.0 < 100);
+    }
 }

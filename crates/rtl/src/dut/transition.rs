@@ -1,15 +1,17 @@
 //! A design as a transition relation in SMT-LIB, for proofs.
 
-use std::collections::BTreeSet;
 use std::fs;
 
 use hpu_cosim::scene::Dut;
+use hpu_cosim::script;
+use hpu_cosim::script::{Fixed, Yosys};
 
 use super::build::{write, write_files};
 use super::{DutError, Simulators};
+use crate::cost::NO_DPI;
+use crate::formal::clocking::{self, Clocked, Timing, Unfit};
 use crate::formal::{FLAT, TRANSITION};
 use crate::temporary::Temporary;
-use crate::tool::Tool;
 
 /// A design in SMT-LIB, as Yosys writes it.
 pub(crate) struct Transition {
@@ -17,17 +19,23 @@ pub(crate) struct Transition {
     pub(crate) text: String,
     /// The name of the module.
     pub(crate) top: String,
-    /// The nets at whose edges a register is clocked. A net is listed twice when both of its edges clock registers.
-    pub(crate) clocks: Vec<String>,
+    /// Whether the reset acts between clock edges too.
+    pub(crate) resets_at_once: bool,
 }
 
 /// The net that is 1 where all invariants hold.
 pub(crate) const INVARIANT: &str = "hpu_invariant";
 
 impl Simulators {
-    /// Returns the transition relation of a design. If there are `invariants`, Verilog expressions that are claimed to
-    /// hold in every state, the net [`INVARIANT`] is added for them.
-    pub(crate) fn transition(&self, dut: &Dut, invariants: &[String]) -> Result<Transition, DutError> {
+    /// Returns the transition relation of a design, or the reason why its step is not one rising edge of its clock; a
+    /// reset may act between clock edges too. If there are `invariants`, Verilog expressions that are claimed to hold
+    /// in every state, the net [`INVARIANT`] is added for them.
+    pub(crate) fn transition(
+        &self,
+        dut: &Dut,
+        reset: Option<&str>,
+        invariants: &[String],
+    ) -> Result<Result<Transition, String>, DutError> {
         let folder = Temporary::folder().map_err(|error| DutError::Io(std::env::temp_dir(), error))?;
         let folder = folder.path();
         let read = |name: &str| {
@@ -35,32 +43,37 @@ impl Simulators {
             fs::read_to_string(&path).map_err(|error| DutError::Io(path, error))
         };
         write_files(dut, folder)?;
-        let (mut source, top) = self.read_by_yosys(dut, folder)?;
+        let (source, top) = self.read_by_yosys(dut, folder)?;
+        self.yosys(dut, folder, "read a design", &script!(Yosys: "{}{}", source, clocking::early(&top)))?;
+        let [json, netlist] = clocking::EARLY;
+        let timing =
+            Timing { clock: &dut.clocks[0].port, reset, at_once: true, ignores_case: super::is_vhdl(&dut.files) };
+        let Clocked { resets_at_once } = match clocking::clocked(&read(json)?, &top, &timing) {
+            Ok(clocked) => clocked,
+            Err(Unfit::Clocked(why)) => return Ok(Err(why)),
+            Err(Unfit::Unknown(why)) => return Err(DutError::Ended(why)),
+        };
+        write(folder, netlist, clocking::without_impedance(&read(netlist)?).as_bytes())?;
+        let mut source = script!(Yosys: "read_rtlil {}; ", Fixed(netlist));
         if !invariants.is_empty() {
-            let script = format!("{source}prep -top {top}; {FLAT}; write_verilog flat.v");
-            self.told(dut, folder, Tool::Yosys, "flatten a design", &["-q", "-p", &script])?;
+            let script = script!(Yosys: "{}prep -top {}; {}; write_verilog flat.v", source, top, Fixed(FLAT));
+            self.yosys(dut, folder, "flatten a design", &script)?;
             let verilog = read("flat.v")?;
             let all: Vec<_> = invariants.iter().map(|holds| format!("({holds})")).collect();
             let net = format!("(* keep *) wire {INVARIANT} = {};\nendmodule", all.join(" && "));
             // The file has one module, whose `endmodule` is the last.
             let (head, _) = verilog.rsplit_once("endmodule").unwrap_or((&verilog, ""));
             write(folder, "flat.v", format!("{head}{net}\n").as_bytes())?;
-            source = "read_verilog -noautowire flat.v; ".to_string();
+            source = script!(Yosys: "read_verilog{} -noautowire flat.v; ", NO_DPI);
         }
-        let script = format!(
-            "{source}prep -top {top}; {FLAT}; select -write clocks.txt t:$*ff* %ci1:+[CLK] w:* %i; \
-             {TRANSITION} -wires -stbv block.smt2"
+        let script = script!(
+            Yosys: "{}prep -top {}; {}; {} -wires -stbv block.smt2",
+            source,
+            top,
+            Fixed(FLAT),
+            Fixed(TRANSITION)
         );
-        self.told(dut, folder, Tool::Yosys, "write a design as a transition", &["-q", "-p", &script])?;
-        let text = read("block.smt2")?;
-        let written = read("clocks.txt")?;
-        let nets: BTreeSet<_> = written.lines().filter_map(|line| Some(line.split_once('/')?.1.to_string())).collect();
-        let mut clocks: Vec<_> = nets.into_iter().collect();
-        for line in text.lines().filter_map(|line| line.strip_prefix("; yosys-smt2-clock ")) {
-            if let [net, _, _] = line.split(' ').collect::<Vec<_>>()[..] {
-                clocks.push(net.to_string());
-            }
-        }
-        Ok(Transition { text, top, clocks })
+        self.yosys(dut, folder, "write a design as a transition", &script)?;
+        Ok(Ok(Transition { text: read("block.smt2")?, top: top.to_string(), resets_at_once }))
     }
 }

@@ -3,19 +3,22 @@
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
 
 use hpu_cosim::dut::{Change, Design, Fault, Port, RunningDesign};
-use hpu_cosim::scene::{Dut, Generic};
+use hpu_cosim::scene::{Dut, Generic, Identifier};
+use hpu_cosim::script::{Script, Verilog};
 use hpu_signal::Format;
 
-use super::build::{Model, base, carries_clock, common_cycle, write, write_files};
+use super::build::{Built, Model, PlainName, carries_clock, common_cycle, plain_names, write, write_files};
 use super::process::{ANSWER, Process};
 use super::{DutError, Simulators};
 use crate::cost::verilog::{UNTOLD, repaired};
 use crate::entry::key;
+use crate::sealed;
 use crate::temporary::Temporary;
 use crate::tool::{Said, Tool, run};
 
@@ -36,7 +39,7 @@ const MOST_BITS: u32 = 64;
 
 /// A design that was built.
 pub(super) struct Verilated {
-    folder: PathBuf,
+    built: Built,
     ports: Vec<Port>,
     is_vhdl: bool,
     engine: String,
@@ -47,14 +50,17 @@ impl Simulators {
     pub(super) fn verilator(&self, model: &Model, inside: bool) -> Result<Verilated, DutError> {
         let dut = model.dut;
         let is_vhdl = super::is_vhdl(&dut.files);
-        let version = format!("Verilator {}", Tool::Verilator.version().map_err(DutError::Tool)?);
+        let version = format!("Verilator {}", Tool::Verilator.version(self.setup.timeout).map_err(DutError::Tool)?);
         let tools = if is_vhdl {
-            format!("{version}, of the Verilog of GHDL {}'s synthesis", Tool::Ghdl.version().map_err(DutError::Tool)?)
+            format!(
+                "{version}, of the Verilog of GHDL {}'s synthesis",
+                Tool::Ghdl.version(self.setup.timeout).map_err(DutError::Tool)?
+            )
         } else {
             version
         };
-        let built = if inside { format!("{tools}, with its inside") } else { tools.clone() };
-        let folder = self.built(model, &built, |folder| {
+        let kind = if inside { format!("{tools}, with its inside") } else { tools.clone() };
+        let built = self.built(model, &kind, &[MODEL, PORTS], |folder| {
             write_files(dut, folder)?;
             let (sources, top) = if is_vhdl {
                 (self.synthesised(dut, folder)?, dut.top.to_lowercase())
@@ -63,7 +69,7 @@ impl Simulators {
             };
             self.verilate(model, (folder, &sources, &top), (!is_vhdl, inside))
         })?;
-        let path = folder.join(PORTS);
+        let path = built.path.join(PORTS);
         let text = fs::read_to_string(&path).map_err(|error| DutError::Io(path, error))?;
         let mut ports: Vec<Port> = text.lines().filter_map(port).collect();
         if is_vhdl {
@@ -77,32 +83,32 @@ impl Simulators {
                 }
             }
         }
-        Ok(Verilated { folder, ports, is_vhdl, engine: tools, limit: self.setup.timeout.unwrap_or(ANSWER) })
+        Ok(Verilated { built, ports, is_vhdl, engine: tools, limit: self.setup.timeout.unwrap_or(ANSWER) })
     }
 
     /// Returns the files of a VHDL design as Verilog, with the errors of GHDL's synthesis repaired.
-    pub(super) fn synthesised(&self, dut: &Dut, folder: &Path) -> Result<Vec<String>, DutError> {
+    pub(super) fn synthesised(&self, dut: &Dut, folder: &Path) -> Result<Vec<PlainName>, DutError> {
         self.analyse(dut, folder)?;
         let synth = |language: &str| -> Result<Said, DutError> {
             let mut command = self.ghdl_command("--synth", dut, folder);
             command.arg(format!("--work={}", dut.library));
             command.arg(format!("--out={language}"));
-            command.args(dut.generics.iter().map(|(name, value)| format!("-g{name}={value}"))).arg(&dut.top);
-            run(Tool::Ghdl, "synthesise a design", command, self.limit()).map_err(|error| DutError::of(&dut.top, error))
+            command.args(dut.generics.iter().map(|(name, value)| format!("-g{name}={value}"))).arg(&*dut.top);
+            run(Tool::Ghdl, "synthesise a design", command, self.limit()).map_err(|error| DutError::of(dut, error))
         };
         let text = synth("verilog")?.out;
-        let untold = || DutError::Refused { tool: Tool::Ghdl, top: dut.top.clone(), said: UNTOLD.to_string() };
+        let untold = || DutError::Refused { tool: Tool::Ghdl, top: dut.top.to_string(), said: UNTOLD.to_string() };
         let verilog = repaired(&text, || synth("vhdl").map(|said| said.out))?.ok_or_else(untold)?;
         write(folder, "synthesised.v", verilog.as_bytes())?;
-        Ok(vec!["synthesised.v".to_string()])
+        Ok(vec![PlainName::fixed("synthesised.v")])
     }
 
     /// Returns the ports of a design in Verilog, of which no program is made.
     pub(super) fn ports_of_verilog(&self, model: &Model) -> Result<Vec<Port>, DutError> {
-        Tool::Verilator.version().map_err(DutError::Tool)?;
+        Tool::Verilator.version(self.setup.timeout).map_err(DutError::Tool)?;
         let folder = Temporary::folder().map_err(|error| DutError::Io(std::env::temp_dir(), error))?;
         write_files(model.dut, folder.path())?;
-        let design = (folder.path(), &sources(model.dut)[..], model.dut.top.as_str());
+        let design = (folder.path(), &sources(model.dut)[..], &*model.dut.top);
         let (_, lines) = self.translated(model.dut, design, (true, false))?;
         Ok(lines.lines().filter_map(port).collect())
     }
@@ -112,10 +118,10 @@ impl Simulators {
     fn translated(
         &self,
         dut: &Dut,
-        (folder, sources, top): (&Path, &[String], &str),
+        (folder, sources, top): (&Path, &[PlainName], &str),
         (generics, inside): (bool, bool),
     ) -> Result<(Vec<Field>, String), DutError> {
-        let say = |error| DutError::of(&dut.top, error);
+        let say = |error| DutError::of(dut, error);
         let mut command = Command::new(Tool::Verilator.name());
         command.current_dir(folder);
         // Synthesised Verilog has X in choices that never occur; a designer writes X where a choice must not occur.
@@ -128,7 +134,7 @@ impl Simulators {
             command.arg("--public-flat-rw");
         }
         if generics {
-            command.args(dut.generics.iter().map(|(name, value)| format!("-G{name}={}", literal(value))));
+            command.args(parameters(dut));
         }
         command.args(sources).arg("main.cpp");
         run(Tool::Verilator, "read a design", command, self.limit()).map_err(say)?;
@@ -145,7 +151,7 @@ impl Simulators {
             if field.width > MOST_BITS {
                 let said =
                     format!("port `{}` has {} bits; hpu takes ports of at most {MOST_BITS}", field.name, field.width);
-                return Err(DutError::Refused { tool: Tool::Verilator, top: dut.top.clone(), said });
+                return Err(DutError::Refused { tool: Tool::Verilator, top: dut.top.to_string(), said });
             }
         }
         let lines = found.iter().map(|field| {
@@ -166,11 +172,11 @@ impl Simulators {
     fn verilate(
         &self,
         model: &Model,
-        (folder, sources, top): (&Path, &[String], &str),
+        (folder, sources, top): (&Path, &[PlainName], &str),
         made: (bool, bool),
     ) -> Result<(), DutError> {
         let dut = model.dut;
-        let say = |error| DutError::of(&dut.top, error);
+        let say = |error| DutError::of(dut, error);
         let (found, lines) = self.translated(dut, (folder, sources, top), made)?;
         let mut state = state(&read(&folder.join(ROOT))?);
         // Models whose state is not in one structure cannot be compared, so they are clocked side by side to the end.
@@ -182,17 +188,20 @@ impl Simulators {
             // The program around the model is compiled as one of the model's files, together with them: most of the
             // compiler's time goes into the headers, which it then reads once.
             make.arg("VM_USER_CLASSES=").env("VM_SUPPORT_FAST", "../main");
+            // Verilator's makefile refuses a folder with a space by its absolute path. Ours has relative ones alone.
+            make.arg("CURDIR=.");
             run(Tool::Verilator, "compile a design with make and g++", make, self.limit()).map_err(say)
         };
         let (objects, kept) = (folder.join("obj"), self.runtime()?);
-        let is_lent = RUNTIME.iter().all(|part| fs::copy(kept.join(part), objects.join(part)).is_ok());
+        let lent = || RUNTIME.iter().all(|part| fs::copy(kept.join(part), objects.join(part)).is_ok());
+        let is_lent = sealed::holds(&kept, &RUNTIME) && lent();
         if !is_lent || make().is_err() {
             // Kept parts may be damaged, so the next attempt is without them.
             for part in RUNTIME.iter().flat_map(|part| [objects.join(part), kept.join(part)]) {
                 let _ = fs::remove_file(part);
             }
             make()?;
-            keep(&objects, &kept);
+            self.keep(&objects, &kept);
         }
         write(folder, PORTS, lines.as_bytes())
     }
@@ -200,8 +209,24 @@ impl Simulators {
     /// Returns the folder in the cache that keeps the parts of Verilator that every model has. Compiling them takes as
     /// long as a small design does.
     fn runtime(&self) -> Result<PathBuf, DutError> {
-        let version = Tool::Verilator.version().map_err(DutError::Tool)?;
-        Ok(self.cache.join(format!("runtime-{}", key(&[&[&version, FLAGS], LEVELS.as_slice()].concat()))))
+        let version = Tool::Verilator.version(self.setup.timeout).map_err(DutError::Tool)?;
+        let cache = self.cache.path().map_err(|error| DutError::Io(std::env::temp_dir(), error))?;
+        Ok(cache.join(format!("runtime-{}", key(&[&[&version, FLAGS], LEVELS.as_slice()].concat()))))
+    }
+
+    /// Keeps the parts that every model has for the next design. Where this fails, they are compiled again then.
+    fn keep(&self, objects: &Path, kept: &Path) {
+        let parts = || -> io::Result<Temporary> {
+            let made = Temporary::folder_in(self.cache.path()?)?;
+            for part in RUNTIME {
+                fs::copy(objects.join(part), made.path().join(part))?;
+            }
+            sealed::seal(made.path(), &RUNTIME, "parts of Verilator that every model has")?;
+            Ok(made)
+        };
+        if let Ok(made) = parts() {
+            sealed::place(made, kept, &RUNTIME);
+        }
     }
 
     /// Returns the names of the ports and signals that are signed numbers, from Verilator's XML of the design.
@@ -209,7 +234,7 @@ impl Simulators {
         &self,
         dut: &Dut,
         folder: &Path,
-        sources: &[String],
+        sources: &[PlainName],
         top: &str,
         generics: bool,
     ) -> Result<Vec<String>, DutError> {
@@ -224,11 +249,10 @@ impl Simulators {
         ]);
         command.args(["-I.", "--top-module", top]);
         if generics {
-            command.args(dut.generics.iter().map(|(name, value)| format!("-G{name}={}", literal(value))));
+            command.args(parameters(dut));
         }
         command.args(sources);
-        run(Tool::Verilator, "tell of a design", command, self.limit())
-            .map_err(|error| DutError::of(&dut.top, error))?;
+        run(Tool::Verilator, "tell of a design", command, self.limit()).map_err(|error| DutError::of(dut, error))?;
         let xml = read(&folder.join("design.xml"))?;
         let signed: Vec<_> = xml
             .lines()
@@ -245,28 +269,16 @@ impl Simulators {
     }
 }
 
-/// Keeps the parts that every model has for the next design. Where this fails, they are compiled again then.
-fn keep(objects: &Path, kept: &Path) {
-    if fs::create_dir_all(kept).is_ok() {
-        for part in RUNTIME {
-            let _ = fs::hard_link(objects.join(part), kept.join(part));
-        }
-    }
-}
-
 /// Returns the files that are compiled. Headers are read where they are included.
-pub(super) fn sources(dut: &Dut) -> Vec<String> {
-    let names = dut.files.iter().map(|(name, _)| base(name).to_string());
+pub(super) fn sources(dut: &Dut) -> Vec<PlainName> {
+    let names = plain_names(dut).into_iter().map(|(name, _)| name);
     names.filter(|name| name.ends_with(".v") || name.ends_with(".sv")).collect()
 }
 
-/// Returns a parameter as Verilog writes it.
-pub(super) fn literal(value: &Generic) -> String {
-    match value {
-        Generic::Flag(flag) => i32::from(*flag).to_string(),
-        Generic::Integer(number) => number.to_string(),
-        Generic::Text(text) => format!("\"{text}\""),
-    }
+/// Returns Verilator's options that set the parameters of a design.
+fn parameters(dut: &Dut) -> impl Iterator<Item = String> {
+    let option = |(name, value): &(Identifier, Generic)| format!("-G{name}={}", Script::<Verilog>::literal(value));
+    dut.generics.iter().map(option)
 }
 
 fn read(path: &Path) -> Result<String, DutError> {
@@ -377,7 +389,7 @@ fn main_cpp(model: &Model, fields: &[Field], state: &State) -> String {
     let dut = model.dut;
     let timing = |field: &&Field| {
         let named =
-            |name: &String| *name == field.name || super::is_vhdl(&dut.files) && name.eq_ignore_ascii_case(&field.name);
+            |name: &str| *name == *field.name || super::is_vhdl(&dut.files) && name.eq_ignore_ascii_case(&field.name);
         dut.clocks.iter().any(|clock| named(&clock.port)) || dut.reset.iter().any(|reset| named(&reset.port))
     };
     let wires: Vec<_> = fields.iter().filter(|field| !timing(field)).collect();
@@ -447,7 +459,7 @@ impl Design for Verilated {
         drives: &[bool],
         changes: &mut Vec<Change>,
     ) -> Result<Box<dyn RunningDesign>, Fault> {
-        let command = Command::new(self.folder.join(MODEL));
+        let command = Command::new(self.built.path.join(MODEL));
         let process = Process::start(Tool::Verilator, command, self.limit, (words, drives), changes)?;
         Ok(Box::new(process))
     }

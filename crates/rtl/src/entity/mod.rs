@@ -11,14 +11,15 @@ mod wires;
 
 use std::time::Instant;
 
-use hpu_cosim::dut::{Design, Fault, Port};
-use hpu_cosim::scene::{self, Dut, DutClock, Engine, SourceFile, Standard};
+use hpu_cosim::dut::{Change, Design, Fault, Port};
+use hpu_cosim::scene::{self, Dut, DutClock, Engine, Identifier, SourceFile, Standard};
 use hpu_datapath::{AnyBlock, ConfigError, Generic, block_names, configured, variants_of};
 use hpu_signal::Clock;
 
 use crate::check::all_stimuli;
 use crate::dut::{DutError, Model, Simulators, is_vhdl};
 use crate::report::{CheckRow, Tally};
+use crate::tool::Tool;
 use crate::vector::{Vectors, literal};
 use block_comparison::BlockComparison;
 use ours::Ours;
@@ -35,23 +36,23 @@ pub struct Entity {
     /// Its files in the order in which they are compiled.
     pub files: Vec<SourceFile>,
     /// The VHDL library that they are compiled into.
-    pub library: String,
+    pub library: Identifier,
     /// Its topmost entity or module.
-    pub top: String,
+    pub top: Identifier,
     /// The VHDL standard of its files.
     pub standard: Standard,
     /// Its clock. Without a name it is the port `clk`, if there is one.
-    pub clock: Option<String>,
+    pub clock: Option<Identifier>,
     /// Its reset, and whether the reset is active at 0. Without a name it is the port `rst`, if there is one.
-    pub reset: Option<(String, bool)>,
+    pub reset: Option<(Identifier, bool)>,
     /// Its ports, and the ports of ours that they correspond to. A port with the same name as one of ours may be left
     /// out.
-    pub ports: Vec<(String, Link)>,
+    pub ports: Vec<(Identifier, Link)>,
     /// Outputs of ours that theirs does not have.
     pub without: Vec<String>,
     /// Its generics and their values: a value is the name of a generic of ours, such as `WIDTH`, or is written as in
     /// the language.
-    pub generics: Vec<(String, String)>,
+    pub generics: Vec<(Identifier, String)>,
     /// The name of our block.
     pub block: String,
     /// Labels of the configurations of ours to compare with. If empty, the configurations that differ in generics that
@@ -136,6 +137,20 @@ fn refused<T>(why: String) -> Result<T, EntityError> {
     Err(EntityError::Refused(why))
 }
 
+/// Returns the bits at the ports of theirs in a row.
+fn given(ours: &Ours, wires: &[Wire], row: usize) -> Vec<u64> {
+    wires.iter().map(|wire| wire.given(ours, row)).collect()
+}
+
+/// Returns the bits at the ports of theirs while it settles: in reset, whatever the first row asks for.
+fn settling(ours: &Ours, wires: &[Wire]) -> Vec<u64> {
+    let bits = |wire: &Wire| match wire.what {
+        What::Reset { active_low } => u64::from(!active_low),
+        _ => wire.given(ours, 0),
+    };
+    wires.iter().map(bits).collect()
+}
+
 /// A configuration of a block, and its label.
 pub type Labelled = (String, Box<dyn AnyBlock>);
 
@@ -204,11 +219,64 @@ impl Entity {
         let resets: Vec<bool> = stimuli.iter().map(|stimulus| stimulus.rst).collect();
         block.reset();
         let ours = Ours { vectors: Vectors::record(&mut **block, stimuli), resets, shift };
-        let engine = design.engine().to_string();
         let mut found = CheckRow::new(&self.top, label);
-        let comparison = self.simulate(&*design, &ours, &wires);
-        found.add(comparison.map_err(|fault| fault.to_string()), has_clock, began.elapsed().as_secs_f64());
+        let version = || Tool::Icarus.version(simulators.setup.timeout).map_err(DutError::Tool);
+        let in_icarus = if self.is_vhdl() { None } else { Some(version()?) };
+        let compared = match in_icarus {
+            Some(version) => self.twice(&*design, (simulators, &dut, &version), &ours, (&wires, has_clock)),
+            None => self.simulate(&*design, &ours, &wires).map(|tally| (tally, design.engine().to_string())),
+        };
+        let (comparison, engine) = match compared {
+            Ok((tally, engine)) => (Ok(tally), engine),
+            Err(fault) => (Err(fault.to_string()), design.engine().to_string()),
+        };
+        found.add(comparison, has_clock, began.elapsed().as_secs_f64());
         Ok(Compared { row: found, not_taken: not_taken(&**block, &wires), engine, has_reset })
+    }
+
+    /// Compares the answers of theirs in Icarus Verilog, to which a bit may be X or Z, and where they are equal, in
+    /// Verilator, to which it is 0 or 1. Returns the result with the simulators' names.
+    fn twice(
+        &self,
+        design: &dyn Design,
+        (simulators, dut, version): (&Simulators, &Dut, &str),
+        ours: &Ours,
+        (wires, has_clock): (&[Wire], bool),
+    ) -> Result<(Tally, String), Fault> {
+        let engine = design.engine();
+        let engine = match self.in_icarus(simulators, dut, ours, (wires, has_clock))? {
+            Some(tally) if tally.mismatches > 0 => return Ok((tally, format!("Icarus Verilog {version}"))),
+            Some(_) => format!("{engine} and Icarus Verilog {version}"),
+            None => format!("{engine} alone: Icarus Verilog, which knows X and Z, does not take it"),
+        };
+        Ok((self.simulate(design, ours, wires)?, engine))
+    }
+
+    /// Simulates theirs in Icarus Verilog, and compares the answers. Returns `None` if it does not take the design.
+    fn in_icarus(
+        &self,
+        simulators: &Simulators,
+        dut: &Dut,
+        ours: &Ours,
+        (wires, has_clock): (&[Wire], bool),
+    ) -> Result<Option<Tally>, DutError> {
+        let ports: Vec<_> = wires.iter().map(|wire| wire.port.clone()).collect();
+        let rows: Vec<_> = [settling(ours, wires)]
+            .into_iter()
+            .chain((0..ours.vectors.rows.len()).map(|row| given(ours, wires, row)))
+            .collect();
+        let Some(answers) = simulators.answers(&model(dut), (&ports, has_clock), &rows)? else { return Ok(None) };
+        let outputs: Vec<_> = (0..ports.len()).filter(|port| !ports[*port].is_input).collect();
+        let mut comparison = BlockComparison::new(ours, wires, "verilog");
+        for (number, answer) in answers.into_iter().enumerate() {
+            let change = |(&port, bits)| Change { edge: u64::from(number > 0), port, bits };
+            let changes: Vec<_> = outputs.iter().zip(answer).map(change).collect();
+            match number {
+                0 => comparison.begin(&changes),
+                _ => comparison.rows(number - 1..number, &changes),
+            }
+        }
+        Ok(Some(comparison.tally()))
     }
 
     /// Connects the ports of the design to those of a configuration of ours.
@@ -227,14 +295,8 @@ impl Entity {
         let beside = if self.is_vhdl() { "vhdl" } else { "verilog" };
         let mut comparison = BlockComparison::new(ours, wires, beside);
         let count = ours.vectors.rows.len();
-        let bits = |row: usize| wires.iter().map(|wire| wire.given(ours, row)).collect::<Vec<_>>();
-        let mut words = bits(0);
-        // While it settles theirs is in reset, whatever the first row asks for.
-        for (word, wire) in words.iter_mut().zip(wires) {
-            if let What::Reset { active_low } = wire.what {
-                *word = u64::from(!active_low);
-            }
-        }
+        let bits = |row: usize| given(ours, wires, row);
+        let words = settling(ours, wires);
         let mut changes = Vec::new();
         let mut running = design.start(&words, &vec![false; wires.len()], &mut changes)?;
         comparison.begin(&changes);
@@ -267,7 +329,7 @@ impl Entity {
                 _ => scene::Generic::Text(text.clone()),
             },
         };
-        let clock = self.clock.clone().unwrap_or_else(|| "clk".to_string());
+        let clock = self.clock.clone().unwrap_or_else(|| Identifier::fixed("clk"));
         Dut {
             files: self.files.clone(),
             library: self.library.clone(),

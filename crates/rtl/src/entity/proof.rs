@@ -14,10 +14,12 @@ use hpu_datapath::{AnyStep, Register, variants_of};
 use super::wires::{What, Wire};
 use super::{Connected, Entity, EntityError, Labelled, model, refused};
 use crate::dut::{INVARIANT, Simulators, Transition};
-use crate::formal::{Edge, Links, NOT_STRAIGHT, Netlist, ProofError, Verdict, decided};
+use crate::formal::{Edge, Links, NOT_STRAIGHT, Netlist, Proof, ProofError, Question, Verdict, decided};
 
 /// The numbers of edges from the reset within which a difference is looked for, in turn.
 const EDGES: [usize; 5] = [1, 2, 4, 8, 16];
+/// What a proof assumes of a reset that acts between clock edges too, where ours acts at clock edges.
+const RESETS_AT_ONCE: &str = "its reset acts at once: equal outside resets, if each of them lasts over a clock edge";
 
 impl Entity {
     /// Proves the user's block equal to a configuration of ours. Each question has this time.
@@ -46,38 +48,39 @@ impl Entity {
                 )));
             }
         };
-        let Transition { text, top, clocks } = simulators.transition(&dut, &self.invariants)?;
-        if let Some(other) = clocks.iter().find(|net| !net.eq_ignore_ascii_case(&dut.clocks[0].port)) {
-            return Ok(Verdict::Open(format!("something is clocked by `{other}`: a proof takes one clock")));
-        }
-        if clocks.len() > 1 {
-            return Ok(Verdict::Open(format!("both edges of `{}` clock something: a proof takes one", clocks[0])));
-        }
+        let reset = wires.iter().find(|wire| matches!(wire.what, What::Reset { .. })).map(|wire| &*wire.port.name);
+        let Transition { text, top, resets_at_once } = match simulators.transition(&dut, reset, &self.invariants)? {
+            Ok(transition) => transition,
+            Err(why) => return Ok(Verdict::Refused(why)),
+        };
         let registers = AnyStep::registers(equations);
         let netlist = Netlist::foreign(text, &top, has_clock, self.links(equations, &registers, &wires));
         self.known(&netlist, &registers)?;
         let edge = Edge::new(equations, &netlist, &registers);
         let mut solvers = Vec::new();
         let questions = if registers.is_empty() {
-            vec![edge.trace(1, latency, false)]
+            vec![Question::Trace { rows: 1, latency, begins: false }]
+        } else if has_clock {
+            vec![Question::Edge, Question::Reset]
         } else {
-            [edge.edge(&[])?].into_iter().chain(edge.reset()).collect()
+            vec![Question::Edge]
         };
-        let name = equations.name();
         let mut open = None;
-        for query in questions {
-            open = decided(name, &query, limit, &mut solvers)?;
+        for question in questions {
+            open = decided(&edge, question, limit, &mut solvers)?;
             if open.is_some() {
                 break;
             }
         }
-        let Some(open) = open else { return Ok(Verdict::Proved(solvers)) };
+        let Some(open) = open else {
+            return Ok(Verdict::Proved(Proof { by: solvers, given: resets_at_once.then_some(RESETS_AT_ONCE) }));
+        };
         if !has_clock {
             return Ok(open);
         }
         for rows in EDGES {
             if let Some(found @ Verdict::Refuted(..)) =
-                decided(name, &edge.trace(rows, latency, true), limit, &mut solvers)?
+                decided(&edge, Question::Trace { rows, latency, begins: true }, limit, &mut solvers)?
             {
                 return Ok(found);
             }
@@ -89,7 +92,9 @@ impl Entity {
                 why + &self.unknown(&netlist, &registers)
             }
             Verdict::Open(why) => why,
-            Verdict::Proved(_) | Verdict::Wired(_) | Verdict::Miswired(_) => unreachable!("a question is open"),
+            Verdict::Proved(_) | Verdict::Refused(_) | Verdict::Wired(_) | Verdict::Miswired(_) => {
+                unreachable!("a question is open")
+            }
         }))
     }
 

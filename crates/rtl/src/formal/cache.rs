@@ -9,7 +9,7 @@ use std::time::Duration;
 use hpu_datapath::{AnyBlock, AnyStep};
 use hpu_signal::{Format, Term};
 
-use super::{ProofError, TOOLS, Verdict, prove};
+use super::{Proof, ProofError, TOOLS, Verdict, prove};
 use crate::cost::CostError;
 use crate::entry::{self, Content, Entries};
 use crate::hdl::Setup;
@@ -18,12 +18,15 @@ use crate::vector::literal;
 
 /// The sources by which a proof is made. If one of them changes, earlier proofs no longer count, because questions or
 /// netlist may differ.
-const FLOW: [&str; 7] = [
+const FLOW: [&str; 10] = [
     include_str!("mod.rs"),
+    include_str!("cells.rs"),
+    include_str!("clocking.rs"),
     include_str!("netlist.rs"),
     include_str!("query.rs"),
     include_str!("solver.rs"),
     include_str!("tried.rs"),
+    include_str!("wiring.rs"),
     include_str!("../cost/verilog.rs"),
     include_str!("../check.rs"),
 ];
@@ -39,16 +42,17 @@ pub struct Proofs {
 }
 
 impl Proofs {
-    /// Opens the proofs in a folder, and makes the folder when it is missing.
+    /// Opens the proofs in a folder, and makes the folder when it is missing. `limit` is the user's time limit of a
+    /// tool, if there is one.
     ///
     /// # Errors
     ///
     /// [`ProofError`] when a tool is missing, because a proof counts only for the tools at hand; and when the folder
     /// cannot be made.
-    pub fn open(dir: impl Into<PathBuf>) -> Result<Self, ProofError> {
+    pub fn open(dir: impl Into<PathBuf>, limit: Option<Duration>) -> Result<Self, ProofError> {
         let mut tools = String::new();
         for tool in TOOLS {
-            let _ = write!(tools, "{} {}, ", tool.name(), tool.version()?);
+            let _ = write!(tools, "{} {}, ", tool.name(), tool.version(limit)?);
         }
         let entries = Entries::open(dir.into()).map_err(CostError::from)?;
         Ok(Self { entries, tools, remembered: AtomicU64::new(0) })
@@ -58,17 +62,17 @@ impl Proofs {
     ///
     /// # Errors
     ///
-    /// As [`prove`], and when the folder cannot be read or written.
+    /// As [`prove`].
     pub fn prove(&self, block: &dyn AnyBlock, setup: &Setup, limit: Duration) -> Result<Verdict, ProofError> {
         let Some(equations) = block.equations() else { return prove(block, setup.clone(), limit) };
         let (key, about) = self.key(block, equations, setup)?;
-        if let Some(Solvers(by)) = self.entries.find(&key).map_err(CostError::from)? {
+        if let Some(Solvers(by)) = self.entries.find(&key) {
             self.remembered.fetch_add(1, Ordering::Relaxed);
-            return Ok(Verdict::Proved(by));
+            return Ok(Verdict::Proved(Proof::new(by)));
         }
         let found = prove(block, setup.clone(), limit)?;
-        if let Verdict::Proved(by) = &found {
-            self.entries.keep(&key, &about, &Solvers(by.clone())).map_err(CostError::from)?;
+        if let Verdict::Proved(Proof { by, .. }) = &found {
+            self.entries.keep(&key, &about, &Solvers(by.clone()));
         }
         Ok(found)
     }
@@ -77,11 +81,11 @@ impl Proofs {
     ///
     /// # Errors
     ///
-    /// [`ProofError`] when the folder cannot be read.
+    /// [`ProofError`] when the VHDL cannot be read.
     pub fn find(&self, block: &dyn AnyBlock, setup: &Setup) -> Result<Option<Vec<&'static str>>, ProofError> {
         let Some(equations) = block.equations() else { return Ok(None) };
         let (key, _) = self.key(block, equations, setup)?;
-        Ok(self.entries.find(&key).map_err(CostError::from)?.map(|Solvers(by)| by))
+        Ok(self.entries.find(&key).map(|Solvers(by)| by))
     }
 
     /// Returns the key of a proof, and the words about it.
@@ -143,8 +147,23 @@ fn terms(equations: &dyn AnyStep) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::Solvers;
+    use std::fs;
+
+    use super::{FLOW, Solvers};
     use crate::entry::Content;
+
+    #[test]
+    fn every_source_of_a_proof_is_in_its_key() {
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/src/formal");
+        for file in fs::read_dir(folder).expect("the sources").map(|entry| entry.expect("an entry").path()) {
+            // They find proofs and wirings, and make none.
+            if ["cache.rs", "prover.rs"].iter().any(|name| file.ends_with(name)) {
+                continue;
+            }
+            let text = fs::read_to_string(&file).expect("a source");
+            assert!(FLOW.contains(&text.as_str()), "{} is not in FLOW", file.display());
+        }
+    }
 
     #[test]
     fn only_tools_that_there_are_have_proved_anything() {

@@ -3,13 +3,14 @@
 use std::collections::{BTreeMap, HashMap};
 use std::fs;
 
+use hpu_cosim::script;
+use hpu_cosim::script::Yosys;
 use hpu_datapath::AnyBlock;
 use serde_json::Value;
 
 use super::ProofError;
-use crate::cost::{self, CostError, verilog::verilog};
+use crate::cost::{self, CostError, NO_DPI, verilog::verilog};
 use crate::ghdl::{GhdlError, Library};
-use crate::tool::Tool;
 
 /// The modules of an entity by name: the entity's own module, and those that it instantiates.
 pub(super) struct Modules {
@@ -21,7 +22,7 @@ pub(super) struct Modules {
 pub(super) enum Bit {
     /// The bit with this number among the module's nets.
     Net(u64),
-    /// `0`, `1`, or unknown.
+    /// `0`, `1`, `x` (unknown) or `z` (high impedance).
     Constant(char),
 }
 
@@ -39,12 +40,16 @@ pub(super) struct Cell {
     pub(super) connections: BTreeMap<String, Vec<Bit>>,
     /// The ports that are outputs.
     pub(super) outputs: Vec<String>,
+    /// The parameters: numbers as their bits, the highest first.
+    pub(super) parameters: BTreeMap<String, String>,
 }
 
-/// The ports, cells and other contents of a module.
+/// The ports, cells and nets of a module.
 pub(super) struct Module {
     pub(super) ports: BTreeMap<String, Port>,
     pub(super) cells: BTreeMap<String, Cell>,
+    /// The nets that have names in the source, the least bit first.
+    pub(super) nets: BTreeMap<String, Vec<Bit>>,
 }
 
 impl Modules {
@@ -126,8 +131,8 @@ impl Modules {
         }
         let io = |error| CostError::from(GhdlError::Io(library.dir().to_path_buf(), error));
         library.write("wiring.v", text).map_err(CostError::from)?;
-        let script = "read_verilog wiring.v; proc -noopt; write_json wiring.json";
-        cost::run(library, Tool::Yosys, top, ["-q", "-p", script])?;
+        let script = script!(Yosys: "read_verilog{} wiring.v; proc -noopt; write_json wiring.json", NO_DPI);
+        cost::run_yosys(library, top, &script)?;
         let json = fs::read_to_string(library.dir().join("wiring.json")).map_err(io)?;
         read(&json).ok_or_else(|| ProofError::Netlist(format!("the netlist of {top} by Yosys is not understood")))
     }
@@ -172,7 +177,17 @@ fn renumber<'t>(line: &'t str, numbers: &mut HashMap<&'t str, usize>, text: &mut
     *text += rest;
 }
 
-fn read(json: &str) -> Option<BTreeMap<String, Module>> {
+/// Returns the name of a net without GHDL's prefix for a variable: `n`, a number and `_`.
+pub(super) fn plain(net: &str) -> &str {
+    let numbered = net.strip_prefix('n').map(|rest| rest.trim_start_matches(|c: char| c.is_ascii_digit()));
+    match numbered.and_then(|rest| rest.strip_prefix('_')) {
+        Some(name) if net.as_bytes()[1].is_ascii_digit() => name,
+        _ => net,
+    }
+}
+
+/// Reads the modules of a netlist that Yosys has written as JSON.
+pub(super) fn read(json: &str) -> Option<BTreeMap<String, Module>> {
     let whole: Value = serde_json::from_str(json).ok()?;
     let modules = whole["modules"].as_object()?.iter();
     modules.map(|(name, module)| Some((name.clone(), self::module(module)?))).collect()
@@ -187,6 +202,7 @@ fn module(json: &Value) -> Option<Module> {
         };
         Some((name.clone(), Port { is_input, bits: bits(&port["bits"])? }))
     };
+    let parameter = |(name, value): (&String, &Value)| Some((name.clone(), value.as_str()?.to_string()));
     let cell = |(label, cell): (&String, &Value)| {
         let connections = cell["connections"].as_object()?.iter();
         let directions = cell["port_directions"].as_object()?.iter();
@@ -196,12 +212,15 @@ fn module(json: &Value) -> Option<Module> {
                 module: cell["type"].as_str()?.to_string(),
                 connections: connections.map(|(port, to)| Some((port.clone(), bits(to)?))).collect::<Option<_>>()?,
                 outputs: directions.filter(|(_, way)| *way != "input").map(|(port, _)| port.clone()).collect(),
+                parameters: cell["parameters"].as_object()?.iter().map(parameter).collect::<Option<_>>()?,
             },
         ))
     };
+    let nets = json["netnames"].as_object()?.iter().filter(|(_, net)| net["hide_name"] == 0);
     Some(Module {
         ports: json["ports"].as_object()?.iter().map(port).collect::<Option<_>>()?,
         cells: json["cells"].as_object()?.iter().map(cell).collect::<Option<_>>()?,
+        nets: nets.map(|(name, net)| Some((name.clone(), bits(&net["bits"])?))).collect::<Option<_>>()?,
     })
 }
 

@@ -11,6 +11,7 @@
 
 mod cache;
 mod cells;
+pub(crate) mod clocking;
 mod netlist;
 mod prover;
 mod query;
@@ -35,23 +36,41 @@ use solver::Answer;
 pub use cache::Proofs;
 pub(crate) use netlist::{FLAT, Links, Netlist, TRANSITION};
 pub use prover::{Part, Prover};
-pub(crate) use query::Edge;
+pub(crate) use query::{Edge, Question};
 
 /// The result of a block's proof.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Verdict {
-    /// Proved for all inputs and states. The names are the solvers that answered each query, or GHDL if it tried all
-    /// inputs.
-    Proved(Vec<&'static str>),
+    /// Proved for all inputs and states.
+    Proved(Proof),
     /// Refuted: an output or a register after the edge differs. The text says whether an edge or the reset was asked
     /// about; the row shows the edge. A register's word after the edge has its name with a prime.
     Refuted(String, Around),
+    /// Refused before anything was asked, because the netlist's step is not one rising edge of the clock: a register
+    /// has another clock, or sets itself between clock edges. The text says which.
+    Refused(String),
     /// Not proved, and the reason.
     Open(String),
     /// The wiring of a block made of blocks is equal. The parts are the blocks on which it rests, with their verdicts.
     Wired(Vec<Part>),
     /// The wiring of a block made of blocks differs; this is the first difference.
     Miswired(String),
+}
+
+/// A proof of a block.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Proof {
+    /// The solvers that answered each query, or GHDL if it tried all inputs.
+    pub by: Vec<&'static str>,
+    /// What the proof assumes of the inputs, if not everything is allowed.
+    pub given: Option<&'static str>,
+}
+
+impl Proof {
+    /// Returns a proof that assumes nothing.
+    pub(crate) fn new(by: Vec<&'static str>) -> Self {
+        Self { by, given: None }
+    }
 }
 
 /// The reason why a proof could not be tried.
@@ -118,13 +137,21 @@ pub const NOT_STRAIGHT: &str = "its clock edge is not told as equations; its vec
 ///
 /// [`ProofError`] when a tool is missing, the VHDL does not synthesise, or its registers are not those of the block.
 pub fn prove(block: &dyn AnyBlock, setup: impl Into<Setup>, limit: Duration) -> Result<Verdict, ProofError> {
-    let Some(equations) = block.equations() else { return Ok(Verdict::Open(NOT_STRAIGHT.to_string())) };
-    solver::known()?;
     let setup = setup.into();
+    let Some(equations) = block.equations() else {
+        return Ok(match Netlist::new(block, &setup)? {
+            Ok(_) => Verdict::Open(NOT_STRAIGHT.to_string()),
+            Err(why) => Verdict::Refused(why),
+        });
+    };
+    solver::known(setup.timeout)?;
     if tried::can_be(equations) {
         return tried::tried(equations, &setup, limit);
     }
-    ask(equations, &Netlist::new(block, &setup)?, limit)
+    match Netlist::new(block, &setup)? {
+        Ok(netlist) => ask(equations, &netlist, limit),
+        Err(why) => Ok(Verdict::Refused(why)),
+    }
 }
 
 fn ask(equations: &dyn AnyStep, netlist: &Netlist, limit: Duration) -> Result<Verdict, ProofError> {
@@ -147,27 +174,49 @@ fn ask(equations: &dyn AnyStep, netlist: &Netlist, limit: Duration) -> Result<Ve
     for first in 0..nets.len() {
         is_shown = is_shown || is_so(edge.edge(&nets[first..])?)?;
     }
-    let whole = if is_shown { None } else { Some(edge.edge(&[])?) };
-    for query in whole.into_iter().chain(edge.reset()).chain(query::claims(equations)) {
-        if let Some(other) = decided(equations.name(), &query, limit, &mut solvers)? {
+    let mut questions = Vec::new();
+    questions.extend((!is_shown).then_some(Question::Edge));
+    questions.extend(netlist.is_clocked.then_some(Question::Reset));
+    for question in questions {
+        if let Some(other) = decided(&edge, question, limit, &mut solvers)? {
             return Ok(other);
         }
     }
-    Ok(Verdict::Proved(solvers))
+    for query in query::claims(equations) {
+        if let Some(other) = told(equations.name(), &query, answered(&query, limit, &mut solvers)?) {
+            return Ok(other);
+        }
+    }
+    Ok(Verdict::Proved(Proof::new(solvers)))
 }
 
-/// Returns the verdict that a question gives where it does not prove the block.
+/// Returns the verdict that a question gives where it does not prove the block. A refutation says which outputs and
+/// registers unknown bits reach, if any.
 pub(crate) fn decided(
-    name: &'static str,
-    query: &Query,
+    edge: &Edge,
+    question: Question,
     limit: Duration,
     solvers: &mut Vec<&'static str>,
 ) -> Result<Option<Verdict>, ProofError> {
-    Ok(match answered(query, limit, solvers)? {
+    let query = edge.pose(question)?;
+    let mut verdict = told(edge.name(), &query, answered(&query, limit, solvers)?);
+    if let Some(Verdict::Refuted(about, around)) = &mut verdict
+        && let Some(query) = edge.about_unknown(question)?
+        && let (Answer::Satisfiable(model), _) = solver::race(&query, limit)?
+    {
+        *about += &format!(", where {} is unknown (X, Z or driven by nothing)", query.reached(&model).join(", "));
+        *around = query.read(edge.name(), &model);
+    }
+    Ok(verdict)
+}
+
+/// Returns the verdict of an answer that proves nothing.
+fn told(name: &'static str, query: &Query, answer: Answer) -> Option<Verdict> {
+    match answer {
         Answer::Unsatisfiable => None,
         Answer::Satisfiable(model) => Some(Verdict::Refuted(query.about.clone(), query.read(name, &model))),
         Answer::Unknown(why) => Some(Verdict::Open(format!("about {}, {why}", query.about))),
-    })
+    }
 }
 
 /// Returns the answer to a question. An impossible premise is refused, because everything would follow from it.

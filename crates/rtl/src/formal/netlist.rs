@@ -4,14 +4,18 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::rc::Rc;
 
+use hpu_cosim::scene::{Identifier, Language};
+use hpu_cosim::script;
+use hpu_cosim::script::{Fixed, Script, Yosys};
 use hpu_datapath::AnyBlock;
 
 use super::ProofError;
-use crate::cost::{self, verilog::verilog};
+use super::cells::plain;
+use super::clocking::{self, Timing, Unfit};
+use crate::cost::{self, NO_DPI, verilog::verilog};
 use crate::ghdl::{GhdlError, Library};
 use crate::hdl::Setup;
 use crate::sources::library;
-use crate::tool::Tool;
 
 /// A net of the VHDL, and the number of bits, including the sign, of the number on it.
 pub(crate) type Net = (String, u32);
@@ -34,6 +38,8 @@ pub(crate) struct Netlist {
     nets: BTreeMap<String, u32>,
     /// The nets that are registers.
     registers: Vec<String>,
+    /// The nets that are inputs.
+    inputs: Vec<String>,
     /// The library from which the netlist can be written again with cuts.
     library: Option<Rc<Library>>,
     links: Links,
@@ -55,26 +61,56 @@ pub(crate) struct Links {
 }
 
 impl Netlist {
-    pub(super) fn new(block: &dyn AnyBlock, setup: &Setup) -> Result<Self, ProofError> {
+    /// Returns the netlist of a block, or the reason why its step is not one rising edge of the clock.
+    pub(super) fn new(block: &dyn AnyBlock, setup: &Setup) -> Result<Result<Self, String>, ProofError> {
         let library = library(block.name(), setup).map_err(cost::CostError::from)?;
-        library.write("block.v", verilog(block, &library)?).map_err(cost::CostError::from)?;
-        Self::written(Rc::new(library), block.name(), &[])
+        let verilog = verilog(block, &library)?;
+        Self::read(Rc::new(library), block.name(), &verilog)
     }
 
-    /// Returns the netlist in which the words of tables may be anything, and the registers that depend on registers.
-    pub(super) fn without_tables(block: &dyn AnyBlock, setup: &Setup) -> Result<(Self, Vec<String>), ProofError> {
+    /// Returns the netlist in which the words of tables may be anything, and the registers that depend on registers;
+    /// or the reason why its step is not one rising edge of the clock.
+    pub(super) fn without_tables(
+        block: &dyn AnyBlock,
+        setup: &Setup,
+    ) -> Result<Result<(Self, Vec<String>), String>, ProofError> {
         let (name, library) = (block.name(), library(block.name(), setup).map_err(cost::CostError::from)?);
-        library.write("block.v", without_tables(&verilog(block, &library)?)).map_err(cost::CostError::from)?;
-        let script = format!(
-            "read_verilog block.v; hierarchy -top {name}; proc; flatten; opt_clean; \
-             select -set all t:$*ff* t:$*latch* t:$sr t:$mem*; select -set made @all %co @all %d %co* @all %i; \
-             select -write made.txt @made"
+        let verilog = without_tables(&verilog(block, &library)?);
+        let library = Rc::new(library);
+        let netlist = match Self::read(Rc::clone(&library), name, &verilog)? {
+            Ok(netlist) => netlist,
+            Err(why) => return Ok(Err(why)),
+        };
+        let script = script!(
+            Yosys: "read_verilog{} block.v; hierarchy -top {}; proc; flatten; opt_clean; \
+                    select -set all t:$*ff* t:$*latch* t:$sr t:$mem*; \
+                    select -set made @all %co @all %d %co* @all %i; select -write made.txt @made",
+            NO_DPI,
+            Fixed(name)
         );
-        cost::run(&library, Tool::Yosys, name, ["-q", "-p", &script])?;
+        cost::run_yosys(&library, name, &script)?;
         let made = fs::read_to_string(library.dir().join("made.txt"));
         let made = made.map_err(|error| cost::CostError::from(GhdlError::Io(library.dir().to_path_buf(), error)))?;
         let made = made.lines().map(str::to_string).collect();
-        Ok((Self::written(Rc::new(library), name, &[])?, made))
+        Ok(Ok((netlist, made)))
+    }
+
+    /// Reads a netlist of a block from Verilog. First, before anything is transformed, it reads the clocks.
+    fn read(library: Rc<Library>, name: &'static str, verilog: &str) -> Result<Result<Self, String>, ProofError> {
+        let io = |error| cost::CostError::from(GhdlError::Io(library.dir().to_path_buf(), error));
+        let file = |name: &str| fs::read_to_string(library.dir().join(name)).map_err(io);
+        library.write("block.v", verilog).map_err(cost::CostError::from)?;
+        let script = script!(Yosys: "read_verilog{} block.v; {}", NO_DPI, clocking::early(Fixed(name)));
+        cost::run_yosys(&library, name, &script)?;
+        let [json, text] = clocking::EARLY;
+        let timing = Timing { clock: "clk", reset: Some("rst"), at_once: false, ignores_case: false };
+        match clocking::clocked(&file(json)?, name, &timing) {
+            Ok(_) => {}
+            Err(Unfit::Clocked(why)) => return Ok(Err(why)),
+            Err(Unfit::Unknown(why)) => return Err(ProofError::Netlist(why)),
+        }
+        library.write(text, clocking::without_impedance(&file(text)?)).map_err(cost::CostError::from)?;
+        Self::written(library, name, &[]).map(Ok)
     }
 
     /// Returns the same netlist in which these nets may be anything.
@@ -86,21 +122,31 @@ impl Netlist {
 
     /// Makes the netlist of a block of the user's own from Yosys's text.
     pub(crate) fn foreign(text: String, name: &str, is_clocked: bool, links: Links) -> Self {
-        let (nets, registers) = listed(&text);
-        Self { text, name: name.to_string(), is_clocked, nets, registers, library: None, links }
+        let Listed { nets, registers, inputs } = Listed::of(&text);
+        Self { text, name: name.to_string(), is_clocked, nets, registers, inputs, library: None, links }
     }
 
     fn written(library: Rc<Library>, name: &str, cuts: &[&str]) -> Result<Self, ProofError> {
         let io = |error| cost::CostError::from(GhdlError::Io(library.dir().to_path_buf(), error));
-        let cuts: String = cuts.iter().map(|net| format!("cutpoint w:{net}; ")).collect();
-        let script =
-            format!("read_verilog block.v; prep -top {name}; {FLAT}; {cuts}{TRANSITION} -wires -stbv block.smt2");
-        cost::run(&library, Tool::Yosys, name, ["-q", "-p", &script])?;
+        // A net that is not cut only makes the question longer.
+        let cuts = cuts.iter().filter_map(|net| Script::<Yosys>::net(net));
+        let cuts: Script<Yosys> = cuts.map(|net| script!(Yosys: "cutpoint w:{}; ", net)).collect();
+        let [_, netlist] = clocking::EARLY.map(Fixed);
+        let top = Identifier::unit(Language::Verilog, name).expect("the name of a block");
+        let script = script!(
+            Yosys: "read_rtlil {}; prep -top {}; {}; {}{} -wires -stbv block.smt2",
+            netlist,
+            top,
+            Fixed(FLAT),
+            cuts,
+            Fixed(TRANSITION)
+        );
+        cost::run_yosys(&library, name, &script)?;
         let text = fs::read_to_string(library.dir().join("block.smt2")).map_err(io)?;
-        let (nets, registers) = listed(&text);
+        let Listed { nets, registers, inputs } = Listed::of(&text);
         let is_clocked = nets.contains_key("clk");
         let links = Links { reset: is_clocked.then(|| ("rst".to_string(), true)), ..Links::default() };
-        Ok(Self { text, name: name.to_string(), is_clocked, nets, registers, library: Some(library), links })
+        Ok(Self { text, name: name.to_string(), is_clocked, nets, registers, inputs, library: Some(library), links })
     }
 
     /// Returns the nets of a port; a block of the user's own may have several.
@@ -147,6 +193,16 @@ impl Netlist {
         held.collect()
     }
 
+    /// Returns the inputs, and the registers too if these are asked for.
+    pub(super) fn given(&self, has_registers: bool) -> Vec<&str> {
+        self.inputs.iter().chain(self.registers.iter().filter(|_| has_registers)).map(String::as_str).collect()
+    }
+
+    /// Returns whether some bits are unknown: X, Z, or driven by nothing.
+    pub(super) fn has_unknown_bits(&self) -> bool {
+        self.text.contains("\n; yosys-smt2-anyseq ")
+    }
+
     /// Returns the claim that the invariant holds in a state, if there is an invariant.
     pub(super) fn invariant(&self, state: &str) -> Option<String> {
         self.links.invariant.as_ref().map(|net| format!("(|{}_n {net}| {state})", self.name))
@@ -183,15 +239,6 @@ fn split(net: &str) -> (&str, &str) {
     net.rsplit_once('.').unwrap_or(("", net))
 }
 
-/// Returns the name of a net without GHDL's prefix for a variable: `n`, a number and `_`.
-fn plain(net: &str) -> &str {
-    let numbered = net.strip_prefix('n').map(|rest| rest.trim_start_matches(|c: char| c.is_ascii_digit()));
-    match numbered.and_then(|rest| rest.strip_prefix('_')) {
-        Some(name) if net.as_bytes()[1].is_ascii_digit() => name,
-        _ => net,
-    }
-}
-
 /// Returns GHDL's Verilog in which nothing drives the words that are read from its tables.
 fn without_tables(verilog: &str) -> String {
     let mut tables = Vec::new();
@@ -215,19 +262,29 @@ fn without_tables(verilog: &str) -> String {
     text
 }
 
-/// Returns the nets of a text with their widths, and the nets that are registers, as Yosys lists them in comments.
-fn listed(text: &str) -> (BTreeMap<String, u32>, Vec<String>) {
-    let (mut nets, mut registers) = (BTreeMap::new(), Vec::new());
-    for line in text.lines().filter_map(|line| line.strip_prefix("; yosys-smt2-")) {
-        let words: Vec<_> = line.split(' ').collect();
-        let [kind, net, width] = words[..] else { continue };
-        let Ok(width) = width.parse() else { continue };
-        match kind {
-            "register" => registers.push(net.to_string()),
-            "wire" | "input" | "output" => {}
-            _ => continue,
+/// The nets of a text with their widths, and those that are registers and inputs, as Yosys lists them in comments.
+#[derive(Default)]
+struct Listed {
+    nets: BTreeMap<String, u32>,
+    registers: Vec<String>,
+    inputs: Vec<String>,
+}
+
+impl Listed {
+    fn of(text: &str) -> Self {
+        let mut listed = Self::default();
+        for line in text.lines().filter_map(|line| line.strip_prefix("; yosys-smt2-")) {
+            let words: Vec<_> = line.split(' ').collect();
+            let [kind, net, width] = words[..] else { continue };
+            let Ok(width) = width.parse() else { continue };
+            match kind {
+                "register" => listed.registers.push(net.to_string()),
+                "input" => listed.inputs.push(net.to_string()),
+                "wire" | "output" => {}
+                _ => continue,
+            }
+            listed.nets.insert(net.to_string(), width);
         }
-        nets.insert(net.to_string(), width);
+        listed
     }
-    (nets, registers)
 }

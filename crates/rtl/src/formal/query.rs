@@ -23,6 +23,23 @@ pub(crate) struct Query {
     pub(super) values: Vec<Asked>,
     /// The row of the next word.
     row: usize,
+    /// Whether a twin of each state is declared, with the same registers at first and the same inputs: where a twin's
+    /// output has another word, the output depends on unknown bits.
+    has_twins: bool,
+    /// The outputs and registers of which a twin may have another word: their names in the query and in the design.
+    unknown: Vec<(String, String)>,
+}
+
+/// What is asked about a block and its netlist.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Question {
+    /// Outputs, and registers after a clock edge, from any state.
+    Edge,
+    /// The registers after the reset, or after power-up if there is no reset.
+    Reset,
+    /// So many rows, each of which the user's block answers `latency` edges later: from the reset, or from power-up if
+    /// there is no reset (`begins`), or else from any state. Our block then has no registers.
+    Trace { rows: usize, latency: usize, begins: bool },
 }
 
 /// A word of a counterexample: its names in the query.
@@ -46,6 +63,7 @@ pub(crate) struct Edge<'e> {
     netlist: &'e Netlist,
     registers: &'e [Register],
     whole: Whole<'e>,
+    has_twins: bool,
 }
 
 /// A question in the making, with the block's next words and outputs for a state and inputs.
@@ -63,12 +81,38 @@ impl<'e> Edge<'e> {
             whole.entry(register.path()).or_default().push((place, register));
         }
         whole.values_mut().for_each(|parts| parts.sort_by_key(|(_, register)| register.low));
-        Self { block, netlist, registers, whole }
+        Self { block, netlist, registers, whole, has_twins: false }
+    }
+
+    /// Returns the name of the block.
+    pub(super) fn name(&self) -> &'static str {
+        self.block.name()
+    }
+
+    /// Poses a question.
+    pub(super) fn pose(&self, question: Question) -> Result<Query, ProofError> {
+        match question {
+            Question::Edge => self.edge(&[]),
+            Question::Reset => Ok(self.reset()),
+            Question::Trace { rows, latency, begins } => Ok(self.trace(rows, latency, begins)),
+        }
+    }
+
+    /// Poses a question with the condition that unknown bits of the netlist (X, Z, or a net that nothing drives) reach
+    /// an answer. Returns `None` if the netlist has none.
+    pub(super) fn about_unknown(&self, question: Question) -> Result<Option<Query>, ProofError> {
+        if !self.netlist.has_unknown_bits() {
+            return Ok(None);
+        }
+        let mut query = Self { has_twins: true, whole: self.whole.clone(), ..*self }.pose(question)?;
+        let reached: String = query.unknown.iter().map(|(asked, _)| format!(" (= {asked} #b1)")).collect();
+        let _ = writeln!(query.given, "(assert (or false{reached}))");
+        Ok(Some(query))
     }
 
     /// Begins a question about a state `s` and its next state `n`, with the reset active or not.
     fn begun(&self, netlist: &Netlist, resets: bool) -> Query {
-        let mut query = Query::new(netlist);
+        let mut query = Query::new(netlist, self.has_twins);
         query.state(netlist, "s", resets);
         if netlist.is_clocked {
             // An asynchronous reset would change the next state.
@@ -108,9 +152,11 @@ impl<'e> Edge<'e> {
             before.push(query.gives("register", &title(register, whole), format, bits));
         }
         for (name, parts) in whole {
-            // A register of one part has these bits in every reachable state. If it has several parts, bits that belong
-            // to none may be anything.
-            if let (Some((net, width)), &[(place, register)]) = (netlist.register(name), &parts[..]) {
+            // A register that is alone has these bits in every reachable state. Where there are several parts, bits
+            // that belong to none may be anything.
+            if let (Some((net, width)), &[(place, register)]) = (netlist.register(name), &parts[..])
+                && register.is_alone
+            {
                 let held = filled(register, &before[place].1, width);
                 let _ = writeln!(query.given, "(assert (= {} {held}))", netlist.bits(net, "s"));
             }
@@ -166,7 +212,7 @@ impl<'e> Edge<'e> {
     }
 
     /// Makes the question about outputs, and about registers after an edge.
-    pub(crate) fn edge(&self, cuts: &[Net]) -> Result<Query, ProofError> {
+    pub(super) fn edge(&self, cuts: &[Net]) -> Result<Query, ProofError> {
         let Posed { mut query, next, shown, .. } = self.posed(cuts)?;
         for (output, ours) in self.block.outputs().iter().zip(shown) {
             if self.netlist.port(output.name).is_empty() && !self.netlist.is_foreign() {
@@ -182,16 +228,12 @@ impl<'e> Edge<'e> {
         Ok(query)
     }
 
-    /// Makes the question about the registers after a reset, or after power-up if there is no reset; `None` if nothing
-    /// is clocked.
-    pub(crate) fn reset(&self) -> Option<Query> {
+    /// Makes the question about the registers of a clocked block after a reset, or after power-up if there is no reset.
+    fn reset(&self) -> Query {
         let netlist = self.netlist;
-        if !netlist.is_clocked {
-            return None;
-        }
         let (mut query, role, after) = match netlist.reset() {
             Some(_) => (self.begun(netlist, true), "after reset", "n"),
-            None => (Query::new(netlist), "after power-up", "s"),
+            None => (Query::new(netlist, self.has_twins), "after power-up", "s"),
         };
         if after == "s" {
             query.state(netlist, "s", false);
@@ -209,15 +251,13 @@ impl<'e> Edge<'e> {
             reset.map(|word| literal(format, word)).or_else(kept)
         });
         query.about = if after == "n" { "the reset" } else { "power-up" }.to_string();
-        Some(query)
+        query
     }
 
-    /// Makes the question about `rows` rows, each of which the user's block answers `latency` edges later. It starts
-    /// from a reset, or from power-up if there is no reset. Where our block has no registers, it may start from any
-    /// state of theirs.
-    pub(crate) fn trace(&self, rows: usize, latency: usize, begins: bool) -> Query {
+    /// Makes the question about `rows` rows; see [`Question::Trace`].
+    fn trace(&self, rows: usize, latency: usize, begins: bool) -> Query {
         let Self { block, netlist, registers, .. } = *self;
-        let mut query = Query::new(netlist);
+        let mut query = Query::new(netlist, self.has_twins);
         let resets = begins && netlist.reset().is_some();
         let first = usize::from(resets);
         let named = |state: usize| format!("s{state}");
@@ -282,6 +322,7 @@ impl<'e> Edge<'e> {
         }
         for (name, parts) in &self.whole {
             let Some((net, width)) = self.netlist.register(name) else { continue };
+            query.looks_at(self.netlist, "register", name, net, state);
             let after = self.netlist.bits(net, state);
             for &(place, register) in parts {
                 let Register { low, format, .. } = *register;
@@ -291,6 +332,7 @@ impl<'e> Edge<'e> {
                 }
             }
             if let &[(place, register)] = &parts[..]
+                && register.is_alone
                 && let Some(ours) = ours(place)
             {
                 let _ = write!(query.differs, " (distinct {after} {})", filled(register, &ours, width));
@@ -300,26 +342,48 @@ impl<'e> Edge<'e> {
 }
 
 impl Query {
-    fn new(Netlist { text, .. }: &Netlist) -> Self {
-        Self::of(format!("{text}\n"))
+    fn new(Netlist { text, .. }: &Netlist, has_twins: bool) -> Self {
+        Self { has_twins, ..Self::of(format!("{text}\n")) }
     }
 
     /// Returns a question with this text.
     fn of(text: String) -> Self {
         let given = format!("(set-option :produce-models true)\n(set-logic QF_BV)\n{text}");
-        Self { about: String::new(), given, differs: String::new(), values: Vec::new(), row: 0 }
+        let (about, differs) = (String::new(), String::new());
+        Self { about, given, differs, values: Vec::new(), row: 0, has_twins: false, unknown: Vec::new() }
     }
 
     /// Declares a state in which the reset is active or not.
     fn state(&mut self, netlist: &Netlist, state: &str, resets: bool) {
         let name = &netlist.name;
-        let _ = writeln!(self.given, "(declare-const {state} |{name}_s|)\n(assert (|{name}_u| {state}))");
-        self.given += &netlist.inputs(state, resets);
+        let is_first = !self.given.contains("(declare-const ");
+        let twin = self.has_twins.then(|| twin(state));
+        for state in [Some(state), twin.as_deref()].into_iter().flatten() {
+            let _ = writeln!(self.given, "(declare-const {state} |{name}_s|)\n(assert (|{name}_u| {state}))");
+            self.given += &netlist.inputs(state, resets);
+        }
+        for (net, twin) in netlist.given(is_first).into_iter().zip(twin.iter().cycle()) {
+            let _ = writeln!(self.given, "(assert (= {} {}))", netlist.bits(net, state), netlist.bits(net, twin));
+        }
     }
 
     /// Asserts that one state follows another.
     fn follows(&mut self, netlist: &Netlist, state: &str, next: &str) {
-        let _ = writeln!(self.given, "(assert (|{}_t| {state} {next}))", netlist.name);
+        let name = &netlist.name;
+        let _ = writeln!(self.given, "(assert (|{name}_t| {state} {next}))");
+        if self.has_twins {
+            let _ = writeln!(self.given, "(assert (|{name}_t| {} {}))", twin(state), twin(next));
+        }
+    }
+
+    /// Asks whether unknown bits reach an output or a register.
+    fn looks_at(&mut self, netlist: &Netlist, role: &str, name: &str, net: &str, state: &str) {
+        if self.has_twins {
+            let [one, other] = [state, &twin(state)].map(|state| netlist.bits(net, state));
+            let named = self.named(&format!("unknown {role}"), net);
+            let _ = writeln!(self.given, "(define-fun {named} () (_ BitVec 1) (ite (distinct {one} {other}) #b1 #b0))");
+            self.unknown.push((named, format!("{role} {name}")));
+        }
     }
 
     /// Reads one of our inputs from the netlist's nets for it.
@@ -338,6 +402,7 @@ impl Query {
     /// Compares an output in a state with the block's output.
     fn shows(&mut self, netlist: &Netlist, &Signal { name, format, .. }: &Signal, state: &str, ours: Term) {
         for (net, width) in netlist.port(name) {
+            self.looks_at(netlist, "output", name, net, state);
             let (bits, ours) = (netlist.bits(net, state), ours.bits(format.width()));
             let low = format!("((_ extract {} 0) {bits})", format.width() - 1);
             self.compares("output", name, format, &low, &ours);
@@ -386,7 +451,14 @@ impl Query {
 
     /// Returns the names whose values a solver shows with a counterexample.
     pub(super) fn names(&self) -> impl Iterator<Item = &str> {
-        self.values.iter().flat_map(|asked| [Some(&*asked.vhdl), asked.ours.as_deref()]).flatten()
+        let values = self.values.iter().flat_map(|asked| [Some(&*asked.vhdl), asked.ours.as_deref()]).flatten();
+        values.chain(self.unknown.iter().map(|(asked, _)| &**asked))
+    }
+
+    /// Returns the outputs and registers that unknown bits reach in a model, as `output torque`.
+    pub(super) fn reached(&self, model: &HashMap<String, u128>) -> Vec<&str> {
+        let is_reached = |(asked, _): &&(String, String)| model.get(asked) == Some(&1);
+        self.unknown.iter().filter(is_reached).map(|(_, name)| &**name).collect()
     }
 
     /// Returns the counterexample as rows, from the solver's value of each name: inputs and registers before the edge,
@@ -439,6 +511,11 @@ pub(super) fn claims(block: &dyn AnyStep) -> Vec<Query> {
         query
     };
     block.lemmas().into_iter().map(claim).collect()
+}
+
+/// Returns the name of a state's twin.
+fn twin(state: &str) -> String {
+    format!("{state}_twin")
 }
 
 /// A number of edges.

@@ -30,10 +30,10 @@ pub(super) enum Answer {
 }
 
 /// Checks that all solvers are there. Solvers that were there once are not asked again by this process.
-pub(super) fn known() -> Result<(), ToolError> {
+pub(super) fn known(limit: Option<Duration>) -> Result<(), ToolError> {
     static FOUND: AtomicBool = AtomicBool::new(false);
     if !FOUND.load(Ordering::Relaxed) {
-        SOLVERS.iter().try_for_each(|(solver, _)| solver.version().map(drop))?;
+        SOLVERS.iter().try_for_each(|(solver, _)| solver.version(limit).map(drop))?;
         FOUND.store(true, Ordering::Relaxed);
     }
     Ok(())

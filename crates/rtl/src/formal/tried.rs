@@ -11,8 +11,8 @@ use hpu_datapath::AnyStep;
 use hpu_signal::{Format, Signal, Term};
 
 use super::netlist::Netlist;
-use super::query::Edge;
-use super::{ProofError, Verdict};
+use super::query::{Edge, Question};
+use super::{Proof, ProofError, Verdict};
 use crate::check::{benches, held};
 use crate::cost::CostError;
 use crate::hdl::Setup;
@@ -44,16 +44,20 @@ pub(super) fn can_be(equations: &dyn AnyStep) -> bool {
 
 /// Proves a block whose inputs [can be](can_be) tried.
 pub(super) fn tried(equations: &dyn AnyStep, setup: &Setup, limit: Duration) -> Result<Verdict, ProofError> {
-    let (netlist, remembers) = Netlist::without_tables(equations, setup)?;
+    let (netlist, remembers) = match Netlist::without_tables(equations, setup)? {
+        Ok(found) => found,
+        Err(why) => return Ok(Verdict::Refused(why)),
+    };
     if !remembers.is_empty() {
         return Ok(Verdict::Open(format!("its registers are made of registers: {}", remembers.join(", "))));
     }
     let registers = AnyStep::registers(equations);
-    let Some(reset) = Edge::new(equations, &netlist, &registers).reset() else {
+    if !netlist.is_clocked {
         return Ok(Verdict::Open("nothing in its VHDL is clocked".to_string()));
-    };
+    }
     let mut by = Vec::new();
-    if let Some(other) = super::decided(equations.name(), &reset, limit, &mut by)? {
+    let edge = Edge::new(equations, &netlist, &registers);
+    if let Some(other) = super::decided(&edge, Question::Reset, limit, &mut by)? {
         return Ok(other);
     }
     let library = benches([equations.name()], setup).map_err(CostError::from)?;
@@ -66,7 +70,7 @@ pub(super) fn tried(equations: &dyn AnyStep, setup: &Setup, limit: Duration) -> 
         }
         None => {
             by.push("ghdl");
-            Verdict::Proved(by)
+            Verdict::Proved(Proof::new(by))
         }
     })
 }

@@ -176,11 +176,11 @@ fn same_nets(
 }
 
 /// The driver of each bit of a module's nets: a port, the index of the bit and the port's width.
-struct Drivers(HashMap<u64, (String, usize, usize)>);
+pub(super) struct Drivers(HashMap<u64, (String, usize, usize)>);
 
 impl Drivers {
     /// Reads the drivers of a module; refuses a bit that is driven twice, and a driven constant.
-    fn new(module: &Module) -> Result<Self, String> {
+    pub(super) fn new(module: &Module) -> Result<Self, String> {
         let mut drivers = HashMap::new();
         let mut drive = |by: &str, bits: &[Bit]| {
             for (index, bit) in bits.iter().enumerate() {

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use hpu_cosim::scene::{Experiment, shipped};
-use hpu_cosim::{Control, Driver, Simulation, Wired, WiredSimulation};
+use hpu_cosim::{Control, Driver, SceneFile, Simulation, Wired, WiredSimulation};
 use hpu_rtl::{Check, CheckOptions, Contact, Fault, LoopScene, check, junit};
 use hpu_signal::{Cycle, Observe};
 use hpu_wave::{mismatch_gtkw, mismatch_vcd};
@@ -131,7 +131,8 @@ fn loop_scene(name: &str, edges: u64) -> (LoopScene, Experiment) {
     let shipped = shipped().iter().find(|scene| scene.name == name).expect("a shipped scene");
     let (name, text) = (format!("{name}.toml"), shipped.text.to_string());
     let data = project().join("testbench/scenes");
-    (LoopScene { name, text, overrides: Vec::new(), data, edges }, shipped.parse(&[]).expect("a scene"))
+    let source = SceneFile { name, text, data, is_shipped: false };
+    (LoopScene { source, overrides: Vec::new(), edges }, shipped.parse(&[]).expect("a scene"))
 }
 
 /// Observes the first edge at which one of some nets is not 0. Words to which nets settle before the first edge are not

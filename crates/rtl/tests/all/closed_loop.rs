@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use hpu_cosim::scene::{Scene, shipped, shipped_file};
-use hpu_cosim::{AxisSimulation, AxisWorld, Control, Driver, NetUse, Schedule, Simulation, Wired, World};
+use hpu_cosim::{AxisSimulation, AxisWorld, Control, Driver, NetUse, SceneFile, Schedule, Simulation, Wired, World};
 use hpu_datapath::{AnyBlock, Wiring};
 use hpu_rtl::{LoopScene, closed_loop, scene_vectors};
 
@@ -24,17 +24,13 @@ fn fast(name: &str, more: &[(&str, &str)]) -> LoopScene {
         ("run.duration", "1.2 ms"),
     ];
     let overrides = thrown.iter().chain(more).map(|(key, value)| (key.to_string(), value.to_string())).collect();
-    LoopScene {
-        name: format!("{name}.toml"),
-        text: scene.text.to_string(),
-        overrides,
-        data: project().join("testbench/scenes"),
-        edges: EDGES,
-    }
+    let (name, text) = (format!("{name}.toml"), scene.text.to_string());
+    let source = SceneFile { name, text, data: project().join("testbench/scenes"), is_shipped: false };
+    LoopScene { source, overrides, edges: EDGES }
 }
 
 fn scene(options: &LoopScene) -> Scene {
-    let scene = Scene::parse(&options.name, &options.text, &options.overrides, &mut shipped_file);
+    let scene = Scene::parse(&options.source.name, &options.source.text, &options.overrides, &mut shipped_file);
     scene.unwrap_or_else(|error| panic!("{error}"))
 }
 

@@ -27,7 +27,7 @@ impl Desk {
     }
 
     fn cache(&self) -> Cache {
-        Cache::open(self.0.join("cache")).expect("the tools and a folder")
+        Cache::open(self.0.join("cache"), None).expect("the tools and a folder")
     }
 
     fn edit(&self, file: &str, from: &str, to: &str) {
@@ -157,6 +157,6 @@ fn what_the_tools_refuse_is_not_remembered() {
 fn a_cache_that_cannot_be_a_folder_says_which() {
     let desk = Desk::new("file");
     let place = desk.hdl().join("pwm.vhd");
-    let error = Cache::open(&place).expect_err("it is a file");
+    let error = Cache::open(&place, None).expect_err("it is a file");
     assert!(matches!(error, CostError::Ghdl(_)) && error.to_string().contains("pwm.vhd: "), "{error}");
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use hpu_cosim::scene::{Experiment, shipped};
-use hpu_cosim::{Control, Driver, GimbalSimulation, Simulation, Wired};
+use hpu_cosim::{Control, Driver, GimbalSimulation, SceneFile, Simulation, Wired};
 use hpu_rtl::{LoopScene, closed_loop};
 
 const EDGES: u64 = 60_000;
@@ -31,7 +31,7 @@ fn equal(name: &str, more: &[(&str, &str)]) -> Option<[i64; 2]> {
     assert!(drive.max - drive.min > 20, "{name}: {drive:?}");
     let project = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let (name, text, data) = (format!("{name}.toml"), shipped.text.to_string(), project.join("testbench/scenes"));
-    let options = LoopScene { name, text, overrides, data, edges: EDGES };
+    let options = LoopScene { source: SceneFile { name, text, data, is_shipped: false }, overrides, edges: EDGES };
     let row = closed_loop(&options, &project.join("hdl").into()).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!((row.vectors, row.mismatches), (EDGES, 0), "{:?}", row.first);
     println!("{} {} edges in {:.2} s", row.variant, row.edges, row.seconds);

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use hpu_cosim::scene::{PhantomScene, shipped};
-use hpu_cosim::{ClosedLoop, Control, Driver, LoopVisitor, PhantomSimulation, Simulation, Wired, World};
+use hpu_cosim::{ClosedLoop, Control, Driver, LoopVisitor, PhantomSimulation, SceneFile, Simulation, Wired, World};
 use hpu_datapath::{AnyBlock, Wiring};
 use hpu_rtl::{LoopScene, Vectors, closed_loop, scene_vectors};
 
@@ -20,17 +20,14 @@ fn fast(name: &str, more: &[(&str, &str)]) -> LoopScene {
     let thrown =
         [("drop.speed", "2 m/s"), ("room.distance", "0.5 mm"), ("room.walls", "xyz"), ("run.duration", "1.2 ms")];
     let overrides = thrown.iter().chain(more).map(|(key, value)| (key.to_string(), value.to_string())).collect();
-    LoopScene {
-        name: format!("{name}.toml"),
-        text: scene.text.to_string(),
-        overrides,
-        data: project().join("testbench/scenes"),
-        edges: EDGES,
-    }
+    let (name, text) = (format!("{name}.toml"), scene.text.to_string());
+    let source = SceneFile { name, text, data: project().join("testbench/scenes"), is_shipped: false };
+    LoopScene { source, overrides, edges: EDGES }
 }
 
 fn scene(options: &LoopScene) -> PhantomScene {
-    let shipped = shipped().iter().find(|scene| options.name == format!("{}.toml", scene.name)).expect("shipped");
+    let shipped =
+        shipped().iter().find(|scene| options.source.name == format!("{}.toml", scene.name)).expect("shipped");
     let scene = shipped.parse(&options.overrides).unwrap_or_else(|error| panic!("{error}"));
     scene.phantom().expect("a PHANToM")
 }

@@ -4,6 +4,7 @@ use hpu_cosim::scene::{OutcomeKind, Output};
 
 use super::contestants::Contestant;
 use super::front::front;
+use crate::timing::Spread;
 
 /// How large the error of a contestant is.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -29,38 +30,47 @@ impl Grade {
     }
 }
 
-/// The speed of the fastest of some runs.
-#[derive(Clone, Copy, PartialEq, Debug)]
+/// The speed of a contestant over some turns, in which all contestants run one after the other.
+#[derive(Clone, PartialEq, Debug)]
 pub struct Speed {
     /// Duration of the motion, in s.
     pub motion_s: f64,
-    /// Wall time, in s.
-    pub wall_s: f64,
+    /// The wall time of each turn, in s.
+    pub walls_s: Vec<f64>,
     /// Number of clock edges; 0 for a criterion.
     pub edges: u64,
-    /// Number of runs.
-    pub runs: u32,
     /// Seconds of motion, from its start, that were timed and scaled to the whole; `None` if the whole motion was
     /// timed.
     pub timed_s: Option<f64>,
 }
 
 impl Speed {
-    /// Returns the seconds of motion in a second of wall time.
-    pub fn motion_per_wall(self) -> f64 {
-        self.motion_s / self.wall_s
+    /// Returns median and quartiles of the wall time, in s.
+    pub fn wall_s(&self) -> Spread {
+        Spread::of(&self.walls_s)
+    }
+
+    /// Returns the seconds of motion in a second of the median wall time.
+    pub fn motion_per_wall(&self) -> f64 {
+        self.motion_s / self.wall_s().median
+    }
+
+    /// Returns how many times as fast this contestant is as another one, by the turns in which both have run.
+    pub fn over(&self, other: &Self) -> Spread {
+        let per_motion = |speed: &Self| speed.walls_s.iter().map(|wall_s| wall_s / speed.motion_s).collect::<Vec<_>>();
+        Spread::ratio(&per_motion(other), &per_motion(self))
     }
 
     /// Returns as text which part of the motion was timed: `whole`, or `first 0.031 s`.
-    pub fn timed(self) -> String {
+    pub fn timed(&self) -> String {
         // Two digits; parsing drops trailing zeros.
         let two = |timed_s: f64| format!("{timed_s:.1e}").parse().unwrap_or(timed_s);
         self.timed_s.map_or("whole".into(), |timed_s| format!("first {} s", two(timed_s)))
     }
 
     /// Returns the number of clock edges in a second of wall time.
-    pub fn edges_per_s(self) -> f64 {
-        self.edges as f64 / self.wall_s
+    pub fn edges_per_s(&self) -> f64 {
+        self.edges as f64 / self.wall_s().median
     }
 }
 

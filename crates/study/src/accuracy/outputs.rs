@@ -47,10 +47,13 @@ pub struct Outputs {
 /// Returns the outputs that a verdict makes worth comparing: the trace of a motion without end depends on its phase.
 pub fn usual(outcome: OutcomeKind) -> Vec<Output> {
     match outcome {
-        OutcomeKind::Settled => vec![Output::Trace, Output::PeakPenetration, Output::Verdict],
+        OutcomeKind::Settled | OutcomeKind::NotTold | OutcomeKind::HandMoves => {
+            vec![Output::Trace, Output::PeakPenetration, Output::Verdict]
+        }
         OutcomeKind::LimitCycle => {
             vec![Output::Amplitude, Output::Frequency, Output::PeakPenetration, Output::Verdict]
         }
+        OutcomeKind::NoWallTorque => vec![Output::PeakPenetration, Output::Verdict],
         OutcomeKind::Passive | OutcomeKind::Tracking => vec![Output::Trace, Output::Rms, Output::Verdict],
         OutcomeKind::NonPassive => vec![Output::Rms, Output::Verdict],
         OutcomeKind::Diverged | OutcomeKind::HighlyUnstable => vec![Output::Verdict],
@@ -199,7 +202,8 @@ impl Outputs {
 }
 
 fn is_of_axis(outcome: OutcomeKind) -> bool {
-    matches!(outcome, OutcomeKind::Settled | OutcomeKind::LimitCycle | OutcomeKind::Diverged)
+    use OutcomeKind::{Diverged, HandMoves, LimitCycle, NoWallTorque, NotTold, Settled};
+    matches!(outcome, Settled | LimitCycle | Diverged | NoWallTorque | NotTold | HandMoves)
 }
 
 /// Returns the worst error of these outputs; 0 if none of them was compared.

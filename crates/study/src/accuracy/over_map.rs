@@ -9,7 +9,7 @@ use hpu_cosim::scene::{Experiment, OutcomeKind};
 use super::contestants::Contestant;
 use super::found::Speed;
 use super::front::front;
-use super::race::{Plan, Race};
+use super::race::{Entrant, Plan, Race};
 use crate::criteria;
 use crate::map::{Axis, CellIndex, CellLimits, Map, MapError, Method, outcome};
 use crate::units::{self, UnitResult};
@@ -55,7 +55,7 @@ impl Share {
 
 /// Returns the indices of the shares that no other beats in both speed and share, the slowest first.
 pub fn front_of_shares(shares: &[Share]) -> Vec<usize> {
-    let point = |share: &Share| Some((share.speed?.motion_per_wall(), share.share()?));
+    let point = |share: &Share| Some((share.speed.as_ref()?.motion_per_wall(), share.share()?));
     front(&shares.iter().map(|share| point(share).unwrap_or((f64::NAN, f64::NAN))).collect::<Vec<_>>())
 }
 
@@ -136,6 +136,7 @@ impl Tour {
             let right: Vec<bool> = (0..self.map.layer()).filter_map(verdict).collect();
             (right.len(), right.iter().filter(|right| !**right).count())
         };
+        let Some(mut speeds) = self.time(plan, control) else { return Ok(None) };
         let mut shares = Vec::new();
         for (index, contestant) in self.race.contestants.iter().enumerate() {
             let (cells, wrong) = if let Some(layer) = self.runners.iter().position(|runner| *runner == index) {
@@ -147,11 +148,12 @@ impl Tour {
                     b'm' => Some(false),
                     _ => None,
                 };
-                count(&|cell| Some(rests(cell)? == (truth(cell)? == OutcomeKind::Settled)))
+                let told = |cell: usize| truth(cell).filter(|outcome| outcome.tells());
+                count(&|cell| Some(rests(cell)? == (told(cell)? == OutcomeKind::Settled)))
             } else {
                 continue;
             };
-            let Some(speed) = self.time(contestant, plan, control) else { return Ok(None) };
+            let speed = speeds[index].take();
             shares.push(Share { contestant: contestant.clone(), cells, wrong, speed });
         }
         Ok(Some(shares))
@@ -170,15 +172,23 @@ impl Tour {
         self.criteria.iter().filter_map(|index| self.race.contestants[*index].criterion).map(letter).collect()
     }
 
-    /// Returns the speed at the middle cell; the outer `None` when it was stopped.
-    fn time(&self, contestant: &Contestant, plan: Plan, control: &Control) -> Option<Option<Speed>> {
+    /// Returns the speed of each contestant at the middle cell, if it can run there; the outer `None` when stopped.
+    fn time(&self, plan: Plan, control: &Control) -> Option<Vec<Option<Speed>>> {
         let point = CellIndex { method: 0, ix: self.map.x.cells() / 2, iy: self.map.y.cells() / 2 };
         let mut middle = self.race.clone();
         middle.set = self.map.overrides(point);
-        match middle.time(contestant, None, None, plan, control) {
-            Ok(None) => None,
-            Ok(speed) => Some(speed),
-            Err(_) => Some(None),
+        let contestants = self.race.contestants.iter().enumerate();
+        let running = contestants.filter(|(index, contestant)| {
+            (self.runners.contains(index) || self.criteria.contains(index)) && middle.can_run(contestant)
+        });
+        let entrant =
+            |contestant: &Contestant| Entrant { contestant: contestant.clone(), shortened_s: None, profile: None };
+        let (places, entrants): (Vec<usize>, Vec<Entrant>) =
+            running.map(|(index, contestant)| (index, entrant(contestant))).unzip();
+        let mut speeds: Vec<Option<Speed>> = vec![None; self.race.contestants.len()];
+        if let Ok(found) = middle.time(&entrants, plan, control) {
+            places.into_iter().zip(found?).for_each(|(index, speed)| speeds[index] = Some(speed));
         }
+        Some(speeds)
     }
 }

@@ -1,5 +1,6 @@
-//! The race: first every contestant's outputs are compared with the reference's, many at a time. Then every
-//! contestant's wall time is taken, one by one, over the whole motion or over enough of it to scale.
+//! The race: first every contestant's outputs are compared with the reference's, many at a time. Then wall times are
+//! taken in turn: in each turn every contestant runs once, one by one, over the whole motion or over enough of it to
+//! scale. So a machine that is slow for a while is slow for all, and the ratio of two contestants hardly changes.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -11,7 +12,7 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use hpu_cosim::scene::{Experiment, OutcomeKind, Output, SceneError};
-use hpu_cosim::{Control, Driver, Simulation, Wired};
+use hpu_cosim::{Control, Driver, Simulation, Trace, Wired};
 
 use super::contestants;
 use super::contestants::{Contestant, named};
@@ -20,6 +21,7 @@ use super::outputs::{Outputs, driver, simulation, usual, worst};
 use super::profile::Profile;
 use crate::criteria;
 use crate::map::SceneText;
+use crate::timing::{LEAST_TURNS, in_turn};
 use crate::units;
 use crate::watch::watched;
 
@@ -65,18 +67,18 @@ pub struct Plan {
     pub jobs: NonZeroUsize,
     /// Greatest wall time of a run; a contestant that takes longer runs a shorter motion.
     pub longest: Duration,
-    /// Wall time after which a contestant's run is not repeated any more; the fastest of its runs counts. A run by
-    /// edges or steps that takes longer is timed for this long, and scaled.
+    /// Wall time after which a contestant that has run in three turns runs in no further one. A run by edges or steps
+    /// that takes longer is timed for this long over three turns, and scaled.
     pub enough: Duration,
-    /// Greatest number of runs of a contestant.
+    /// Greatest number of turns.
     pub repeats: u32,
 }
 
 impl Plan {
-    /// Returns the usual plan: at most 60 s a run, which no run of a scene of 2 s takes; repeated until 0.15 s are
-    /// spent, at most 5 times.
+    /// Returns the usual plan: at most 60 s a run, which no run of a scene of 2 s takes; three turns, or until 0.15 s
+    /// are spent, at most 7.
     pub fn usual(jobs: NonZeroUsize) -> Self {
-        Self { jobs, longest: Duration::from_secs(60), enough: Duration::from_millis(150), repeats: 5 }
+        Self { jobs, longest: Duration::from_secs(60), enough: Duration::from_millis(150), repeats: 7 }
     }
 }
 
@@ -181,17 +183,24 @@ impl Race {
             return Ok(None);
         }
         let mut judged = judged.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let entrants = self.contestants.iter().enumerate().filter_map(|(index, contestant)| {
+            let Judged { shortened_s, profile, .. } = judged.get(&index)?;
+            Some((index, contestant, *shortened_s, profile.clone()))
+        });
+        let (places, entrants): (Vec<usize>, Vec<Entrant>) = entrants
+            .map(|(index, contestant, shortened_s, profile)| {
+                (index, Entrant { contestant: contestant.clone(), shortened_s, profile })
+            })
+            .unzip();
+        let Some(speeds) = self.time(&entrants, plan, control)? else { return Ok(None) };
+        let mut speeds: BTreeMap<usize, Speed> = places.into_iter().zip(speeds).collect();
         let mut entries = Vec::new();
         for (index, contestant) in self.contestants.iter().enumerate() {
-            let row = match (judged.remove(&index), rows.remove(&index)) {
-                (Some(judged), _) => {
-                    let Judged { grade, errors, outcome, shortened_s, profile } = judged;
-                    let Some(speed) = self.time(contestant, shortened_s, profile, plan, control)? else {
-                        return Ok(None);
-                    };
+            let row = match (judged.remove(&index), speeds.remove(&index), rows.remove(&index)) {
+                (Some(Judged { grade, errors, outcome, shortened_s, .. }), Some(speed), _) => {
                     Ok(ContestantResult { grade, errors, outcome, shortened_s, speed })
                 }
-                (None, row) => Err(row.and_then(Result::err).unwrap_or_default()),
+                (_, _, row) => Err(row.and_then(Result::err).unwrap_or_default()),
             };
             control.progress.fetch_add(works[index].time, Ordering::Relaxed);
             entries.push(Entry { contestant: contestant.clone(), row });
@@ -247,70 +256,99 @@ impl Race {
         }
     }
 
-    /// Returns the best wall time of a contestant; `None` when it was stopped. With the profile of a run that took
-    /// longer than [`Plan::enough`], only the part of the motion that fits into this time is run, and its wall time is
-    /// scaled to the whole.
+    /// Returns whether a contestant can run the scene.
+    pub(super) fn can_run(&self, contestant: &Contestant) -> bool {
+        let experiment = self.experiment(contestant, None);
+        experiment.is_ok_and(|experiment| contestant.criterion.is_some() || simulation(&experiment).is_ok())
+    }
+
+    /// Returns the wall times of contestants, taken in turn; `None` when stopped. With the profile of a run that took
+    /// longer than [`Plan::enough`], only a part of the motion is run, and its wall time is scaled to the whole.
+    ///
+    /// # Errors
+    ///
+    /// Returns why a contestant cannot be run.
     pub(super) fn time(
         &self,
-        contestant: &Contestant,
-        shortened_s: Option<f64>,
-        profile: Option<Profile>,
+        entrants: &[Entrant],
         plan: Plan,
         control: &Control,
-    ) -> Result<Option<Speed>, String> {
-        let experiment = self.experiment(contestant, shortened_s)?;
-        let driver = driver(&contestant.overrides);
+    ) -> Result<Option<Vec<Speed>>, String> {
+        let experiments = entrants.iter().map(|entrant| self.experiment(&entrant.contestant, entrant.shortened_s));
+        let experiments = experiments.collect::<Result<Vec<_>, String>>()?;
         // The memory of the rows is not part of the model's cost: repeated runs take it over from each other.
-        let mut rows = None;
-        // Returns the number of edges done, and whether these are all.
-        let mut once = |control: &Control| -> Result<(u64, bool), String> {
-            if let (Some(name), Experiment::Axis(scene)) = (contestant.criterion, &experiment) {
-                black_box(criteria::named(name, scene));
-                return Ok((0, true));
-            }
-            let simulation = simulation(&experiment)?;
-            let trace = rows.get_or_insert_with(|| simulation.brief_trace());
-            let summary = simulation.run(driver, trace, &mut (), control);
-            Ok((summary.edges, summary.complete))
+        let mut memory: Vec<Option<Trace>> = vec![None; entrants.len()];
+        let mut timed_s: Vec<Option<f64>> = vec![None; entrants.len()];
+        let enough_s = plan.enough.as_secs_f64();
+        let most = plan.repeats as usize;
+        let goes_on = |index: usize, walls: &[Vec<f64>]| {
+            let (turns, spent_s) = (walls[index].len(), walls[index].iter().sum::<f64>());
+            let is_scaled = entrants[index].is_scaled(enough_s);
+            turns < LEAST_TURNS.min(most) || !is_scaled && turns < most && spent_s < enough_s
         };
-        let mut speed = Speed {
+        let walls = in_turn(entrants.len(), goes_on, |index| {
+            let (entrant, experiment) = (&entrants[index], &experiments[index]);
+            let part = entrant.profile.as_ref().filter(|_| entrant.is_scaled(enough_s));
+            let timeout = part.map_or(Duration::MAX, |_| plan.enough / LEAST_TURNS as u32);
+            let start = Instant::now();
+            let (run, late) = watched(timeout, control, |own| entrant.run(experiment, &mut memory[index], own));
+            let (wall_s, (edges, complete)) = (start.elapsed().as_secs_f64(), run.map_err(Some)?);
+            match part {
+                _ if !complete && !late => Err(None),
+                None => Ok(wall_s),
+                Some(profile) => {
+                    timed_s[index] = (!complete).then(|| edges as f64 * experiment.clock.period_s());
+                    Ok(wall_s / profile.share(edges))
+                }
+            }
+        });
+        let walls = match walls {
+            Ok(walls) => walls,
+            Err(Some(why)) => return Err(why),
+            Err(None) => return Ok(None),
+        };
+        let speeds = walls.into_iter().zip(timed_s).zip(entrants.iter().zip(&experiments));
+        let speeds = speeds.map(|((walls_s, timed_s), (entrant, experiment))| Speed {
             motion_s: experiment.edges() as f64 * experiment.clock.period_s(),
-            wall_s: f64::INFINITY,
-            edges: if contestant.criterion.is_some() { 0 } else { experiment.edges() },
-            runs: 0,
-            timed_s: None,
-        };
-        if let Some(profile) = profile.filter(|profile| profile.wall_s() > plan.enough.as_secs_f64()) {
-            // The better of two halves counts, in case the machine is busy with something else during the other.
-            for _ in 0..2 {
-                let start = Instant::now();
-                let (run, late) = watched(plan.enough / 2, control, &mut once);
-                let (wall_s, (edges, complete)) = (start.elapsed().as_secs_f64(), run?);
-                if !complete && !late {
-                    return Ok(None);
-                }
-                speed.runs += 1;
-                let whole_s = wall_s / profile.share(edges);
-                if whole_s < speed.wall_s {
-                    speed.wall_s = whole_s;
-                    speed.timed_s = (!complete).then(|| edges as f64 * experiment.clock.period_s());
-                }
-            }
-            return Ok(Some(speed));
+            walls_s,
+            edges: if entrant.contestant.criterion.is_some() { 0 } else { experiment.edges() },
+            timed_s,
+        });
+        Ok(Some(speeds.collect()))
+    }
+}
+
+/// A contestant that is timed.
+pub(super) struct Entrant {
+    /// The contestant.
+    pub contestant: Contestant,
+    /// The duration, in s, to which its motion is shortened, if it is.
+    pub shortened_s: Option<f64>,
+    /// How the wall time of a run by edges or steps was spread.
+    pub profile: Option<Profile>,
+}
+
+impl Entrant {
+    /// Whether a part of the motion is timed and scaled to the whole.
+    fn is_scaled(&self, enough_s: f64) -> bool {
+        self.profile.as_ref().is_some_and(|profile| profile.wall_s() > enough_s)
+    }
+
+    /// Runs the contestant once. Returns the number of edges done, and whether these are all.
+    fn run(
+        &self,
+        experiment: &Experiment,
+        memory: &mut Option<Trace>,
+        control: &Control,
+    ) -> Result<(u64, bool), String> {
+        if let (Some(name), Experiment::Axis(scene)) = (self.contestant.criterion, experiment) {
+            black_box(criteria::named(name, scene));
+            return Ok((0, true));
         }
-        let runs = |own: &Control| {
-            let begin = Instant::now();
-            while speed.runs < plan.repeats && (speed.runs == 0 || begin.elapsed() < plan.enough) {
-                let start = Instant::now();
-                if !once(own)?.1 {
-                    return Ok(None);
-                }
-                speed.wall_s = speed.wall_s.min(start.elapsed().as_secs_f64());
-                speed.runs += 1;
-            }
-            Ok(Some(speed))
-        };
-        watched(Duration::MAX, control, runs).0
+        let simulation = simulation(experiment)?;
+        let trace = memory.get_or_insert_with(|| simulation.brief_trace());
+        let summary = simulation.run(driver(&self.contestant.overrides), trace, &mut (), control);
+        Ok((summary.edges, summary.complete))
     }
 }
 
@@ -333,6 +371,9 @@ fn criterion(
 ) -> Result<Judged, String> {
     let Experiment::Axis(scene) = experiment else { return Err("the criteria speak of an axis".into()) };
     let criterion = criteria::named(name, scene).ok_or("not of this device")?.map_err(|silent| silent.why)?;
+    if !outcome.tells() {
+        return Err("the scene as written does not tell whether it comes to rest".into());
+    }
     let rests = scene.wall.stiffness_nm_per_rad < criterion.limit;
     let right = rests == (outcome == OutcomeKind::Settled);
     let grade = match right {

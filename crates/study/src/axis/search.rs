@@ -176,7 +176,7 @@ impl Loops for Axis {
 
     fn same_but_for_stiffness(&self, one: &Experiment, other: &Experiment) -> bool {
         let (Ok(one), Ok(other)) = (axis(one), axis(other)) else { return false };
-        let wall = |scene: &Scene| (scene.wall.position_rad, scene.wall.damping_nm_s_per_rad);
+        let wall = |scene: &Scene| (scene.wall.position_rad, scene.wall.damping_nm_s_per_rad, scene.wall.wraps);
         let same = wall(one) == wall(other)
             && (one.device, one.encoder, one.bridge) == (other.device, other.encoder, other.bridge)
             && (&one.amplifier, one.clock, &one.method) == (&other.amplifier, other.clock, &other.method);

@@ -15,7 +15,7 @@ use std::f64::consts::{FRAC_PI_4, PI};
 use hpu_cosim::figure;
 use hpu_cosim::scene::{Hand, Scene};
 
-use super::{Assumption, Criterion, Figure, Silent, critical, frictionless, law};
+use super::{Assumption, Criterion, Figure, Silent, critical, frictionless, law, prompt};
 use crate::limits::{Damping, Stretch};
 
 /// Returns `N(A)` of a mid-tread quantiser, with `A` in quantiser steps.
@@ -68,6 +68,7 @@ pub(super) fn criterion(scene: &Scene) -> Result<Criterion, Silent> {
                 false,
                 || law(scene).to_string(),
             ),
+            prompt(scene),
             frictionless(scene),
             Assumption::new(
                 "no steady effort, so that the swing is about the middle of a count: \

@@ -4,12 +4,14 @@ use hpu_cosim::figure;
 use hpu_cosim::scene::{Device, Motor, Scene};
 
 use super::{
-    Assumption, Criterion, Silent, continuous, critical, frictionless, known_hand, linear_law, sampled,
-    undamped_wall_for,
+    Assumption, Criterion, Silent, continuous, critical, frictionless, known_hand, linear_law, prompt, sampled,
+    undamped_wall_for, undelayed,
 };
 use crate::limits::unit;
+use crate::waits::delay_s;
 
-/// All eigenvalues of the map from one sample to the next lie within the unit circle; delay and hand are included.
+/// All eigenvalues of the map from one sample to the next lie within the unit circle, with the hand and the linear
+/// law's delay; the drive is ideal.
 pub(super) fn spectral_radius(scene: &Scene) -> Result<Criterion, Silent> {
     let name = "spectral_radius";
     let limit = critical(scene, scene.wall.damping_nm_s_per_rad).map_err(|why| Silent { name, why })?;
@@ -18,7 +20,7 @@ pub(super) fn spectral_radius(scene: &Scene) -> Result<Criterion, Silent> {
         limit,
         unit: unit(scene),
         speaks: true,
-        assumptions: vec![linear_law(scene), frictionless(scene), known_hand(scene)],
+        assumptions: vec![linear_law(scene), prompt(scene), frictionless(scene), known_hand(scene)],
         figures: vec![],
         region: None,
     })
@@ -47,6 +49,7 @@ pub(super) fn routh(scene: &Scene) -> Result<Criterion, Silent> {
             continuous(scene),
             undamped_wall_for("a wall without damping: sampled damping lowers the limit", scene),
             linear_law(scene),
+            undelayed(scene),
             frictionless(scene),
             known_hand(scene),
         ],
@@ -59,7 +62,7 @@ pub(super) fn routh(scene: &Scene) -> Result<Criterion, Silent> {
 pub(super) fn low_frequency(scene: &Scene, motor: &Motor) -> Criterion {
     let (r, k) = (resistance_ohm(scene, motor), motor.torque_constant_nm_per_a);
     let (grip, grip_damping) = scene.hand.grip();
-    let lag_s = 0.5 * scene.sample_period_s() + scene.model.delay_s + motor.inductance_h / r;
+    let lag_s = 0.5 * scene.sample_period_s() + delay_s(scene) + motor.inductance_h / r;
     let own = motor.viscous_friction_nm_s_per_rad + k * k / r;
     let limit = (own + grip_damping + scene.wall.damping_nm_s_per_rad) / lag_s;
     let swing = ((limit + grip) / motor.inertia_kg_m2()).sqrt() * lag_s;

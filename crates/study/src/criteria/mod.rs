@@ -15,6 +15,7 @@ use hpu_cosim::figure;
 use hpu_cosim::scene::{Datapath, Device, Hand, Loop, Scene};
 
 use crate::limits::{Damping, StableSet, Stretch, usual_range};
+use crate::waits::{delay_s, waits};
 
 /// A criterion's answer for a scene.
 #[derive(Clone, PartialEq, Debug)]
@@ -193,9 +194,36 @@ fn ideal_drive(scene: &Scene) -> Assumption {
     Assumption::new("a rigid body driven by an ideal force or current", is_ideal, here)
 }
 
+/// The share of a sample period below which a delay counts as none.
+const SMALL_DELAY: f64 = 0.01;
+
+/// Returns whether a delay counts as none beside a scene's sample period.
+fn is_small(delay_s: f64, scene: &Scene) -> bool {
+    delay_s <= SMALL_DELAY * scene.sample_period_s()
+}
+
+/// Returns the times that a scene's loop waits, as text.
+fn waited(scene: &Scene) -> String {
+    let waits = waits(scene);
+    let all: Vec<String> = waits.iter().map(|wait| format!("{} {} s", wait.what, figure(wait.seconds))).collect();
+    all.join(", ")
+}
+
 fn undelayed(scene: &Scene) -> Assumption {
-    let here = || format!("{} s", figure(scene.model.delay_s));
-    Assumption::new("no delay beside sampling", scene.model.delay_s == 0.0, here)
+    Assumption::new(
+        "no delay beside sampling: less than a hundredth of a sample",
+        is_small(delay_s(scene), scene),
+        || waited(scene),
+    )
+}
+
+/// Returns an assumption of a criterion that takes the linear law's delay but no other one.
+fn prompt(scene: &Scene) -> Assumption {
+    Assumption::new(
+        "a drive that waits for neither logic nor modulator: less than a hundredth of a sample",
+        scene.model.datapath == Datapath::Linear || is_small(delay_s(scene), scene),
+        || waited(scene),
+    )
 }
 
 fn undamped_wall(scene: &Scene) -> Assumption {

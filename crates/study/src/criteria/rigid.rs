@@ -9,6 +9,8 @@ use std::f64::consts::PI;
 
 use hpu_cosim::scene::{Device, Scene};
 
+use crate::waits::delay_s;
+
 /// A rigid body in contact with a sampled wall.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Rigid {
@@ -22,7 +24,8 @@ pub struct Rigid {
     pub quantum_rad: f64,
     /// Sample period `T`, in s.
     pub period_s: f64,
-    /// Delay `t_d` beside sampling and holding, in s.
+    /// Delay `t_d` beside sampling and holding, in s: that of the linear law, or the clocks of encoder, registers and
+    /// `method.settling` and the modulator's wait at rest on the scene's own wall.
     pub delay_s: f64,
     /// Damping `B` of the wall, in N·m·s/rad (N·s/m).
     pub wall_damping_nm_s_per_rad: f64,
@@ -73,7 +76,7 @@ impl Rigid {
             coulomb_nm,
             quantum_rad: scene.encoder.count_rad(),
             period_s: scene.sample_period_s(),
-            delay_s: scene.model.delay_s,
+            delay_s: delay_s(scene),
             wall_damping_nm_s_per_rad: scene.wall.damping_nm_s_per_rad,
         }
     }

@@ -4,8 +4,8 @@ use hpu_cosim::figure;
 use hpu_cosim::scene::{Datapath, Device, Hand, Scene};
 
 use super::{
-    Assumption, Criterion, Figure, Rigid, Silent, frictionless, ideal_drive, in_counts, known_hand, known_hand_for,
-    linear_law, sampled, sampled_for, undamped_wall, undelayed,
+    Assumption, Criterion, Figure, Rigid, Silent, frictionless, ideal_drive, in_counts, is_small, known_hand,
+    known_hand_for, linear_law, sampled, sampled_for, undamped_wall, undelayed, waited,
 };
 use crate::limits::unit;
 
@@ -35,11 +35,10 @@ pub(super) fn gil_hulin(scene: &Scene, body: &Rigid) -> Criterion {
 /// Colgate and Schenkel: passive with any hand.
 pub(super) fn colgate_schenkel(scene: &Scene, body: &Rigid) -> Criterion {
     let delay = scene.clock.edges(body.delay_s);
-    let exact = delay == 0 || (delay.is_multiple_of(scene.period_clocks()) && body.wall_damping_nm_s_per_rad == 0.0);
+    let exact = is_small(body.delay_s, scene)
+        || (delay.is_multiple_of(scene.period_clocks()) && body.wall_damping_nm_s_per_rad == 0.0);
     let others = [
-        Assumption::new("no delay, or one of whole samples and a wall without damping", exact, || {
-            format!("{} s of delay", figure(body.delay_s))
-        }),
+        Assumption::new("no delay, or one of whole samples and a wall without damping", exact, || waited(scene)),
         linear_law(scene),
         frictionless(scene),
         known_hand_for("the worst of all passive hands: any other allows more", scene),

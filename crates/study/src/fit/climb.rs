@@ -4,7 +4,7 @@ mod reasons;
 
 use std::collections::BTreeMap;
 use std::sync::atomic::Ordering;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use hpu_cosim::Control;
 use hpu_cosim::scene::{Experiment, Output};
@@ -16,6 +16,7 @@ use super::simplifications;
 use crate::accuracy::usual;
 use crate::devices::device;
 use crate::map::SceneText;
+use crate::timing::{LEAST_TURNS, Spread, in_turn};
 use crate::watch::watched;
 
 type Set = Vec<(String, String)>;
@@ -23,8 +24,11 @@ type Set = Vec<(String, String)>;
 /// Ratio of wall times below which a model does not count as slower: wall times are not more precise than this.
 const WORTH: f64 = 1.05;
 
-/// Greatest number of turns in which the pick is timed against the scene as written; no turn begins after a second.
-const MOST_TURNS: usize = 5;
+/// Greatest number of turns in which two models are timed against each other.
+const MOST_TURNS: usize = 7;
+
+/// Wall time of these turns after which no more than [`LEAST_TURNS`] are begun, in s.
+const ENOUGH_S: f64 = 1.0;
 
 /// A model worth this much less than the best so far may still be the faster one, so it is tried too.
 const NEARLY: u32 = 2;
@@ -57,6 +61,7 @@ pub fn fit(scene: &SceneText, set: &Set, within: f64, control: &Control) -> Resu
         around: neighbours(&experiment),
         seen: BTreeMap::new(),
         seen_around: BTreeMap::new(),
+        timed: BTreeMap::new(),
         patience: Duration::MAX,
         runs: 0,
     };
@@ -90,8 +95,11 @@ pub fn fit(scene: &SceneText, set: &Set, within: f64, control: &Control) -> Resu
     if reference.wall_s <= WORTH * pick.1.wall_s {
         pick = (Vec::new(), reference.clone(), 0.0);
     }
+    let mut speedup = climb.speedup(&[], &pick.0).map_err(|why| climb.error(why))?;
+    if speedup.told().is_some_and(|told| told < 1.0) {
+        (pick, speedup) = ((Vec::new(), reference.clone(), 0.0), Spread::ONE);
+    }
     let (model, measured, worst) = pick;
-    let speedup = if model.is_empty() { 1.0 } else { climb.speedup(&model).map_err(|why| climb.error(why))? };
     let left_out = climb.left_out(&model);
     let kept = climb.kept(&model, &reference);
     if control.stop.load(Ordering::Relaxed) {
@@ -130,6 +138,8 @@ struct Climb<'a> {
     seen: BTreeMap<Vec<usize>, Result<Measured, String>>,
     /// Errors of models in the neighbouring scenes.
     seen_around: BTreeMap<(Vec<usize>, usize), Result<Errors, String>>,
+    /// How many times as fast the second of two models is as the first, as they were timed in turn.
+    timed: BTreeMap<[Vec<usize>; 2], Spread>,
     /// How long a run of a model may take. A run that diverges can take thousands of times as long as the scene.
     patience: Duration,
     runs: usize,
@@ -213,22 +223,26 @@ impl Climb<'_> {
         self.scene.parse(&set).map_err(|error| error.to_string())
     }
 
-    /// Returns how many times as fast a model is as the scene as written. Both are run in turn, so that a machine that
-    /// is slow for a while is slow for both.
-    fn speedup(&self, model: &[usize]) -> Result<f64, String> {
-        let nothing = Set::new();
-        let both = [self.experiment(&[], &nothing)?, self.experiment(model, &nothing)?];
-        let (begin, mut best_s) = (Instant::now(), [f64::INFINITY; 2]);
-        for _ in 0..MOST_TURNS {
-            for (experiment, best_s) in both.iter().zip(&mut best_s) {
-                let measured = Measured::of(experiment, self.control)?;
-                *best_s = best_s.min(measured.wall_s);
-            }
-            if begin.elapsed() > Duration::from_secs(1) {
-                break;
-            }
+    /// Returns how many times as fast a model is as another one. Both are run in turn, so that a machine that is slow
+    /// for a while is slow for both. Two models are timed only once: one change has one figure.
+    fn speedup(&mut self, before: &[usize], model: &[usize]) -> Result<Spread, String> {
+        if before == model {
+            return Ok(Spread::ONE);
         }
-        Ok(best_s[0] / best_s[1])
+        let key = [before.to_vec(), model.to_vec()];
+        if let Some(timed) = self.timed.get(&key) {
+            return Ok(*timed);
+        }
+        let nothing = Set::new();
+        let both = [self.experiment(before, &nothing)?, self.experiment(model, &nothing)?];
+        let goes_on = |_: usize, walls: &[Vec<f64>]| {
+            let (turns, spent_s) = (walls[0].len(), walls.iter().flatten().sum::<f64>());
+            turns < LEAST_TURNS || turns < MOST_TURNS && spent_s < ENOUGH_S
+        };
+        let walls = in_turn(2, goes_on, |index| Measured::of(&both[index], self.control).map(|run| run.wall_s))?;
+        let timed = Spread::ratio(&walls[0], &walls[1]);
+        self.timed.insert(key, timed);
+        Ok(timed)
     }
 
     /// Returns the errors of the outputs that are judged.
@@ -258,7 +272,10 @@ impl Climb<'_> {
             Some(Tried {
                 set: overrides(self.all, model),
                 error: self.worst(measured, reference),
-                speedup: reference.wall_s / measured.wall_s,
+                speedup: match self.timed.get(&[Vec::new(), model.clone()]) {
+                    Some(timed) => timed.median,
+                    None => reference.wall_s / measured.wall_s,
+                },
                 chosen: model == chosen,
             })
         };

@@ -4,6 +4,8 @@ use std::fmt;
 
 use hpu_cosim::scene::Output;
 
+use crate::timing::Spread;
+
 /// A thing that the model leaves out.
 #[derive(Clone, PartialEq, Debug)]
 pub struct LeftOut {
@@ -14,7 +16,7 @@ pub struct LeftOut {
     /// Size of that change, relative.
     pub effect: f64,
     /// How many times faster the model is because of it.
-    pub gain: f64,
+    pub gain: Spread,
 }
 
 /// A thing that the model has to keep.
@@ -33,7 +35,7 @@ pub struct Tried {
     pub set: Vec<(String, String)>,
     /// The worst error of a judged output against the reference, relative; infinity for another verdict.
     pub error: f64,
-    /// Wall time of the reference divided by that of the model.
+    /// Wall time of the reference divided by that of the model; the median if both were timed in turn.
     pub speedup: f64,
     /// Whether it is the least model.
     pub chosen: bool,
@@ -57,7 +59,7 @@ pub struct Fit {
     /// [`hpu_cosim::Summary`].
     pub contact_share: Option<f64>,
     /// Wall time of the reference divided by that of the model.
-    pub speedup: f64,
+    pub speedup: Spread,
     /// The wall time of the model, in s.
     pub wall_s: f64,
     /// The things that the model leaves out.

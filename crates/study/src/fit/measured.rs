@@ -65,7 +65,11 @@ impl Measured {
 fn thin(experiment: &Experiment, verdict: Option<Verdict>) -> bool {
     let (rms, limit) = match (verdict, experiment) {
         (
-            Some(Verdict::Settled { rms_rad: rms } | Verdict::LimitCycle { rms_rad: rms, .. }),
+            Some(
+                Verdict::Settled { rms_rad: rms }
+                | Verdict::LimitCycle { rms_rad: rms, .. }
+                | Verdict::NotTold { rms_rad: rms, .. },
+            ),
             Experiment::Axis(scene),
         ) => (rms, scene.encoder.count_rad()),
         (Some(Verdict::Passive { rms_m: rms } | Verdict::NonPassive { rms_m: rms }), _) => (rms, PASSIVE_RMS_M),

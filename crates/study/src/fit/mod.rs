@@ -23,7 +23,8 @@
 //! The wall time is measured from a parsed scene to its verdict, as the best of a few runs while runs are short; each
 //! run reuses the memory of the previous run's rows. Then the models beside the pick are examined. A model that leaves
 //! out one thing less shows what this thing costs in accuracy and whether leaving it out saves time. A model that
-//! leaves out one thing more shows why this thing has to stay. Every figure compares one run with another.
+//! leaves out one thing more shows why this thing has to stay. How many times as fast a model is as another one is
+//! measured on runs in turn ([`crate::timing`]), once for each pair of models.
 
 mod climb;
 mod found;

@@ -7,14 +7,15 @@
 
 use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
+use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-use hpu_cosim::scene::{Datapath, Device, DutScene, Experiment, Hand, OutcomeKind, Realised, Scene};
+use hpu_cosim::scene::{Datapath, Device, DutScene, Experiment, Hand, OutcomeKind, Realised, Scene, moves_until_s};
 use hpu_cosim::{Control, figure, judged_window_s};
 
 use super::unit;
 use super::words::{Group, Seen, WordsSet};
-use crate::map::{Cell, CellLimits, more_events};
+use crate::map::{Cell, CellError, CellLimits, more_events};
 use crate::units::run_some;
 
 /// How finely the stiffnesses of a scene in fixed-point words are examined.
@@ -97,7 +98,7 @@ impl WordsSet {
         let at = |phase: usize, word: i128| Ok(Experiment::Axis(at_word(&phases[phase], word)));
         let drops = !scene.method.saturate;
         let grid = Grid { at: &at, phases: phases.len() as u32, step, unit: unit(scene), drops };
-        let found = grid.look([least, most], looks, jobs, control)?;
+        let found = grid.look([least, most], looks, jobs, control).map_err(|error| error.to_string())?;
         Ok(Self { worlds: touched.len() as u32, untouched, ..found })
     }
 
@@ -107,15 +108,15 @@ impl WordsSet {
     ///
     /// # Errors
     ///
-    /// Returns the reason why there is no set: no free motion, no contact in a judged window, a run that cannot be
-    /// made, or that `control` stopped it.
+    /// Returns the reason why there is no set: no free motion, no contact in a judged window, a design that cannot be
+    /// built or run, or that `control` stopped it.
     pub fn of_design(
         at: &(dyn Fn(i128) -> Result<DutScene, String> + Sync),
         range: [i128; 2],
         looks: Looks,
         jobs: NonZeroUsize,
         control: &Control,
-    ) -> Result<Self, String> {
+    ) -> Result<Self, CellError> {
         const SPAN_S: f64 = 1e-3;
         if let Hand::Prescribed { .. } = at(range[0])?.hand {
             return Err("the hand imposes the motion".into());
@@ -131,9 +132,8 @@ impl WordsSet {
 }
 
 /// Returns the middle words between neighbours that differ.
-fn between(seen: &BTreeMap<i128, u32>, phases: u32, looks: Looks) -> Vec<i128> {
-    let neighbours: Vec<(i128, Group)> =
-        seen.iter().map(|(word, settled)| (*word, Group::of(*settled, phases))).collect();
+fn between(seen: &BTreeMap<i128, Seen>, phases: u32, looks: Looks) -> Vec<i128> {
+    let neighbours: Vec<(i128, Group)> = seen.values().map(|seen| (seen.word, Group::of(seen, phases))).collect();
     let apart = neighbours.windows(2).filter(|pair| {
         let far = 1.max((looks.nearest * pair[1].0 as f64) as i128);
         pair[0].1 != pair[1].1 && pair[1].0 - pair[0].0 > far
@@ -141,10 +141,15 @@ fn between(seen: &BTreeMap<i128, u32>, phases: u32, looks: Looks) -> Vec<i128> {
     apart.map(|pair| pair[0].0 + (pair[1].0 - pair[0].0) / 2).collect()
 }
 
-/// Rows of a run that settled, of one that settled although its product wrapped, and of one that was cut short.
+/// Rows of a run that settled, of one that settled although its product wrapped, of one inside a wall without its
+/// torque, of one that was cut short, and of one that was too short to tell, followed by the duration that would tell,
+/// if it is known; and what a row ends with if the position counter wrapped.
 const SETTLED: &str = "settled";
 const WRAPPED: &str = "wrapped";
+const WITHOUT_TORQUE: &str = "without torque";
 const CUT_SHORT: &str = "cut short";
+const NOT_TOLD: &str = "not told ";
+const UNHELD: &str = ", unheld";
 
 /// Returns `count` words from the least to the greatest, evenly over their logarithm; all words if there are no more.
 fn spread(least: i128, most: i128, count: usize) -> Vec<i128> {
@@ -185,7 +190,7 @@ fn touched<'s>(
     let limits = CellLimits { events: MOST_EVENTS, guard: Duration::MAX };
     let unit = |unit: usize, control: &Control| {
         let cell = Cell::run(&Experiment::Axis(at_word(&worlds[unit], softest)), limits, control).transpose()?;
-        Some(cell.map(|cell| (cell.contact_share != Some(0.0)).to_string()))
+        Some(cell.map(|cell| (cell.contact_share != Some(0.0)).to_string()).map_err(|error| error.to_string()))
     };
     let rows = crate::units::run(worlds.len(), jobs, BTreeMap::new(), control, unit, |_, _| Ok::<_, ()>(()));
     let rows = rows.unwrap_or_default().ok_or("stopped")?;
@@ -199,6 +204,8 @@ fn touched<'s>(
 struct Apart {
     cut_short: u32,
     wrapped: u32,
+    unheld: u32,
+    without_torque: u32,
 }
 
 /// The scenes to run, by phase and word.
@@ -220,16 +227,17 @@ impl Grid<'_> {
         looks: Looks,
         jobs: NonZeroUsize,
         control: &Control,
-    ) -> Result<WordsSet, String> {
+    ) -> Result<WordsSet, CellError> {
         let all = self.phases;
-        let mut seen: BTreeMap<i128, u32> = BTreeMap::new();
+        let mut seen: BTreeMap<i128, Seen> = BTreeMap::new();
         let is_small = !looks.climbs && most - least < looks.most as i128;
         let mut wanted = spread(least, most, if is_small { looks.most } else { looks.coarse });
         let mut apart = Apart::default();
         if looks.climbs {
             for step_up in std::mem::take(&mut wanted) {
                 self.settled(&[step_up], jobs, control, (&mut seen, &mut apart))?;
-                if seen[&step_up] == 0 && seen.values().any(|settled| *settled == all) {
+                let is = |seen: &Seen, group| Group::of(seen, all) == group;
+                if is(&seen[&step_up], Group::None) && seen.values().any(|seen| is(seen, Group::All)) {
                     most = step_up;
                     break;
                 }
@@ -243,16 +251,13 @@ impl Grid<'_> {
                 break;
             }
         }
-        let seen: Vec<Seen> = seen
-            .into_iter()
-            .map(|(word, settled)| Seen { word, stiffness: word as f64 * self.step, settled })
-            .collect();
+        let seen: Vec<Seen> = seen.into_values().collect();
         let between = |pair: &[Seen]| {
-            let differ = Group::of(pair[0].settled, all) != Group::of(pair[1].settled, all);
+            let differ = Group::of(&pair[0], all) != Group::of(&pair[1], all);
             if differ { pair[1].word - pair[0].word } else { 1 }
         };
         let finest = seen.windows(2).map(between).max().unwrap_or(1);
-        let Apart { cut_short, wrapped } = apart;
+        let Apart { cut_short, wrapped, unheld, without_torque } = apart;
         Ok(WordsSet {
             unit: self.unit,
             step: self.step,
@@ -264,41 +269,77 @@ impl Grid<'_> {
             finest,
             cut_short,
             wrapped,
+            unheld,
+            without_torque,
         })
     }
 
-    /// Runs these words at every phase, and adds to `seen` the number of phases at which each settles.
+    /// Runs these words at every phase, and adds to `seen` the number of phases at which each settles, and at which its
+    /// run does not tell.
     fn settled(
         &self,
         words: &[i128],
         jobs: NonZeroUsize,
         control: &Control,
-        (seen, apart): (&mut BTreeMap<i128, u32>, &mut Apart),
-    ) -> Result<(), String> {
+        (seen, apart): (&mut BTreeMap<i128, Seen>, &mut Apart),
+    ) -> Result<(), CellError> {
         let limits = CellLimits { events: MOST_EVENTS, guard: Duration::MAX };
         let too_many = more_events(MOST_EVENTS);
         let (drops, phases) = (self.drops, self.phases as usize);
         let units: Vec<usize> = (0..words.len() * phases).collect();
         let mut failed = None;
+        // A row is text, which does not tell of what kind a failure is.
+        let failure = Mutex::new(None);
+        let keep = |error: CellError| {
+            let said = error.to_string();
+            failure.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+            Some(Err(said))
+        };
         let run = |unit: usize, control: &Control| {
             let experiment = match (self.at)(unit % phases, words[unit / phases]) {
                 Ok(experiment) => experiment,
-                Err(why) => return Some(Err(why)),
+                Err(why) => return keep(why.into()),
             };
             match Cell::run(&experiment, limits, control) {
                 Ok(None) => None,
-                Ok(Some(cell)) if cell.contact_share == Some(0.0) => Some(Err(untouched(&experiment))),
-                Ok(Some(cell)) if cell.outcome != OutcomeKind::Settled => Some(Ok(String::new())),
-                Ok(Some(cell)) if drops && cell.overflow_share > 0.0 => Some(Ok(WRAPPED.to_string())),
-                Ok(Some(_)) => Some(Ok(SETTLED.to_string())),
-                Err(why) if why == too_many => Some(Ok(CUT_SHORT.to_string())),
-                Err(why) => Some(Err(why)),
+                Ok(Some(cell)) if cell.outcome == OutcomeKind::HandMoves => {
+                    keep(CellError::Unjudged(moving(&experiment, &cell)))
+                }
+                Ok(Some(cell)) if cell.contact_share == Some(0.0) => keep(CellError::Unjudged(untouched(&experiment))),
+                Ok(Some(cell)) => {
+                    let lost = cell.position_lost_share;
+                    let row = match cell.outcome {
+                        OutcomeKind::NotTold => {
+                            let telling = cell.telling_s.map_or(String::new(), |telling_s| telling_s.to_string());
+                            format!("{NOT_TOLD}{telling}")
+                        }
+                        OutcomeKind::NoWallTorque => WITHOUT_TORQUE.into(),
+                        OutcomeKind::Settled if drops && cell.overflow_share > lost => WRAPPED.into(),
+                        OutcomeKind::Settled => SETTLED.into(),
+                        _ => String::new(),
+                    };
+                    Some(Ok(row + if lost > 0.0 { UNHELD } else { "" }))
+                }
+                Err(CellError::Other(why)) if why == too_many => Some(Ok(CUT_SHORT.to_string())),
+                Err(error) => keep(error),
             }
         };
         let mut done = 0;
         let _ = run_some(&units, jobs, control, run, |unit, row| match row {
             Ok(row) => {
-                *seen.entry(words[unit / phases]).or_default() += u32::from(row == SETTLED || row == WRAPPED);
+                let held = row.strip_suffix(UNHELD);
+                apart.unheld += u32::from(held.is_some());
+                let row = held.unwrap_or(&row);
+                apart.without_torque += u32::from(row == WITHOUT_TORQUE);
+                let word = words[unit / phases];
+                let seen = seen.entry(word).or_insert_with(|| Seen::new(word, word as f64 * self.step));
+                seen.settled += u32::from(row == SETTLED || row == WRAPPED);
+                if let Some(telling) = row.strip_prefix(NOT_TOLD) {
+                    let telling_s: Option<f64> = telling.parse().ok();
+                    let before = if seen.not_told == 0 { telling_s } else { seen.telling_s };
+                    seen.telling_s = before.zip(telling_s).map(|(one, other)| one.max(other));
+                    seen.not_told += 1;
+                }
                 apart.cut_short += u32::from(row == CUT_SHORT);
                 apart.wrapped += u32::from(row == WRAPPED);
                 done += 1;
@@ -309,10 +350,11 @@ impl Grid<'_> {
                 Err(())
             }
         });
-        match failed {
-            Some(why) => Err(why),
-            None if done < units.len() => Err("stopped".into()),
-            None => Ok(()),
+        match (failure.into_inner().unwrap_or_else(PoisonError::into_inner), failed) {
+            (Some(error), _) => Err(error),
+            (None, Some(why)) => Err(why.into()),
+            (None, None) if done < units.len() => Err("stopped".into()),
+            (None, None) => Ok(()),
         }
     }
 }
@@ -351,6 +393,16 @@ fn shift((hand, device): (&mut Hand, &mut Device), (count_rad, span_s): (f64, f6
         Device::Motor(motor) => motor.initial_angle_rad += aside - back * motor.initial_speed_rad_per_s,
         Device::Mass(mass) => mass.initial_position_m += aside - back * mass.initial_speed_m_per_s,
     }
+}
+
+/// Returns why a scene whose hand moves in the judged window gives no verdict on the wall, and what to change.
+fn moving(experiment: &Experiment, cell: &Cell) -> String {
+    let until = figure(moves_until_s(&experiment.setup().hand_path()));
+    let telling = cell
+        .telling_s
+        .map_or(String::new(), |telling_s| format!(", or write run.duration = \"{} s\"", figure(telling_s)));
+    let duration = figure(experiment.run.duration_s);
+    format!("not judged: the hand moves until {until} s of {duration} s; let hand.path end earlier{telling}")
 }
 
 /// Returns why a scene whose hand is not at the wall gives no verdict on the wall, and what to change.

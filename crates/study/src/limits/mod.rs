@@ -2,17 +2,24 @@
 //! and the published criteria.
 //!
 //! The answer is a set, not a single number: a loop may settle, oscillate and settle again as its wall becomes stiffer.
-//! The linear loop's set is proved ([`StableSet`]). The scene in fixed-point words, with its quantisation, friction,
-//! hand and contact, is run at a grid of stiffnesses and phases of its contact ([`WordsSet`]).
+//! The linear loop's set with an ideal drive is proved ([`StableSet`]), and so is the set of the linear loop that runs,
+//! with its modulator and its registers ([`DrivenSet`]). The scene in fixed-point words, with its quantisation,
+//! friction, hand and contact, is run at a grid of stiffnesses and phases of its contact ([`WordsSet`]).
 
 mod characteristic;
 mod controller;
 mod crossings;
+mod driven;
+#[cfg(test)]
+mod driven_tests;
 mod hands;
 mod jet;
 mod looks;
+mod lyapunov;
 mod open_loop;
+mod pulses;
 mod range;
+mod ripple;
 mod robust;
 mod stable;
 mod unknown;
@@ -23,10 +30,12 @@ use hpu_cosim::scene::{Datapath, Miss, Scene};
 use crate::criteria::{self, Criterion, Silent};
 
 pub use controller::Damping;
+pub use driven::{DrivenSet, NotDriven};
 pub use hands::{PublishedHand, hands_of, published_hands};
 pub use looks::{Looks, MOST_EVENTS};
 pub(crate) use range::unit;
 pub use range::usual_range;
+pub use ripple::Ripple;
 pub use robust::BoxSet;
 pub(crate) use stable::linear_settles;
 pub use stable::{End, StableSet, Stretch};
@@ -48,10 +57,15 @@ pub struct Limits {
     pub criteria: Vec<Criterion>,
     /// The criteria that give no limit for this scene, and why.
     pub silent: Vec<Silent>,
-    /// The stable set of the linear loop, or the reason why there is none.
+    /// The stable set of the linear loop with an ideal drive, which waits for nothing but its samples and the linear
+    /// law's delay, or the reason why there is none.
     pub linear: Result<StableSet, String>,
-    /// The linear loop's stable set over a box of unknown parameters, or the reason why there is none; `None` without a
-    /// box.
+    /// The stable set of the linear loop as the scene drives it, or why it is not worked out.
+    pub driven: Result<DrivenSet, NotDriven>,
+    /// The ripple of the scene's modulator at rest, if pulses drive its device.
+    pub ripple: Option<Ripple>,
+    /// The stable set of the linear loop with an ideal drive over a box of unknown parameters, or the reason why there
+    /// is none; `None` without a box.
     pub in_box: Option<Result<BoxSet, String>>,
     /// The stable set of the scene in fixed-point words, or the reason why there is none.
     pub in_words: Result<WordsSet, String>,
@@ -63,6 +77,7 @@ pub struct Limits {
 /// for the set in fixed-point words over the same range: it takes most of the time.
 pub fn limits(scene: &Scene, range: [f64; 2], in_words: impl FnOnce() -> Result<WordsSet, String>) -> Limits {
     let linear = StableSet::new(scene, Damping::Fixed(scene.wall.damping_nm_s_per_rad), range);
+    let (driven, ripple) = (DrivenSet::new(scene, range), Ripple::new(scene, range));
     let (mut criteria, mut silent) = (vec![], vec![]);
     for criterion in criteria::all(scene) {
         match criterion {
@@ -74,5 +89,5 @@ pub fn limits(scene: &Scene, range: [f64; 2], in_words: impl FnOnce() -> Result<
     // The linear loop has no words that could miss the stiffness.
     let words = if scene.model.datapath == Datapath::Linear { None } else { scene.words().ok() };
     let stiffness_miss = words.and_then(|words| words.realised.stiffness_miss);
-    Limits { varied: None, range, criteria, silent, linear, in_box: None, in_words, stiffness_miss }
+    Limits { varied: None, range, criteria, silent, linear, driven, ripple, in_box: None, in_words, stiffness_miss }
 }

@@ -42,9 +42,17 @@ impl OpenLoop {
     ///
     /// Returns the reason why the scene has no linear loop.
     pub fn new(scene: &Scene, damping: Damping) -> Result<Self, String> {
+        Self::late(scene, damping, scene.clock.edges(scene.model.delay_s))
+    }
+
+    /// Returns the linear loop of a scene whose efforts begin so many clocks after their sample.
+    ///
+    /// # Errors
+    ///
+    /// Returns the reason why the scene has no linear loop.
+    pub fn late(scene: &Scene, damping: Damping, delay: u64) -> Result<Self, String> {
         let (num, den) = controller(scene, damping)?;
         let period = scene.period_clocks();
-        let delay = scene.clock.edges(scene.model.delay_s);
         let (whole, late) = (delay / period, delay % period);
         if whole > Self::MOST_WAITING {
             let most = Self::MOST_WAITING;

@@ -3,8 +3,8 @@
 //! First the stable sets of the loops at the box's corners, and at points within it, are computed: a stiffness that one
 //! of them lacks is not in the box's set. Their common part is then searched for crossings of any world of the box. The
 //! search halves stiffnesses, parameters and arcs of the circle until no plant of a cell has a pole there. Where no
-//! pole crosses, a loop that is stable at one point of the box is stable in all of it. The remaining stiffnesses are
-//! reported as not known.
+//! pole crosses, a loop that is stable at one point of the box is stable in all of it. What the search does not decide
+//! is searched again, more finely. The remaining stiffnesses are not known to settle, nor not to settle.
 
 use std::collections::HashMap;
 
@@ -24,8 +24,14 @@ use crate::interval::Interval;
 const STRETCHES: usize = 48;
 /// Number of boxes after which the rest of a stretch is reported as not known.
 const MOST_BOXES: u32 = 60_000;
-/// Width below which a range of stiffnesses is not halved, relative to its stiffest.
+/// Number of boxes of the finer search of all that the first one did not decide.
+const MOST_FINER: u32 = 20 * MOST_BOXES;
+/// Widths below which a range of stiffnesses is not halved, relative to its stiffest: in the first search, and in the
+/// finer one.
 const NARROW: f64 = 2e-3;
+const NARROWER: f64 = 1e-4;
+/// Number of stretches up to which each is told.
+const MOST_TOLD: usize = 4;
 /// Number of halvings after which a parameter is not halved further.
 const MOST_HALVINGS: i32 = 9;
 
@@ -90,36 +96,70 @@ impl BoxSet {
             at_points = common(&at_points, &stretches);
         }
         let mut search = Search { world, open: &open, plants: HashMap::new() };
-        let mut proved = Vec::new();
+        let mut crossed = Vec::new();
         for &[low, high] in &at_points {
             let end = |index: usize| match index {
                 0 => low,
                 STRETCHES => high,
                 index => low * (high / low).powf(index as f64 / STRETCHES as f64),
             };
-            let mut crossed = Vec::new();
             for index in 0..STRETCHES {
-                crossed.extend(search.crossed([end(index), end(index + 1)])?);
+                crossed.extend(search.crossed([end(index), end(index + 1)], NARROW, MOST_BOXES)?);
             }
-            proved.extend(without([low, high], &joined(crossed)));
         }
+        let crossed = joined(crossed);
+        let each = MOST_FINER / (crossed.len() as u32).max(1);
+        let mut unknown = Vec::new();
+        for gap in crossed {
+            unknown.extend(search.crossed(gap, NARROWER, each)?);
+        }
+        let unknown = joined(unknown);
+        let proved = at_points.iter().flat_map(|stretch| without(*stretch, &unknown)).collect();
         Ok(Self { range, unit: super::unit(nominal), points: points.len(), at_points, proved })
+    }
+
+    /// Returns the stretches at which the points of the box settle and of which it is not known whether all of it does.
+    pub fn unknown(&self) -> Vec<[f64; 2]> {
+        self.at_points.iter().flat_map(|stretch| without(*stretch, &self.proved)).collect()
+    }
+
+    /// Returns how much of what settles at the points of the box is proved for all of it, as a share of its logarithm.
+    pub fn share(&self) -> f64 {
+        let length = |stretches: &[[f64; 2]]| stretches.iter().map(|[low, high]| (high / low).ln()).sum::<f64>();
+        let all = length(&self.at_points);
+        if all == 0.0 { 0.0 } else { length(&self.proved) / all }
     }
 
     /// Returns the set as text.
     pub fn said(&self) -> String {
+        let end = |at: f64, up: bool| figure(if self.range.contains(&at) { at } else { inwards(at, up) });
+        let one = |[from, to]: &[f64; 2]| format!("{} to {}", end(*from, true), end(*to, false));
         let told = |stretches: &[[f64; 2]]| {
-            let end = |at: f64, up: bool| figure(if self.range.contains(&at) { at } else { inwards(at, up) });
-            let all: Vec<String> =
-                stretches.iter().map(|[from, to]| format!("{} to {}", end(*from, true), end(*to, false))).collect();
-            format!("{} {}", all.join(" and "), self.unit)
+            format!("{} {}", stretches.iter().map(one).collect::<Vec<_>>().join(" and "), self.unit)
         };
-        let Self { points, at_points, proved, .. } = self;
-        if at_points.is_empty() {
-            return format!("no stiffness settles at all of {points} points of the box");
-        }
-        let whole = if proved.is_empty() { "none is proved".into() } else { format!("{}, proved", told(proved)) };
-        format!("{whole}; at {points} points of the box {}", told(at_points))
+        let Self { points, at_points, proved, unit, .. } = self;
+        let (Some(first), Some(last)) = (proved.first(), proved.last()) else {
+            return match &at_points[..] {
+                [] => format!("no stiffness settles at all of {points} points of the box"),
+                _ => format!("none is proved; at {points} points of the box {}", told(at_points)),
+            };
+        };
+        let most = |stretches: &[[f64; 2]]| stretches.len() <= MOST_TOLD;
+        let whole = if most(proved) {
+            format!("{}, proved", told(proved))
+        } else {
+            let gaps = proved.len() - 1;
+            let whole = one(&[first[0], last[1]]);
+            format!("{whole} {unit}, proved but for {gaps} gaps, of which it is not known")
+        };
+        let points_too = if most(at_points) {
+            told(at_points)
+        } else {
+            let whole = one(&[at_points[0][0], at_points[at_points.len() - 1][1]]);
+            format!("{} stretches within {whole} {unit}", at_points.len())
+        };
+        let share = 100.0 * self.share();
+        format!("{whole}; at {points} points of the box {points_too}, of which {share:.1} % are proved")
     }
 }
 
@@ -133,7 +173,7 @@ fn common(a: &[[f64; 2]], b: &[[f64; 2]]) -> Vec<[f64; 2]> {
 fn without([low, high]: [f64; 2], others: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let mut from = low;
     let mut left = Vec::new();
-    for [start, end] in others {
+    for [start, end] in others.iter().filter(|[start, end]| *end >= low && *start <= high) {
         if *start > from {
             left.push([from, start.next_down()]);
         }
@@ -217,8 +257,9 @@ impl Search<'_> {
         Ok(Plants { over: over.expect("a box has corners"), middle: Some(middle), sides })
     }
 
-    /// Returns ranges of stiffness outside which no world of the box has a pole on the unit circle.
-    fn crossed(&mut self, range: [f64; 2]) -> Result<Vec<[f64; 2]>, String> {
+    /// Returns ranges of stiffness outside which no world of the box has a pole on the unit circle. Ranges as narrow as
+    /// `narrow` are not halved, and after `most` boxes the rest is returned.
+    fn crossed(&mut self, range: [f64; 2], narrow: f64, most: u32) -> Result<Vec<[f64; 2]>, String> {
         let sides = self.world.sides();
         let mut crossed: Vec<[f64; 2]> = Vec::new();
         let mut boxes = 0;
@@ -228,7 +269,7 @@ impl Search<'_> {
             if crossed.iter().any(|known| known[0] <= low && high <= known[1]) {
                 continue;
             }
-            if boxes > MOST_BOXES {
+            if boxes > most {
                 crossed = joined([crossed, vec![stiffness]].concat());
                 continue;
             }
@@ -258,7 +299,7 @@ impl Search<'_> {
                 continue;
             }
             let is_wide = |of: &usize| match of {
-                0 => high - low > NARROW * high,
+                0 => high - low > narrow * high,
                 side => {
                     let share = |[low, high]: [f64; 2]| high - low;
                     share(cell[side - 1]) > 2f64.powi(-MOST_HALVINGS) * share(sides[side - 1])

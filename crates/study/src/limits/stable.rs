@@ -120,6 +120,11 @@ impl StableSet {
 
     /// Returns the set as text, as in `0.01 to 0.7589 and 1.0955 to 4.0685 N.m/rad`.
     pub fn said(&self) -> String {
+        self.said_with("neither grows nor decays by more than is known")
+    }
+
+    /// Returns the set as text, with what is known of the stretches that are open.
+    pub(super) fn said_with(&self, known: &str) -> String {
         let [low, high] = self.range.map(figure);
         let unit = self.unit;
         let between = |[low, high]: [f64; 2]| format!("{} to {}", figure(low), figure(high));
@@ -142,7 +147,7 @@ impl StableSet {
         };
         if !self.open.is_empty() {
             let all: Vec<_> = self.open.iter().map(|open| between(*open)).collect();
-            said += &format!("; neither grows nor decays by more than is known: {} {unit}", all.join(" and "));
+            said += &format!("; {known}: {} {unit}", all.join(" and "));
         }
         said
     }

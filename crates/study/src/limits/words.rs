@@ -1,5 +1,7 @@
 //! The set of stiffnesses at which a scene in fixed-point words settles, as `looks` found it.
 
+use crate::told::telling;
+
 /// A stiffness that was run.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Seen {
@@ -9,6 +11,22 @@ pub struct Seen {
     pub stiffness: f64,
     /// Number of phases, over all worlds, at which it settled.
     pub settled: u32,
+    /// Number of phases at which the run was too short to tell.
+    pub not_told: u32,
+    /// The longest duration of a run that would tell at such a phase; `None` if none is known.
+    pub telling_s: Option<f64>,
+}
+
+impl Seen {
+    /// Returns a stiffness of which no phase was run yet.
+    pub(super) fn new(word: i128, stiffness: f64) -> Self {
+        Self { word, stiffness, settled: 0, not_told: 0, telling_s: None }
+    }
+
+    /// Whether it was seen to fail at some of `phases` phases.
+    fn failed(&self, phases: u32) -> bool {
+        self.settled + self.not_told < phases
+    }
 }
 
 hpu_signal::named! {
@@ -21,6 +39,8 @@ hpu_signal::named! {
         Some = "some",
         /// The stiffnesses settle at no phase.
         None = "none",
+        /// At some phases the runs are too short to tell, and no phase settles beside one that fails.
+        NotTold = "not_told",
     }
 }
 
@@ -50,6 +70,10 @@ pub struct WordsSet {
     /// Number of runs that settled although a product without its upper bits wrapped on the way: their hand may have
     /// come to rest beyond the wall.
     pub wrapped: u32,
+    /// Number of runs whose position counter wrapped under the device, settled or not: their loop read another place.
+    pub unheld: u32,
+    /// Number of runs whose device was inside a wall that gave no torque; they count as not settled.
+    pub without_torque: u32,
 }
 
 impl WordsSet {
@@ -58,7 +82,7 @@ impl WordsSet {
     pub fn groups(&self) -> Vec<(Group, Seen, Seen)> {
         let mut groups: Vec<(Group, Seen, Seen)> = Vec::new();
         for seen in &self.seen {
-            let group = Group::of(seen.settled, self.phases);
+            let group = Group::of(seen, self.phases);
             match groups.last_mut() {
                 Some((last, _, to)) if *last == group => *to = *seen,
                 _ => groups.push((group, *seen, *seen)),
@@ -68,10 +92,10 @@ impl WordsSet {
     }
 
     /// Returns the softest stiffness that failed at some phase and is stiffer than the softest one that settles at
-    /// every phase. Below the latter a wall may be too soft to come to rest in time.
+    /// every phase.
     pub fn lowest_failed(&self) -> Option<Seen> {
         let settles = |seen: &&Seen| seen.settled == self.phases;
-        self.seen.iter().skip_while(|seen| !settles(seen)).find(|seen| !settles(seen)).copied()
+        self.seen.iter().skip_while(|seen| !settles(seen)).find(|seen| seen.failed(self.phases)).copied()
     }
 
     /// Returns the stiffest stiffness that settled at some phase.
@@ -79,11 +103,54 @@ impl WordsSet {
         self.seen.iter().rfind(|seen| seen.settled > 0).copied()
     }
 
-    /// Returns the stiffest stiffness below [`lowest_failed`](Self::lowest_failed): all stiffnesses that were run, from
-    /// the softest that settles at every phase up to this one, settle at every phase.
+    /// Returns the stiffest stiffness up to which all settle: all stiffnesses that were run, from the softest that
+    /// settles at every phase up to this one, settle at every phase.
     pub fn all_up_to(&self) -> Option<Seen> {
         let settles = |seen: &&Seen| seen.settled == self.phases;
         self.seen.iter().skip_while(|seen| !settles(seen)).take_while(settles).last().copied()
+    }
+
+    /// Returns the stiffnesses at which some run was too short to tell, and that may lie between those that settle and
+    /// those that fail: from the softest that settles at every phase, or from the softest of all if none does, up to
+    /// the softest beyond it that fails.
+    pub fn open(&self) -> Vec<Seen> {
+        let settles = |seen: &Seen| seen.settled == self.phases;
+        let from = self.seen.iter().position(settles).unwrap_or(0);
+        let to = self.lowest_failed().map_or(i128::MAX, |failed| failed.word);
+        self.seen[from..].iter().filter(|seen| seen.word <= to && seen.not_told > 0).copied().collect()
+    }
+
+    /// Returns the duration of a run that would tell at every stiffness at which some run was too short; `None` if all
+    /// tell, or if no such duration is known.
+    pub fn telling_s(&self) -> Option<f64> {
+        longest_s(&self.seen)
+    }
+
+    /// Returns the number of runs that were too short to tell.
+    pub fn not_told(&self) -> u32 {
+        self.seen.iter().map(|seen| seen.not_told).sum()
+    }
+
+    /// Whether some run from a stiffness to another was too short to tell.
+    pub fn not_told_from(&self, from: &Seen, to: &Seen) -> bool {
+        self.among(from, to).iter().any(|seen| seen.not_told > 0)
+    }
+
+    fn among(&self, from: &Seen, to: &Seen) -> &[Seen] {
+        let at = |word| self.seen.partition_point(|seen| seen.word < word);
+        &self.seen[at(from.word)..=at(to.word)]
+    }
+
+    /// Returns as text at how many phases the runs from a stiffness to another, of the same group, do not tell, and
+    /// what would tell.
+    pub fn said_not_told(&self, from: &Seen, to: &Seen) -> String {
+        let among = self.among(from, to);
+        let [least, most] =
+            [among.iter().map(|seen| seen.not_told).min(), among.iter().map(|seen| seen.not_told).max()]
+                .map(Option::unwrap_or_default);
+        let times = if least == most { most.to_string() } else { format!("{least} to {most}") };
+        let telling = telling(longest_s(among));
+        format!("at {times} of {} phases; {telling}", self.phases)
     }
 
     /// Whether a stretch of more than a word settles at every phase in the other set and at no phase in this one.
@@ -106,6 +173,10 @@ impl WordsSet {
         let told = |seen: Option<Seen>| seen.map_or("none".into(), |seen| self.digits(seen.stiffness));
         match self.lowest_failed() {
             None if self.all_up_to().is_none() => "no stiffness settles at every phase".into(),
+            None if !self.open().is_empty() => {
+                let (settled, runs) = (told(self.highest_settled()), self.runs());
+                format!("none seen to fail, highest seen to settle {settled} {unit}; {runs} runs")
+            }
             None => format!("all settle, up to {} {unit}", told(self.all_up_to())),
             failed => {
                 let (failed, settled) = (told(failed), told(self.highest_settled()));
@@ -141,11 +212,18 @@ impl WordsSet {
 }
 
 impl Group {
-    pub(super) fn of(settled: u32, phases: u32) -> Self {
-        match settled {
-            0 => Self::None,
-            all if all == phases => Self::All,
-            _ => Self::Some,
+    pub(super) fn of(seen: &Seen, phases: u32) -> Self {
+        match (seen.settled, seen.failed(phases)) {
+            (all, _) if all == phases => Self::All,
+            (1.., true) => Self::Some,
+            _ if seen.not_told > 0 => Self::NotTold,
+            _ => Self::None,
         }
     }
+}
+
+/// Returns the longest duration of a run that would tell, of those stiffnesses at which some run was too short.
+fn longest_s(seen: &[Seen]) -> Option<f64> {
+    let durations = seen.iter().filter(|seen| seen.not_told > 0).map(|seen| seen.telling_s);
+    durations.reduce(|one, other| Some(one?.max(other?))).flatten()
 }

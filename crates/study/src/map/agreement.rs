@@ -33,8 +33,8 @@ pub fn is_predicted(map: &Map, method: usize) -> bool {
     cells.find_map(Result::ok).is_some_and(|experiment| device(&experiment).predicts())
 }
 
-/// Returns the agreement of each criterion with a layer. Cells that failed to run, or of which the criteria say
-/// nothing, are left out.
+/// Returns the agreement of each criterion with a layer. Cells that failed to run, whose run does not tell, or of which
+/// the criteria say nothing, are left out.
 ///
 /// # Errors
 ///
@@ -58,7 +58,7 @@ pub fn agreements(map: &Map, found: &[Found], method: usize) -> Result<Vec<Agree
         if all.is_empty() {
             all = predictions.iter().map(|(name, _)| Agreement { name, failing: [0; 2], holding: [0; 2] }).collect();
         }
-        if let Some(cell) = nearest(found, index) {
+        if let Some(cell) = nearest(found, index).filter(|cell| cell.outcome.tells()) {
             judged = true;
             let holds = cell.outcome == OutcomeKind::Settled
                 && cell.switching.as_ref().is_none_or(|switching| switching.switch_j.is_none());

@@ -8,7 +8,7 @@ use std::sync::{Mutex, PoisonError};
 
 use hpu_cosim::scene::{Datapath, Experiment, Loop, LoopWords, Realised, Scene, Wall};
 
-use super::{Cell, Displayed, Map};
+use super::{Cell, CellError, Displayed, Map};
 
 /// The cells that were run, by the words of their scenes; nothing of a map whose cells hardly share words.
 pub struct Alike(Option<Mutex<Known>>);
@@ -43,8 +43,8 @@ impl Alike {
     pub(super) fn cell(
         &self,
         experiment: &Experiment,
-        run: impl FnOnce() -> Result<Option<Cell>, String>,
-    ) -> Result<Option<Cell>, String> {
+        run: impl FnOnce() -> Result<Option<Cell>, CellError>,
+    ) -> Result<Option<Cell>, CellError> {
         let (Some(known), Some((scene, words))) = (&self.0, sharing(experiment)) else { return run() };
         // A cell is whole wherever a thread may have panicked.
         let known = || known.lock().unwrap_or_else(PoisonError::into_inner);
@@ -97,8 +97,8 @@ fn sharing(experiment: &Experiment) -> Option<(&Scene, LoopWords)> {
 /// named here.
 fn is_same_world(a: &Scene, b: &Scene) -> bool {
     let Scene { head, device, encoder, bridge, amplifier, method, wall, hand, faults, model } = a;
-    let Wall { position_rad, stiffness_nm_per_rad: _, damping_nm_s_per_rad: _, ramp } = wall;
-    (position_rad, ramp) == (&b.wall.position_rad, &b.wall.ramp)
+    let Wall { position_rad, stiffness_nm_per_rad: _, damping_nm_s_per_rad: _, wraps, ramp } = wall;
+    (position_rad, wraps, ramp) == (&b.wall.position_rad, &b.wall.wraps, &b.wall.ramp)
         && (device, encoder, bridge, amplifier) == (&b.device, &b.encoder, &b.bridge, &b.amplifier)
         && (method, hand, faults, model) == (&b.method, &b.hand, &b.faults, &b.model)
         && (head.clock, head.run, head.record) == (b.clock, b.run, b.record)

@@ -1,5 +1,6 @@
 //! A cell: the scene, run and judged.
 
+use std::fmt;
 use std::num::NonZeroU32;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
@@ -20,11 +21,11 @@ use crate::watch::limited;
 pub struct Cell {
     /// The outcome of the motion.
     pub outcome: OutcomeKind,
-    /// The rms about the mean at the end.
+    /// The rms about the mean at the end; of a motion that follows a hand or a target, of the distance from it.
     pub rms: Option<f64>,
-    /// Half of the range of a motion that does not end.
+    /// Half of the range of a motion that did not end.
     pub amplitude: Option<f64>,
-    /// Frequency of a limit cycle, in Hz; 0 if its period is longer than the run.
+    /// Frequency of a limit cycle, in Hz.
     pub frequency_hz: Option<f64>,
     /// Energy that the hand gave, in J.
     pub hand_j: f64,
@@ -36,10 +37,14 @@ pub struct Cell {
     pub displayed: Option<Displayed>,
     /// Share of the judged window in which the wall sees penetration; `None` for a motion that was aborted.
     pub contact_share: Option<f64>,
+    /// Share of the judged window in which the device itself is beyond the wall; `None` also for more than one axis.
+    pub device_contact_share: Option<f64>,
     /// How often the spring's product had wrapped when the motion came to rest in the wall: the hand is through it.
     pub product_wraps: Option<NonZeroU32>,
     /// Whether the device was past its wall in the judged window while the datapath saw no contact.
     pub contact_unseen: bool,
+    /// Share of the clock edges at which the position counter had wrapped under the device.
+    pub position_lost_share: f64,
     /// The stiffness that the fixed-point words realise divided by the stiffness that the scene asks for, less 1.
     pub stiffness_error: Option<f64>,
     /// Share of the clock edges at which the net that overflowed most had overflowed.
@@ -48,6 +53,9 @@ pub struct Cell {
     pub switching: Option<Box<Switching>>,
     /// Number of clock edges that were run.
     pub edges: u64,
+    /// The duration of a run that would tell how the motion ends, if this one does not tell and such a duration is
+    /// known.
+    pub telling_s: Option<f64>,
 }
 
 /// A stiffness that is felt.
@@ -93,6 +101,40 @@ impl Default for CellLimits {
     }
 }
 
+/// The reason why a cell has no result. Its kind decides the exit code of a verb that has no other result.
+#[derive(Debug)]
+pub enum CellError {
+    /// The scene's own design was not built or ended its simulation, or a tool for it is missing or failed.
+    Design(Fault),
+    /// The scene was run, and its run gives no verdict on the wall.
+    Unjudged(String),
+    /// Any other reason.
+    Other(String),
+}
+
+impl fmt::Display for CellError {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::Design(fault) => fault.fmt(f),
+            Self::Unjudged(why) | Self::Other(why) => f.write_str(why),
+        }
+    }
+}
+
+impl std::error::Error for CellError {}
+
+impl From<String> for CellError {
+    fn from(why: String) -> Self {
+        Self::Other(why)
+    }
+}
+
+impl From<&str> for CellError {
+    fn from(why: &str) -> Self {
+        Self::Other(why.into())
+    }
+}
+
 /// Returns the reason of a run that ended because it had too many events.
 pub(crate) fn more_events(most: u64) -> String {
     format!("more than {most} events")
@@ -116,18 +158,22 @@ impl Cell {
             known(self.displayed.map(|displayed| displayed.stiffness)),
             known(self.displayed.map(|displayed| displayed.asked)),
             known(self.contact_share),
+            known(self.device_contact_share),
             self.product_wraps.map_or(String::new(), |wraps| wraps.to_string()),
             u8::from(self.contact_unseen).to_string(),
+            known(Some(self.position_lost_share)),
             known(self.stiffness_error),
             known(Some(self.overflow_share)),
             switching.map_or(String::new(), |switching| switching.count.to_string()),
             known(switching.map(|switching| switching.bump_n)),
             known(switching.and_then(|switching| switching.switch_j)),
         ];
-        format!("{},{},{}", outcome_name(Some(self.outcome)), numbers.join(","), self.edges)
+        let outcome = outcome_name(Some(self.outcome));
+        format!("{outcome},{},{},{}", numbers.join(","), self.edges, known(self.telling_s))
     }
 
-    /// Reads a cell from its line; `None` for any other text.
+    /// Reads a cell from its line; `None` for any other text. Lines of programs that knew no duration that tells end
+    /// with the edges.
     pub fn read(line: &str) -> Option<Self> {
         let fields: Vec<&str> = line.split(',').collect();
         let [
@@ -141,14 +187,17 @@ impl Cell {
             displayed,
             asked,
             contact,
+            device_contact,
             wraps,
             unseen,
+            lost,
             error,
             overflow,
             switches,
             bump,
             switch,
             edges,
+            ref telling @ ..,
         ] = fields[..]
         else {
             return None;
@@ -164,8 +213,10 @@ impl Cell {
             dissipated_j: heat.parse().ok()?,
             displayed: known(displayed)?.zip(known(asked)?).map(|(stiffness, asked)| Displayed { stiffness, asked }),
             contact_share: known(contact)?,
+            device_contact_share: known(device_contact)?,
             product_wraps: if wraps.is_empty() { None } else { Some(wraps.parse().ok()?) },
             contact_unseen: unseen == "1",
+            position_lost_share: lost.parse().ok()?,
             stiffness_error: known(error)?,
             overflow_share: overflow.parse().ok()?,
             switching: match known(bump)? {
@@ -175,6 +226,11 @@ impl Cell {
                 }
             },
             edges: edges.parse().ok()?,
+            telling_s: match telling {
+                [] => None,
+                [telling] => known(telling)?,
+                _ => return None,
+            },
         })
     }
 
@@ -183,13 +239,12 @@ impl Cell {
     /// # Errors
     ///
     /// Returns why the experiment could not be run to its end; too many events are such a reason.
-    pub fn run(experiment: &Experiment, limits: CellLimits, control: &Control) -> Result<Option<Self>, String> {
+    pub fn run(experiment: &Experiment, limits: CellLimits, control: &Control) -> Result<Option<Self>, CellError> {
         let simulation = any_simulation(experiment)?;
         let rows = simulation.edges() / simulation.stride();
         if rows > MOST_ROWS {
-            return Err(format!(
-                "{rows} rows would be recorded, a cell may have {MOST_ROWS}: lower record.plant_rate or run.duration"
-            ));
+            let most = format!("{rows} rows would be recorded, a cell may have {MOST_ROWS}");
+            return Err(format!("{most}: lower record.plant_rate or run.duration").into());
         }
         let mut trace = simulation.brief_trace();
         let CellLimits { events, guard } = limits;
@@ -203,13 +258,13 @@ impl Cell {
                 };
                 Ok(ours.run(Driver::Events, &mut trace, observer, own))
             }
-            AnySimulation::Dut(dut) => dut.run(false, &mut trace, &mut (), own).map_err(|fault| fault.to_string()),
+            AnySimulation::Dut(dut) => dut.run(false, &mut trace, &mut (), own).map_err(CellError::Design),
         };
         let (summary, late) = limited(Some(events), guard, control, run);
         let summary = summary?;
         if !summary.complete {
             let stopped = late || control.stop.load(Ordering::Relaxed);
-            return if stopped { Ok(None) } else { Err(more_events(events)) };
+            return if stopped { Ok(None) } else { Err(more_events(events).into()) };
         }
         let verdict = summary.verdict.ok_or("a recording has no verdict")?;
         let (rms, amplitude, frequency_hz) = numbers(verdict);
@@ -240,24 +295,29 @@ impl Cell {
             dissipated_j: summary.energy.dissipated_j,
             displayed,
             contact_share: summary.contact_share,
+            device_contact_share: summary.device_contact_share,
             product_wraps: wraps.and_then(|wraps| NonZeroU32::new(u32::try_from(wraps).unwrap_or(u32::MAX))),
             contact_unseen: unseen.is_some(),
+            position_lost_share: summary.unheld.map_or(0, |unheld| unheld.edges) as f64 / summary.edges.max(1) as f64,
             stiffness_error: stiffness_error(experiment),
             overflow_share: summary.nets.iter().map(|net| net.usage.overflowed).max().unwrap_or(0) as f64
                 / summary.edges.max(1) as f64,
             switching: switches.map(|switches| Box::new(switches.switching())),
             edges: summary.edges,
+            telling_s: verdict.telling_s(),
         }))
     }
 }
 
 /// Returns any scene made ready to run. If it has a design of the user's own, this is built by what the program has
 /// provided.
-pub(super) fn any_simulation(experiment: &Experiment) -> Result<AnySimulation<'_>, String> {
-    let said = |error: Fault| error.to_string();
+pub(super) fn any_simulation(experiment: &Experiment) -> Result<AnySimulation<'_>, CellError> {
     match experiment {
-        Experiment::Dut(_) => AnySimulation::new(experiment, dut::provided().map_err(said)?, false).map_err(said),
-        ours => WiredSimulation::new(ours).map(AnySimulation::Ours).map_err(|error| error.to_string()),
+        Experiment::Dut(_) => {
+            let made = dut::provided().and_then(|designs| AnySimulation::new(experiment, designs, false));
+            made.map_err(CellError::Design)
+        }
+        ours => WiredSimulation::new(ours).map(AnySimulation::Ours).map_err(|error| error.to_string().into()),
     }
 }
 
@@ -268,11 +328,13 @@ fn numbers(verdict: Verdict) -> (Option<f64>, Option<f64>, Option<f64>) {
         Verdict::LimitCycle { rms_rad, amplitude_rad, frequency_hz } => {
             (Some(rms_rad), Some(amplitude_rad), Some(frequency_hz))
         }
+        Verdict::NotTold { rms_rad, amplitude_rad, .. } => (Some(rms_rad), Some(amplitude_rad), None),
+        Verdict::HandMoves { rms_rad, .. } => (Some(rms_rad), None, None),
         Verdict::Diverged { amplitude_rad, .. } => (None, Some(amplitude_rad), None),
         Verdict::Passive { rms_m } | Verdict::NonPassive { rms_m } | Verdict::Tracking { rms_m, .. } => {
             (Some(rms_m), None, None)
         }
-        Verdict::HighlyUnstable { .. } => (None, None, None),
+        Verdict::HighlyUnstable { .. } | Verdict::NoWallTorque { .. } => (None, None, None),
     }
 }
 
@@ -297,8 +359,8 @@ pub fn product_wraps(scene: &Scene, realised: &Realised, trace: &Trace, summary:
 }
 
 /// Returns the displayed stiffness and its ratio to the stiffness asked for. The displayed stiffness is the actuator's
-/// mean torque or force divided by the mean penetration of the wall as asked for, both exact, in the last three tenths
-/// of the run. Returns `None` if the wall is not touched during all of this time.
+/// mean torque or force divided by the mean penetration of the wall as asked for, both exact, in the judged window.
+/// Returns `None` if the wall is not touched during all of this time.
 pub fn displayed_stiffness(
     (wall_rad, asked): (f64, f64),
     trace: &Trace,

@@ -39,6 +39,12 @@ pub fn unseen(found: &[Found], cells: Range<usize>) -> usize {
     cells.filter(|index| is_unseen(found, *index)).count()
 }
 
+/// Returns how many of these cells, run or inferred, had a position counter that wrapped under the device.
+pub fn unheld(found: &[Found], cells: Range<usize>) -> usize {
+    let is_lost = |index: &usize| nearest(found, *index).is_some_and(|cell| cell.position_lost_share > 0.0);
+    cells.filter(is_lost).count()
+}
+
 /// Whether a cell, run or inferred, saw no contact although the device was past its wall.
 pub fn is_unseen(found: &[Found], index: usize) -> bool {
     nearest(found, index).is_some_and(|cell| cell.contact_unseen)

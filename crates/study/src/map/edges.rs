@@ -16,8 +16,10 @@ pub enum Reason {
     Counts,
     /// The motion oscillates by more than a few counts, within the range of all words.
     Swings,
-    /// The motion has not come to rest yet, and has no period.
-    Wanders,
+    /// The position counter wraps under the device for a hundredth of the time or more.
+    CounterWraps,
+    /// The device is inside the wall, which gives no torque.
+    NoTorque,
 }
 
 /// Amplitude, in counts, up to which the encoder is the reason.
@@ -33,7 +35,8 @@ impl Reason {
             Self::FullScale => "swings at full scale",
             Self::Counts => "rattles between counts",
             Self::Swings => "swings",
-            Self::Wanders => "wanders",
+            Self::CounterWraps => "wraps the position counter",
+            Self::NoTorque => "is inside without the wall's torque",
         }
     }
 
@@ -41,10 +44,11 @@ impl Reason {
     fn of(cell: &Cell, count: Option<f64>) -> Self {
         let counts = cell.amplitude.zip(count).map(|(amplitude, count)| amplitude / count);
         match cell.outcome {
+            OutcomeKind::NoWallTorque => Self::NoTorque,
+            _ if cell.position_lost_share >= OFTEN => Self::CounterWraps,
             OutcomeKind::Diverged | OutcomeKind::HighlyUnstable => Self::Grows,
             _ if counts.is_some_and(|counts| counts <= FEW_COUNTS) => Self::Counts,
             _ if cell.overflow_share >= OFTEN => Self::FullScale,
-            _ if cell.frequency_hz == Some(0.0) => Self::Wanders,
             _ => Self::Swings,
         }
     }
@@ -79,8 +83,8 @@ impl Edge {
     pub fn new(map: &Map, found: &[Found], curves: Option<&Curves>, method: usize) -> Self {
         let rests = |point: CellIndex| match class(found, map.index(point)) {
             Some(Class::Outcome(OutcomeKind::Settled | OutcomeKind::Passive | OutcomeKind::Tracking)) => Some(true),
-            Some(Class::Outcome(_)) => Some(false),
-            Some(Class::WallNotReached) | None => None,
+            Some(Class::Outcome(outcome)) if outcome.tells() => Some(false),
+            Some(Class::Outcome(_) | Class::WallNotReached) | None => None,
         };
         let mut edge = Self { places: 0, shares: Vec::new(), nearest: None };
         let mut ratios: Vec<(&'static str, Vec<f64>)> = Vec::new();

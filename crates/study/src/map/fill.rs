@@ -26,11 +26,11 @@ impl Map {
     /// Runs one cell as a unit of work, unless a cell with the same words was run; returns `None` when `control` or the
     /// guard stopped it.
     fn run_cell(&self, index: usize, limits: CellLimits, control: &Control, alike: &Alike) -> Option<UnitResult> {
-        let made = self.experiment(self.point(index)).map_err(|error| error.to_string());
+        let made = self.experiment(self.point(index)).map_err(|error| error.to_string().into());
         let run = |experiment: Experiment| alike.cell(&experiment, || Cell::run(&experiment, limits, control));
         match made.and_then(run) {
             Ok(cell) => cell.map(|cell| Ok(cell.line())),
-            Err(reason) => Some(Err(reason)),
+            Err(reason) => Some(Err(reason.to_string())),
         }
     }
 

@@ -29,9 +29,9 @@ pub use agreement::{Agreement, agreements, is_predicted, predicted};
 pub use alike::Alike;
 pub use axis::Axis;
 pub(crate) use cell::more_events;
-pub use cell::{Cell, CellLimits, Displayed, displayed_stiffness, outcome_name, product_wraps};
+pub use cell::{Cell, CellError, CellLimits, Displayed, displayed_stiffness, outcome_name, product_wraps};
 pub use class::is_unseen;
-pub use class::{Class, class_name, classes, unseen, wrapped};
+pub use class::{Class, class_name, classes, unheld, unseen, wrapped};
 pub use curves::{Curve, Curves};
 pub use edges::{Edge, Reason, Share};
 pub use fill::Plan;
@@ -124,7 +124,7 @@ pub enum Found {
 }
 
 /// Why there is no such map.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Debug)]
 pub enum MapError {
     /// Both axes have this key.
     SameKey(String),
@@ -134,8 +134,8 @@ pub enum MapError {
     AxisSet(String, String),
     /// The scene is a recording.
     Recording,
-    /// None of the cells of this method that were tried can run; the second text is the reason of the first one.
-    Method(String, String),
+    /// None of the cells of the method with this label that were tried can run, the first one for this reason.
+    Method(String, CellError),
 }
 
 impl fmt::Display for MapError {
@@ -195,7 +195,7 @@ impl Map {
                     Ok(bytes)
                 };
                 let parsed = Experiment::parse(&map.scene.name, &map.scene.text, &overrides, &mut keep);
-                let made = parsed.map_err(|error| error.to_string()).and_then(|experiment| {
+                let made = parsed.map_err(|error| error.to_string().into()).and_then(|experiment| {
                     if experiment.auto {
                         return Err("model = \"auto\" is chosen for one scene; set what hpu fit chooses for it".into());
                     }

@@ -26,7 +26,7 @@ pub fn units_of(map: &Map) -> Vec<(String, String)> {
         ("x", axis(&map.x)),
         ("y", axis(&map.y)),
         ("run", "1 for a cell that was run, 0 for one whose outcome is inferred from the cells around it".into()),
-        ("rms", format!("{position}, about the mean of the last three tenths")),
+        ("rms", format!("{position}, about the mean of the judged window")),
         ("amplitude", format!("{position}, half of the range")),
         ("frequency_hz", "Hz".into()),
         ("hand_j", "J that the hand gave".into()),
@@ -37,10 +37,8 @@ pub fn units_of(map: &Map) -> Vec<(String, String)> {
             format!("{stiffness}, mean of what pushes back over mean penetration in a settled contact"),
         ),
         ("displayed_ratio", "displayed_stiffness over the stiffness asked for".into()),
-        (
-            "contact_share",
-            "of the judged window, the last three tenths, in which the wall sees penetration; 0: not reached".into(),
-        ),
+        ("contact_share", "of the judged window, in which the wall sees penetration; 0: not reached".into()),
+        ("device_contact_share", "of the same window, in which the device itself is beyond the wall".into()),
         (
             "product_wraps",
             "how often the spring's product has wrapped at rest in the wall: the hand is through it".into(),
@@ -50,12 +48,18 @@ pub fn units_of(map: &Map) -> Vec<(String, String)> {
             "1 where the device was past its wall while the datapath saw no contact: its position counter wrapped"
                 .into(),
         ),
+        (
+            "position_lost_share",
+            "of the edges, at which the position counter had wrapped under the device: the loop read another place"
+                .into(),
+        ),
         ("stiffness_error", "stiffness that the words realise over what is asked for, less 1".into()),
         ("overflow_share", "of the edges, at which the net that overflowed most had overflowed".into()),
         ("switches", "how often the control of a crank switched".into()),
         ("bump_n", "N, the greatest leap of the crank's drive at a switch, at the tip of a segment that rests".into()),
         ("switch_j", "J that the crank's drive gave per switch in the judged window".into()),
         ("edges", "clock edges".into()),
+        ("telling_duration_s", "s, the run.duration that would tell, where this one does not and one is known".into()),
         ("replay", "the command that runs the cell again".into()),
     ];
     pairs.map(|(key, value)| (key.to_string(), value)).into()
@@ -96,15 +100,18 @@ pub fn fields<'a>(map: &'a Map, found: &'a [Found], replay: impl Fn(usize) -> St
         figure("displayed_stiffness", |cell| cell.displayed.map(|displayed| displayed.stiffness).into()),
         figure("displayed_ratio", |cell| cell.displayed.and_then(Displayed::ratio).into()),
         figure("contact_share", |cell| cell.contact_share.into()),
+        figure("device_contact_share", |cell| cell.device_contact_share.into()),
         of(Column::integer("product_wraps", ""), |cell| cell.product_wraps.map(NonZeroU32::get).into()),
         of(Column::flag("contact_unseen", "").only(&in_json), |cell| cell.contact_unseen.into()),
         of(Column::number("contact_unseen", "").only(&in_file), |cell| f64::from(u8::from(cell.contact_unseen)).into()),
+        figure("position_lost_share", |cell| cell.position_lost_share.into()),
         figure("stiffness_error", |cell| cell.stiffness_error.into()),
         figure("overflow_share", |cell| cell.overflow_share.into()),
         of(Column::integer("switches", ""), |cell| switching(cell).map(|of| of.count).into()),
         figure("bump_n", |cell| switching(cell).map(|of| of.bump_n).into()),
         figure("switch_j", |cell| switching(cell).and_then(|of| of.switch_j).into()),
         of(Column::integer("edges", ""), |cell| cell.edges.into()),
+        figure("telling_duration_s", |cell| cell.telling_s.into()),
         Column::text("reason", "").of(move |index| match &found[*index] {
             Found::Run(Err(reason)) => Value::from(reason),
             _ => Value::Absent,
@@ -166,14 +173,17 @@ pub fn schema(map: &Map) -> Schema {
         Column::number("displayed_stiffness", ""),
         Column::number("asked_stiffness", ""),
         Column::number("contact_share", ""),
+        Column::number("device_contact_share", ""),
         Column::integer("product_wraps", ""),
         Column::integer("contact_unseen", ""),
+        Column::number("position_lost_share", ""),
         Column::number("stiffness_error", ""),
         Column::number("overflow_share", ""),
         Column::integer("switches", ""),
         Column::number("bump_n", ""),
         Column::number("switch_j", ""),
         Column::integer("edges", ""),
+        Column::number("telling_duration_s", ""),
     ];
     Schema::new(place, fields)
 }

@@ -6,6 +6,8 @@
 
 use std::fmt::Write as _;
 
+use hpu_cosim::{printable, printable_json};
+
 use super::cell::Cell;
 use super::table::{Kind, Place, Table};
 use super::{Page, Part, Value};
@@ -13,7 +15,7 @@ use super::{Page, Part, Value};
 /// Returns a text with the characters that mean something in HTML written as entities.
 pub fn escaped(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
-    for c in text.chars() {
+    for c in printable(text).chars() {
         match c {
             '&' => escaped.push_str("&amp;"),
             '<' => escaped.push_str("&lt;"),
@@ -29,7 +31,7 @@ pub fn escaped(text: &str) -> String {
 /// Returns the attributes that carry a key and a value; none for a value without a place in the JSON.
 fn data(key: &str, value: &Value) -> String {
     let Some(json) = value.json().filter(|_| !key.is_empty()) else { return String::new() };
-    format!(r#" data-key="{}" data-value="{}""#, escaped(key), escaped(&json.to_string()))
+    format!(r#" data-key="{}" data-value="{}""#, escaped(key), escaped(&printable_json(&json.to_string())))
 }
 
 /// Returns a text whose lines end in `<br>`.

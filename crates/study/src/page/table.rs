@@ -156,6 +156,10 @@ pub struct Table {
     gap: usize,
 }
 
+/// The widest cell that makes its column wide, in characters. A longer one, such as a path of many points, would make
+/// every other line as long.
+const WIDEST: usize = 10_000;
+
 impl Table {
     /// Returns a table without rows. A table with an empty key has no place in JSON.
     pub fn new(key: &str, columns: impl IntoIterator<Item = Column>) -> Self {
@@ -220,7 +224,7 @@ impl Table {
     pub fn painted(&self, paint: &dyn Fn(&str, bool) -> String) -> String {
         let told = || self.rows.iter().enumerate().filter(|(row, _)| !self.untold.contains(row)).map(|(_, row)| row);
         let least = |(at, column): (usize, &Column)| {
-            let cells = told().map(|row| row[at].text().chars().count());
+            let cells = told().map(|row| row[at].text().chars().count()).filter(|width| *width <= WIDEST);
             cells.fold(column.least.max(column.heading().chars().count()), usize::max)
         };
         let widths: Vec<usize> = self.columns.iter().enumerate().map(least).collect();

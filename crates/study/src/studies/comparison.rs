@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use hpu_cosim::Control;
+use hpu_cosim::{Control, PlainName};
 
 use super::measure::Velocities;
 use super::summing::{Finding, Statement, Sum, summing_up};
@@ -11,8 +11,8 @@ use crate::formula::Formula;
 
 /// The statements of a paper, in the paper's order.
 pub struct Comparison {
-    /// Name of the comparison on the command line.
-    pub name: &'static str,
+    /// Name of the comparison on the command line, and of its files.
+    pub name: PlainName,
     /// Heading.
     pub title: &'static str,
     /// The lines, one for each statement.

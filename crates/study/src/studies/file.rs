@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::ops::Range;
 
-use hpu_cosim::{did_you_mean, excerpt, utf8};
+use hpu_cosim::{Lines, did_you_mean, excerpt, utf8};
 use toml_edit::{Document, Item, TableLike};
 
 use super::template::Template;
@@ -26,7 +26,7 @@ impl std::error::Error for FileErrors {}
 /// A file being read.
 pub(super) struct File<'a> {
     name: &'a str,
-    text: &'a str,
+    lines: Lines<'a>,
     /// The errors by the byte and the key at which each stands.
     errors: BTreeMap<(usize, String), String>,
 }
@@ -48,7 +48,7 @@ impl<'a> File<'a> {
     /// Reads the file as TOML.
     pub fn parse(name: &'a str, bytes: &'a [u8]) -> Result<(Self, Document<String>), FileErrors> {
         let text = utf8(bytes).map_err(|error| FileErrors(vec![format!("{name}:{error}")]))?;
-        let mut file = Self { name, text, errors: BTreeMap::new() };
+        let mut file = Self { name, lines: Lines::new(text), errors: BTreeMap::new() };
         match Document::parse(text.to_string()) {
             Ok(document) => Ok((file, document)),
             Err(error) => {
@@ -70,9 +70,7 @@ impl<'a> File<'a> {
 
     /// Returns file, line and column of a byte.
     pub fn place(&self, byte: usize) -> String {
-        let before = &self.text[..byte.min(self.text.len())];
-        let line = before.matches('\n').count() + 1;
-        let column = before.chars().rev().take_while(|c| *c != '\n').count() + 1;
+        let (line, column) = self.lines.place(byte);
         format!("{}:{line}:{column}", self.name)
     }
 

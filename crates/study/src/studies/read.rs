@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use hpu_cosim::{Control, did_you_mean};
+use hpu_cosim::{Control, PlainName, did_you_mean, excerpt};
 use toml_edit::{Item, TableLike, Value};
 
 use super::comparison::{Claim, Comparison, Found, Line, Shown, claimed};
@@ -74,7 +74,7 @@ pub fn read(name: &str, bytes: &[u8], verbs: &[&str], load: Arc<Load>) -> Result
     }
     let notes = texts(&mut file, top, "notes", &vars);
     let comparison = Comparison {
-        name: forever(file.string(top, root, "name", &vars, true)),
+        name: plain_name(&mut file, top, root, &vars),
         title: forever(file.string(top, root, "title", &vars, true)),
         lines,
         claims,
@@ -82,6 +82,17 @@ pub fn read(name: &str, bytes: &[u8], verbs: &[&str], load: Arc<Load>) -> Result
     };
     let sections = sections(&mut file, top, verbs, &vars);
     file.finish(Study { comparison, sections })
+}
+
+/// Returns the name of the study, which is that of its files.
+fn plain_name(file: &mut File, top: &dyn TableLike, root: At, vars: &Variables) -> PlainName {
+    let text = file.string(top, root, "name", vars, true);
+    let byte = top.get("name").map_or(root.byte, |item| start(item.span()));
+    text.parse().unwrap_or_else(|why| {
+        // A name that is missing is refused already.
+        file.refuse(At { key: "name", byte }, format!("`{}` is {why}", excerpt(&text)));
+        PlainName::near(&text)
+    })
 }
 
 /// A study is read once a process, and is there until its end.

@@ -40,6 +40,11 @@ impl Points {
         self.0.iter().map(|(_, count)| count).sum()
     }
 
+    /// Returns the number after the last point; 0 if there is none.
+    pub fn end(&self) -> u64 {
+        self.0.last().map_or(0, |(first, count)| first + count)
+    }
+
     /// Returns the numbers of `count` points from place `from` on; fewer at the end.
     pub fn slice(&self, from: u64, count: u64) -> Vec<u64> {
         let (mut skip, mut left) = (from, count);
@@ -74,6 +79,7 @@ mod tests {
             let shards = (0..7).step_by(length).flat_map(|from| points.slice(from as u64, length as u64));
             assert_eq!(shards.collect::<Vec<u64>>(), numbers);
         }
+        assert_eq!([points.end(), Points::default().end(), Points::of([u64::MAX - 1]).end()], [21, 0, u64::MAX]);
         assert_eq!(Points::all(1_000_000_000).slice(999_999_998, 7), [999_999_998, 999_999_999]);
     }
 

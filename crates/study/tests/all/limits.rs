@@ -459,3 +459,66 @@ fn a_scene_without_a_limit_in_words_says_why() {
     assert!(reason(&scene(MOTOR, &[])).contains("linear"));
     assert!(reason(&scene(MASS, &[])).contains("linear"));
 }
+
+/// A device that creeps toward the rest of a soft wall: `(b + b_h + B) / (k_h + K)` is 67 / 215 s at the softest word.
+pub const CREEP: &str = r#"
+about = "A damped mass leans on a soft wall."
+[device]
+kind = "mass"
+mass = "0.3 kg"
+damping = "2 N.s/m"
+coulomb = "0.2 N"
+[encoder]
+resolution = "20 um"
+[amplifier]
+full_scale = "20 N"
+[clock]
+frequency = "10 MHz"
+[method]
+kind = "sampled_wall"
+sample_rate = "1 kHz"
+stiffness_format = "(0,16,4)"
+damping_format = "(0,20,4)"
+estimator = "filtered"
+filter_shift = 2
+[method.pwm]
+bits = 12
+[wall]
+position = "10 mm"
+stiffness = "0.3 kN/m"
+damping = "60 N.s/m"
+[hand]
+kind = "spring_damper"
+stiffness = "200 N/m"
+damping = "5 N.s/m"
+path = [["0 s", 0], ["150 ms", "20 mm"]]
+[run]
+duration = "600 ms"
+"#;
+
+fn soft(overrides: &[(&str, String)], range: [f64; 2]) -> Result<WordsSet, String> {
+    let looks = Looks { phases: 2, coarse: 6, most: 12, climbs: false, nearest: 0.0 };
+    let scene = scene(CREEP, overrides);
+    WordsSet::new(std::slice::from_ref(&scene), range, looks, NonZeroUsize::MIN, &Control::default())
+}
+
+#[test]
+fn creep_on_a_soft_wall_is_not_told_and_the_duration_that_is_said_tells() {
+    let set = soft(&[], [15.0, 400.0]).expect("a set");
+    // Up to 300 N/m the slowest time constant is 67 / 500 s: some tenths of a millimetre are left in the window.
+    assert!(set.seen.iter().filter(|seen| seen.stiffness < 300.0).all(|seen| seen.not_told == 2), "{:?}", set.seen);
+    assert!(set.seen.iter().all(|seen| seen.settled + seen.not_told == 2), "none fails: {:?}", set.seen);
+    assert_eq!((set.groups()[0].0, set.lowest_failed()), (Group::NotTold, None));
+    let telling_s = set.telling_s().expect("a duration");
+    let told = soft(&[("run.duration", telling_s.to_string())], [15.0, 400.0]).expect("a set");
+    assert!(told.seen.iter().all(|seen| seen.settled == 2), "{telling_s} s: {:?}", told.seen);
+    assert_eq!((told.groups().len(), told.not_told(), told.telling_s()), (1, 0, None));
+}
+
+#[test]
+fn a_hand_that_moves_to_the_end_gives_no_set() {
+    let path = r#"[["0 s", 0], ["150 ms", "20 mm"], ["600 ms", "21 mm"]]"#;
+    let reason = soft(&[("hand.path", path.to_string())], [15.0, 400.0]).expect_err("no verdict");
+    let said = ["the hand moves until 0.6", "let hand.path end earlier", "run.duration = \""];
+    assert!(said.iter().all(|part| reason.contains(part)), "{reason}");
+}

@@ -127,7 +127,7 @@ fn maps_that_cannot_be_are_refused_before_a_cell_is_run() {
         &["encoder.resolution", "missing", "method a"],
     );
     let recording = map_of("replay-capture", &[], stiffness, damping, &["a"]).expect_err("refused");
-    assert_eq!(recording, MapError::Recording);
+    assert!(matches!(recording, MapError::Recording), "{recording}");
     let phantom = map_of(
         "phantom-drop",
         &[],
@@ -150,14 +150,25 @@ fn a_cell_comes_back_from_its_line_as_it_was() {
         dissipated_j: 0.0,
         displayed: None,
         contact_share: Some(1.0 / 3.0),
+        device_contact_share: Some(3.0 / 7.0),
         product_wraps: std::num::NonZeroU32::new(3),
         contact_unseen: false,
+        position_lost_share: 1.0 / 16.0,
         stiffness_error: None,
         overflow_share: 0.125,
         switching: Some(Box::new(Switching { count: 12, bump_n: 2.0 / 7.0, switch_j: None })),
         edges: u64::MAX,
+        telling_s: Some(0.3),
     };
-    assert_eq!(Cell::read(&cell.line()), Some(cell));
+    assert_eq!(Cell::read(&cell.line()), Some(cell.clone()));
+    // A line of a program that knew no such duration.
+    let line = cell.line();
+    let (older, _) = line.rsplit_once(',').expect("fields");
+    assert_eq!(Cell::read(older), Some(Cell { telling_s: None, ..cell }));
+    for kind in OutcomeKind::ALL {
+        let line = line.replace("limit_cycle", kind.name());
+        assert_eq!(Cell::read(&line).expect("a cell").outcome, kind);
+    }
     for bad in ["", "settled", "flying,,,,0,0,0,,,,,,0,1", "settled,x,,,0,0,0,,,,,,0,1", "settled,,,,0,0,0,,,,,0,1"] {
         assert_eq!(Cell::read(bad), None, "{bad}");
     }
@@ -302,7 +313,7 @@ const PLANNED: (&str, &str) = (
 /// Returns a map whose cells have some ten thousand events, and up to ten times as many.
 fn of_many_events() -> Map {
     let stiffness = "wall.stiffness=1..2 N.m/rad:2";
-    map_of("hybrid-wall", &[PLANNED], "run.duration=0.02..10 s:5", stiffness, &["a"]).expect("a map")
+    map_of("hybrid-wall", &[PLANNED], "run.duration=0.02..40 s:5", stiffness, &["a"]).expect("a map")
 }
 
 #[test]
@@ -440,8 +451,9 @@ fn csv_and_parquet_hold_the_same_rows_with_units_in_their_heads() {
     let mut lines = csv.lines().skip_while(|line| line.starts_with('#'));
     assert!(csv.starts_with("# hpu map x\n# x: wall.stiffness in N.m/rad\n# y: wall.position in rad\n"));
     let head = "method,ix,iy,x,y,outcome,run,rms,amplitude,frequency_hz,hand_j,source_j,dissipated_j,\
-                displayed_stiffness,displayed_ratio,contact_share,product_wraps,contact_unseen,stiffness_error,\
-                overflow_share,switches,bump_n,switch_j,edges,reason,replay";
+                displayed_stiffness,displayed_ratio,contact_share,device_contact_share,product_wraps,contact_unseen,\
+                position_lost_share,stiffness_error,overflow_share,switches,bump_n,switch_j,edges,telling_duration_s,\
+                reason,replay";
     assert_eq!(lines.next(), Some(head));
     let lines: Vec<&str> = lines.collect();
     assert_eq!(lines.len(), 90);
@@ -465,11 +477,11 @@ fn csv_and_parquet_hold_the_same_rows_with_units_in_their_heads() {
                 field => field.to_string(),
             })
             .collect();
-        let mut expected: Vec<String> = lines[index].splitn(26, ',').map(str::to_string).collect();
+        let mut expected: Vec<String> = lines[index].splitn(29, ',').map(str::to_string).collect();
         for place in [3, 4] {
             expected[place] = format!("{:e}", expected[place].parse::<f64>().unwrap());
         }
-        expected[25] = replay(index);
+        expected[28] = replay(index);
         assert_eq!(fields, expected, "row {index}");
     }
 }

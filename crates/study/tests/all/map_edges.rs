@@ -27,12 +27,15 @@ fn cell(outcome: OutcomeKind, counts: f64, frequency_hz: Option<f64>, overflow_s
         dissipated_j: 0.0,
         displayed: None,
         contact_share: Some(1.0),
+        device_contact_share: Some(1.0),
         product_wraps: None,
         contact_unseen: false,
+        position_lost_share: 0.0,
         stiffness_error: None,
         overflow_share,
         switching: None,
         edges: 1,
+        telling_s: None,
     }))
 }
 
@@ -70,10 +73,9 @@ fn each_place_of_an_edge_has_its_reason_by_the_cell_beyond() {
 }
 
 #[test]
-fn growth_slow_motion_and_plain_swings_are_told_apart() {
+fn growth_and_plain_swings_are_told_apart() {
     for (beyond, reason) in [
         (cell(OutcomeKind::Diverged, 9.0, None, 1.0), Reason::Grows),
-        (swing(9.0, 0.0, 0.0), Reason::Wanders),
         (swing(9.0, 80.0, 0.009), Reason::Swings),
         (swing(9.0, 80.0, 0.01), Reason::FullScale),
     ] {
@@ -82,6 +84,17 @@ fn growth_slow_motion_and_plain_swings_are_told_apart() {
         let edge = Edge::new(&map(), &found, None, 0);
         assert_eq!(edge.shares.iter().map(|share| share.reason).collect::<Vec<_>>(), [reason]);
         assert_eq!(edge.places, 4, "two to either side of the column");
+    }
+}
+
+#[test]
+fn cells_that_do_not_tell_are_no_edge() {
+    for untold in [OutcomeKind::NotTold, OutcomeKind::HandMoves] {
+        let row = [rest(), cell(untold, 9.0, None, 0.0), swing(9.0, 80.0, 0.0), rest()];
+        let found = [row.clone(), row].concat();
+        let edge = Edge::new(&map(), &found, None, 0);
+        // Only from the last column to the swing before it.
+        assert_eq!((edge.places, edge.shares[0].reason), (2, Reason::Swings), "{untold:?}");
     }
 }
 

@@ -64,6 +64,8 @@ fn nonsense_is_refused_and_ends_nothing() {
         json!({ "do": "look", "scene": "hybrid-wall", "from_s": 0.0 }),
         json!({ "do": "plan", "columns": 3, "rows": 3, "classes": ["settled"] }),
         json!({ "do": "plan", "columns": 0, "rows": 0, "classes": [] }),
+        json!({ "do": "plan", "columns": 1_u64 << 32, "rows": 1_u64 << 32, "classes": [] }),
+        json!({ "do": "plan", "columns": u64::MAX, "rows": 2, "classes": ["settled", null] }),
         json!({ "do": "cell", "scene": "hybrid-wall", "x": "wall.stiffness=1..2:2", "y": AXIS, "cell": 4 }),
         json!({ "do": "map", "scene": "hybrid-wall", "x": "wall.stiffness=2..1", "y": "wall.damping=0..1" }),
     ];

@@ -82,8 +82,11 @@ fn the_ripple_of_a_row_is_that_of_the_rows_of_single_edges_inside() {
         let first = near["torque_least_nm least"][1..5001].iter().copied().fold(f64::INFINITY, f64::min);
         let last = near["torque_greatest_nm greatest"][1..5001].iter().copied().fold(f64::NEG_INFINITY, f64::max);
         assert!(last > first + 1e-3, "there is a ripple in row {row}");
-        assert_eq!(first, run["torque_least_nm least"][row], "row {row}");
-        assert_eq!(last, run["torque_greatest_nm greatest"][row], "row {row}");
+        // The rows of single edges are exact states, rounded once. Inside a row the closed forms are in `f64`.
+        for (edges, name) in [(first, "torque_least_nm least"), (last, "torque_greatest_nm greatest")] {
+            let whole = run[name][row];
+            assert!((edges - whole).abs() <= 4.0 * f64::EPSILON * whole.abs(), "row {row}: {edges}, {whole}");
+        }
     }
 }
 

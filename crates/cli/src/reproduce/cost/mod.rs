@@ -81,7 +81,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         .collect();
     let blocks = plan.iter().map(|(name, label)| find(name, label)).collect::<Result<Vec<_>, _>>()?;
     let setup = args.hdl.setup();
-    let versions = tool_versions()?;
+    let versions = tool_versions(setup.timeout)?;
     let sources = plan.iter().map(|(name, _)| vhdl(name, &setup.hdl)).collect::<Result<Vec<_>, _>>()?;
     let rows: Vec<String> = plan.iter().map(|(name, label)| format!("{name} {label}")).collect();
     let parts = versions.iter().chain(&sources).chain(&rows).map(String::as_bytes);

@@ -104,6 +104,10 @@ impl Work for Trials {
         names.into_iter().chain(numbers).collect()
     }
 
+    fn count(&self) -> Option<u64> {
+        Some(self.points.len() as u64)
+    }
+
     fn is_adaptive(&self) -> bool {
         self.study.seeds > 1
     }

@@ -38,7 +38,7 @@ impl Shown for DutSimulation<'_> {
             })
         };
         Some(json!({
-            "top": self.scene().dut.top,
+            "top": *self.scene().dut.top,
             "engine": self.engine(),
             "ports": self.wires().iter().map(wire).collect::<Vec<_>>(),
         }))

@@ -326,6 +326,10 @@ impl Work for Waves {
         Vec::new()
     }
 
+    fn count(&self) -> Option<u64> {
+        None
+    }
+
     fn is_adaptive(&self) -> bool {
         true
     }

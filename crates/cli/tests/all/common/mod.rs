@@ -1,9 +1,11 @@
 //! Functions that the tests of the command share: they run it, and make a folder for each test.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+use std::time::SystemTime;
 
 /// The project's folder.
 pub const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
@@ -92,4 +94,45 @@ pub fn tools(dir: &Path, scripts: &[(&str, &str)]) -> PathBuf {
         fs::set_permissions(&tool, fs::Permissions::from_mode(0o755)).expect("it may run");
     }
     place
+}
+
+/// Returns a text in quotes, as TOML has it.
+pub fn quoted(text: &str) -> String {
+    let escaped = |c: char| match c {
+        '"' | '\\' => format!("\\{c}"),
+        c if c.is_control() => format!("\\u{:04x}", u32::from(c)),
+        c => c.to_string(),
+    };
+    format!("\"{}\"", text.chars().map(escaped).collect::<String>())
+}
+
+/// What is in a folder: of each entry its size and the time of its last change.
+pub type Seen = BTreeMap<PathBuf, (u64, Option<SystemTime>)>;
+
+/// Returns everything in a folder but what is in `out`.
+pub fn seen(dir: &Path) -> Seen {
+    let (mut all, mut left, out) = (Seen::new(), vec![dir.to_path_buf()], dir.join("out"));
+    while let Some(folder) = left.pop() {
+        for path in fs::read_dir(&folder).expect("a folder").flatten().map(|entry| entry.path()) {
+            let found = fs::symlink_metadata(&path).expect("a file");
+            if path == out {
+                continue;
+            }
+            if found.is_dir() {
+                left.push(path.clone());
+            }
+            // The time of a folder changes with the temporary files in it.
+            let told = if found.is_dir() { (0, None) } else { (found.len(), found.modified().ok()) };
+            all.insert(path, told);
+        }
+    }
+    all
+}
+
+/// Returns whether a text steers a terminal.
+pub fn steers(text: &str) -> bool {
+    text.chars().any(|c| {
+        (c.is_control() && !matches!(c, '\n' | '\t'))
+            || matches!(c, '\u{200e}' | '\u{200f}' | '\u{61c}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+    })
 }

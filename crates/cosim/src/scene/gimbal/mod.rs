@@ -9,13 +9,13 @@ mod target;
 
 pub(super) use read::scene;
 pub use shear::{Displacement, Shear};
-pub use target::{Posture, Target, TargetKind, along};
+pub use target::{Posture, Target, TargetKind};
 
 use std::f64::consts::PI;
 
 use hpu_datapath::gimbal::GimbalLoopConfig;
 use hpu_plant::arm::{Finger, Gimbal};
-use hpu_signal::Format;
+use hpu_signal::{Cycle, Format};
 
 use super::accuracy::Output;
 use super::head::{Head, has_head};
@@ -24,6 +24,7 @@ use super::parts::Units;
 use super::setup::Setup;
 use super::source::SceneError;
 use super::words::Miss;
+use crate::judged::{stride, window_start};
 use crate::message::number;
 
 /// The outputs by which models of a gimbal are compared.
@@ -169,6 +170,12 @@ impl GimbalScene {
         self.model.step_s.map_or(self.period_clocks(), |step_s| self.clock.edges(step_s).max(1))
     }
 
+    /// Returns whether the target moves in the last 30 % of the run: the segment is then judged by how it follows.
+    pub(crate) fn follows(&self) -> bool {
+        let from = window_start(self.edges(), stride(self.clock, self.record.plant_rate_hz), 0);
+        self.target.moves_after(self.clock.seconds(Cycle(from)))
+    }
+
     /// Returns the angle of one position of a servo.
     pub fn count_rad(&self) -> f64 {
         let (num, den) = self.method.config.gimbal.count;
@@ -276,6 +283,14 @@ impl Setup for GimbalScene {
 
     fn outputs(&self) -> &'static [Output] {
         &OUTPUTS
+    }
+
+    /// The finger is the hand; its path is that of the radius at which its pad would be at rest. A segment that follows
+    /// its target is compared with this alone.
+    fn hand_path(&self) -> Vec<(f64, f64)> {
+        let [least_m, _] = self.gimbal.radii_m();
+        let path = self.probe.iter().filter(|_| !self.follows()).flat_map(|probe| &probe.path);
+        path.map(|(time_s, height_m)| (*time_s, least_m + height_m)).collect()
     }
 
     fn stiffness_miss(&self) -> Option<Miss> {

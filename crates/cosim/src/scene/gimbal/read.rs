@@ -87,9 +87,9 @@ fn device(s: &Section) -> Result<Gimbal, SceneError> {
         rod_m: s.read(&key::rod)?,
         offset_m: s.read(&key::offset)?,
         mass_kg: s.read(&key::mass)?,
+        gravity_m_per_s2: s.read(&key::gravity)?,
         length_m: s.read(&key::length)?,
         form: s.read(&key::energies)?,
-        ..Gimbal::default()
     };
     if gimbal.rod_m <= gimbal.crank_m {
         let [rod_m, crank_m] = [gimbal.rod_m, gimbal.crank_m].map(number);

@@ -10,8 +10,8 @@ use crate::scene::keys::{
     Choice, DeviceKeys, Expected, Flag, Group, Key, Own, Quantity, Shape, Takes, Whole, keys, named,
 };
 use crate::scene::model::Solver;
-use crate::scene::quantity as q;
 use crate::scene::quantity::Sense::{NotNegative, Positive, UpTo, Within};
+use crate::scene::quantity::{self as q, STANDARD_GRAVITY_M_PER_S2};
 
 /// The form of `target.path`.
 pub(crate) const TARGET_PATH: &str =
@@ -53,6 +53,8 @@ keys! { gimbal: "device" of ["gimbal"];
     offset: Quantity = Quantity::new(&q::LENGTH, UpTo(0.05), Is(0.0));
     /// Mass of the segment (assumed; the paper gives none).
     mass: Quantity = Quantity::new(&q::MASS, Within(1e-3, 10.0), Is(0.05));
+    /// Acceleration by gravity, downward along y.
+    gravity: Quantity = Quantity::new(&q::ACCELERATION, UpTo(1e4), Is(STANDARD_GRAVITY_M_PER_S2));
     /// The energies: those of a point mass at the tip, or the published ones, whose dimensions do not agree.
     energies: Choice<Form> = Choice::new(
         || vec![("corrected", Form::Corrected), ("published", Form::Literal)], Is(Form::Corrected));
@@ -218,10 +220,11 @@ keys! { record_gimbal: "record" of ["gimbal"];
 
 keys! { expect_gimbal: "expect" of ["gimbal"];
     /// Verdict that the run must reach: the segment follows a moving target to the end, comes to rest at a fixed one,
-    /// keeps a limit cycle there, or diverges.
+    /// keeps a limit cycle there, or diverges; the run is too short to tell (`not_told`), or the finger moves nearly to
+    /// its end (`hand_moves`).
     outcome: Choice<OutcomeKind> = Choice::new(|| {
-        use OutcomeKind::{Diverged, LimitCycle, Settled, Tracking};
-        named(&[Tracking, Settled, LimitCycle, Diverged], OutcomeKind::name)
+        use OutcomeKind::{Diverged, HandMoves, LimitCycle, NotTold, Settled, Tracking};
+        named(&[Tracking, Settled, LimitCycle, Diverged, NotTold, HandMoves], OutcomeKind::name)
     }, Said("not judged"));
     /// Root mean square of the distance between tip and target in the judged window.
     rms: Expected = Expected::new(&q::LENGTH, NotNegative);

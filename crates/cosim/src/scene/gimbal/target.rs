@@ -90,16 +90,3 @@ impl Target {
         })
     }
 }
-
-/// Returns position and speed at a time on a path of times in s and positions, straight between its points.
-pub fn along(path: &[(f64, f64)], time_s: f64) -> [f64; 2] {
-    let next = path.partition_point(|point| point.0 <= time_s);
-    match (next.checked_sub(1).map(|index| path[index]), path.get(next)) {
-        (Some((from_s, from)), Some((to_s, to))) => {
-            let slope = (to - from) / (to_s - from_s);
-            [from + slope * (time_s - from_s), slope]
-        }
-        (Some((_, at)), None) | (None, Some(&(_, at))) => [at, 0.0],
-        (None, None) => [0.0; 2],
-    }
-}

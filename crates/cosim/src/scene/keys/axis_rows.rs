@@ -1,7 +1,7 @@
 //! The keys of an axis: device, transducers, wall, hand, model.
 
 use super::Otherwise::{Is, Required, Said};
-use super::{Choice, Group, Key, Own, Quantity, Shape, Takes, Text, Whole, keys, named};
+use super::{Choice, Flag, Group, Key, Own, Quantity, Shape, Takes, Text, Whole, keys, named};
 use crate::scene::model::{BridgeModel, Datapath, EncoderModel, Friction, Solver, Winding};
 use crate::scene::quantity as q;
 use crate::scene::quantity::Sense::{Any, NotNegative, Positive, Within};
@@ -90,6 +90,9 @@ keys! { amplifier_shaper: "amplifier.shaper" of [];
 keys! { wall: "wall" of ["axis", "dut"];
     /// Where the wall stands; the device is in the wall at greater angles or positions.
     position: Quantity = Quantity::along(|axis| axis.position, Any, Required);
+    /// Accepts a wall out of the range of `method.position_bits`, or of a port `wall.count`: the logic then reads the
+    /// wall where its word wraps to.
+    wraps: Flag = Flag(false);
 }
 
 keys! { wall_axis: "wall" of ["axis"];

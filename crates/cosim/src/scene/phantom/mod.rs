@@ -113,6 +113,8 @@ pub struct Drop {
     pub coulomb_n: f64,
     /// Viscous friction, as felt at the tip.
     pub damping_n_s_per_m: f64,
+    /// Acceleration by gravity.
+    pub gravity_m_per_s2: f64,
     /// The axis along which gravity pulls, toward negative values.
     pub axis: Direction,
     /// The weight of the tip on a scale.

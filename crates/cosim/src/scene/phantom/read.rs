@@ -146,6 +146,7 @@ fn drop(device: &Section, s: &Section) -> Result<Drop, SceneError> {
         lengths_m,
         coulomb_n: device.read(&of_the_arm::coulomb_force)?,
         damping_n_s_per_m: device.read(&of_the_arm::viscous_damping)?,
+        gravity_m_per_s2: device.read(&of_the_arm::gravity)?,
         axis: s.read(&key::axis)?,
         weight_n: s.read(&key::weight)?,
         speed_m_per_s: s.read(&key::speed)?,

@@ -7,8 +7,8 @@ use crate::scene::keys::Otherwise::{Is, Required, Said};
 use crate::scene::keys::{Choice, DeviceKeys, Expected, Flag, Group, Key, Own, Quantity, Text, Whole, keys, named};
 use crate::scene::model::Solver;
 use crate::scene::phantom::{Direction, OUTPUTS, PhantomLaw, Platform, Premium};
-use crate::scene::quantity as q;
 use crate::scene::quantity::Sense::{NotNegative, Positive, UpTo, Within};
+use crate::scene::quantity::{self as q, STANDARD_GRAVITY_M_PER_S2};
 
 /// The length of one of the arm's links.
 const LINK: Quantity = Quantity::new(&q::LENGTH, Within(0.02, 0.5), Said("140 mm of a premium_1.0, else the arm's"))
@@ -42,6 +42,8 @@ keys! { phantom: "device" of ["phantom"];
     coulomb_force: Quantity = Quantity::new(&q::FORCE, UpTo(100.0), Is(0.038));
     /// Viscous friction, as felt at the tip.
     viscous_damping: Quantity = Quantity::new(&q::DAMPING, UpTo(100.0), Is(0.005));
+    /// Acceleration by gravity along drop.axis; the tip's mass is drop.weight over it.
+    gravity: Quantity = Quantity::new(&q::ACCELERATION, Within(1e-3, 1e4), Is(STANDARD_GRAVITY_M_PER_S2));
 }
 
 keys! { drop: "drop" of [];

@@ -91,7 +91,8 @@ fn malformed_toml_is_refused_where_it_breaks() {
 fn an_unknown_key_is_refused_with_the_keys_there_are() {
     says(
         refused("stiffness =", "stifness ="),
-        "11:1: wall.stifness: unknown key; accepted here: position, stiffness, damping, ramp; did you mean stiffness?",
+        "11:1: wall.stifness: unknown key; accepted here: position, wraps, stiffness, damping, ramp; did you mean \
+         stiffness?",
     );
     says(
         refused("[wall]", "[wal]"),
@@ -406,8 +407,8 @@ fn a_bad_override_is_told_as_the_override_it_is() {
     let set = |key, value| parse(GOOD, &[(key, value)]).unwrap_err();
     assert_eq!(
         set("wall.stifness", "2"),
-        "--set wall.stifness=2: wall.stifness: unknown key; accepted here: position, stiffness, damping, ramp; did you \
-         mean stiffness?"
+        "--set wall.stifness=2: wall.stifness: unknown key; accepted here: position, wraps, stiffness, damping, ramp; \
+         did you mean stiffness?"
     );
     assert!(set("wal.stiffness", "2").starts_with("--set wal.stiffness=2: wal: unknown key; accepted here: about,"));
     assert_eq!(

@@ -11,12 +11,11 @@ impl Climb<'_> {
     pub(super) fn left_out(&mut self, model: &[usize]) -> Vec<LeftOut> {
         let mut all = Vec::new();
         for &index in model {
-            let [Ok(with), Ok(fuller)] = on_its_own(self.all, model, index).map(|model| self.told(&model)) else {
-                continue;
-            };
+            let [model, without] = on_its_own(self.all, model, index);
+            let (Ok(with), Ok(fuller)) = (self.told(&model), self.told(&without)) else { continue };
             let errors = self.errors(&with, &fuller);
             let Some((output, effect)) = errors.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)) else { continue };
-            let gain = fuller.wall_s / with.wall_s;
+            let Ok(gain) = self.speedup(&without, &model) else { continue };
             all.push(LeftOut { what: self.all[index].what.clone(), output, effect, gain });
         }
         all

@@ -3,8 +3,8 @@
 //! Neither the lag nor the transmission's stiffness is published. Each line runs the drop test on PMOS-1 with one
 //! transmission and every lag of a grid. It tells with which lags the stiffest passive wall is where the paper saw it.
 
-use hpu_cosim::Control;
 use hpu_cosim::scene::{Direction, Platform};
+use hpu_cosim::{Control, PlainName};
 
 use super::claims::PMOS_1;
 use super::trial::{Verdict, run_trial};
@@ -65,7 +65,7 @@ pub fn comparison() -> Comparison {
         means: "no lag is published: the lags above are fitted to this very claim, to each transmission its own",
     };
     Comparison {
-        name: LAG,
+        name: PlainName::near(LAG),
         title: TITLE_OF_LAG,
         lines,
         claims: vec![Claim { statement, holds: Vec::new(), by: None }],

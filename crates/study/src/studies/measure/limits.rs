@@ -6,11 +6,12 @@ use hpu_cosim::Control;
 use hpu_cosim::scene::{Device, Experiment, OutcomeKind, Scene};
 
 use super::super::template::{Value, Values};
-use super::{Asked, Taken, numbers, text};
+use super::{Asked, LONGEST, Taken, numbers, text};
 use crate::SampledLoop;
 use crate::criteria;
 use crate::limits::{self, Damping, Looks, Seen, StableSet, Stretch, WordsSet, linear_settles, usual_range};
 use crate::map::{Cell, CellLimits};
+use crate::told::untold;
 
 /// The values of a scene: of its words, then of its device.
 pub(super) const SCENE_GIVES: &[&str] = &[
@@ -115,12 +116,40 @@ fn looks(asked: &Asked) -> Result<Looks, String> {
     }
 }
 
+/// Returns what the scene in words does. If some runs are too short to tell, and their stiffnesses matter, all are made
+/// as long as it takes, or twice as long where that is not known, up to [`LONGEST`].
 fn in_words(scene: &Scene, looks: Looks, control: &Control) -> Result<WordsSet, String> {
-    WordsSet::new(std::slice::from_ref(scene), usual_range(scene), looks, NonZeroUsize::MIN, control)
+    longer(scene, |scene| {
+        let found = WordsSet::new(std::slice::from_ref(scene), usual_range(scene), looks, NonZeroUsize::MIN, control)?;
+        let open = found.open();
+        let telling_s = open.iter().map(|seen| seen.telling_s.unwrap_or(2.0 * scene.run.duration_s));
+        let telling_s = telling_s.reduce(f64::max);
+        Ok((found, telling_s))
+    })
 }
 
+/// Runs a scene; if it is too short to tell, makes it as long as it takes, up to [`LONGEST`].
 fn cell(scene: &Scene, control: &Control) -> Result<Cell, String> {
-    Ok(Cell::run(&Experiment::Axis(scene.clone()), CellLimits::UNGUARDED, control)?.ok_or("stopped")?)
+    longer(scene, |scene| {
+        let cell = Cell::run(&Experiment::Axis(scene.clone()), CellLimits::UNGUARDED, control);
+        let cell = cell.map_err(|error| error.to_string())?.ok_or("stopped")?;
+        let telling_s = cell.telling_s;
+        Ok((cell, telling_s))
+    })
+}
+
+/// Returns what `run` finds of a scene, with the longer duration that it asks for as long as it asks for one.
+fn longer<T>(scene: &Scene, run: impl Fn(&Scene) -> Result<(T, Option<f64>), String>) -> Result<T, String> {
+    let mut scene = scene.clone();
+    let longest_s = LONGEST * scene.run.duration_s;
+    loop {
+        match run(&scene)? {
+            (_, Some(telling_s)) if telling_s > scene.run.duration_s && telling_s <= longest_s => {
+                scene.head.run.duration_s = telling_s;
+            }
+            (found, _) => return Ok(found),
+        }
+    }
 }
 
 /// Gives the stiffness up to which all that were run settle at every phase (`all`) and beyond which none was seen to
@@ -128,6 +157,10 @@ fn cell(scene: &Scene, control: &Control) -> Result<Cell, String> {
 pub(super) fn stable(asked: &Asked, control: &Control) -> Result<Values, String> {
     let mut scene = asked.axis()?;
     let found = in_words(&scene, looks(asked)?, control)?;
+    if let (Some(from), Some(to)) = (found.open().first(), found.open().last()) {
+        let [low, high] = [from, to].map(|seen| found.digits(seen.stiffness));
+        return Err(format!("not told from {low} to {high} {}: {}", found.unit, found.said_not_told(from, to)));
+    }
     let known = |seen: Option<Seen>, otherwise: &str| {
         seen.map(|seen| Value::Number(seen.stiffness)).ok_or_else(|| otherwise.to_string())
     };
@@ -152,7 +185,10 @@ pub(super) fn least_damping(asked: &Asked, control: &Control) -> Result<Values, 
     let scene = asked.axis()?;
     let settles = |scene: &Scene| match asked.text("by") {
         "linear" => Ok(linear_settles(scene, scene.wall.stiffness_nm_per_rad) == Some(true)),
-        "words" => Ok(cell(scene, control)?.outcome == OutcomeKind::Settled),
+        "words" => {
+            let cell = cell(scene, control)?;
+            untold(cell.outcome, cell.telling_s).map_or(Ok(cell.outcome == OutcomeKind::Settled), Err)
+        }
         other => Err(format!("by = \"{other}\": write \"linear\" or \"words\"")),
     };
     let found = least(&scene, settles)?;

@@ -92,6 +92,10 @@ pub enum Taken {
     Windows(Vec<(String, [f64; 2])>),
 }
 
+/// The longest that a measure makes a run, in durations of the scene, so that it tells whether the motion comes to
+/// rest.
+const LONGEST: f64 = 10.0;
+
 /// Returns a scene, shipped or of the user's own, under overrides.
 pub type Load = dyn Fn(&str, &[(String, String)]) -> Result<Experiment, String> + Send + Sync;
 
@@ -175,7 +179,8 @@ static MEASURES: &[Measure] = &[
     },
     Measure {
         name: "ladder",
-        about: "One run for each value of a key, the least first: up to where the motion settles.",
+        about: "One run for each value of a key, the least first: up to where the motion settles. Runs that are too \
+                short to tell are made longer as those of `stable`.",
         is_of_scene: true,
         keys: &[key("key", Takes::Text), key("values", Takes::Numbers), key("unit", Takes::Text)],
         gives: &["text", "below", "at", "frequency"],
@@ -191,8 +196,8 @@ static MEASURES: &[Measure] = &[
     },
     Measure {
         name: "linear",
-        about: "The stiffness up to which the linear loop settles; with `every`, of the loop whose velocity is \
-                that much slower.",
+        about: "The stiffness up to which the linear loop with an ideal drive settles; with `every`, of the \
+                loop whose velocity is that much slower.",
         is_of_scene: true,
         keys: &[option("every", Takes::Number)],
         gives: &["limit"],
@@ -218,7 +223,8 @@ static MEASURES: &[Measure] = &[
         name: "stable",
         about: "The stable stiffness of the scene in words, over eight phases of its contact, by a brief search; with \
                 `words`, at the stiffnesses that `hpu limits --words` runs. With `felt`, the stiffness that is felt of \
-                the stiffest wall up to which all settle.",
+                the stiffest wall up to which all settle. Runs that are too short to tell are made up to ten times as \
+                long; where they still do not tell, no figure is given.",
         is_of_scene: true,
         keys: &[option("words", Takes::Number), option("felt", Takes::Flag)],
         gives: &["all", "some", "failed", "settled", "runs", "felt"],
@@ -226,7 +232,8 @@ static MEASURES: &[Measure] = &[
     },
     Measure {
         name: "least_damping",
-        about: "The least virtual damping with which the wall settles, by the linear loop or by runs in words.",
+        about: "The least virtual damping with which the wall settles, by the linear loop with an ideal drive or by \
+                runs in words, which are made longer as those of `stable`.",
         is_of_scene: true,
         keys: &[key("by", Takes::Text)],
         gives: &["text", "fails", "holds"],

@@ -1,10 +1,11 @@
 //! Measures of runs: verdict, energies, and what is read from the trace of an axis.
 
 use hpu_cosim::scene::{Experiment, OutcomeKind, Scene};
-use hpu_cosim::{Control, Driver, Simulation, Summary, Trace, Verdict, Wired, WiredSimulation};
+use hpu_cosim::{ANGLE, Control, Driver, Simulation, Summary, Trace, Verdict, Wired, WiredSimulation};
 
 use super::super::template::{Value, Values, length};
-use super::{Asked, Taken, numbers, text};
+use super::{Asked, LONGEST, Taken, numbers, text};
+use crate::told::untold;
 
 /// A finished run.
 struct Made {
@@ -22,15 +23,38 @@ fn make(asked: &Asked, more: &[(String, String)], control: &Control) -> Result<M
     Ok(Made { experiment, summary, trace })
 }
 
+/// Runs the scene as [`make`] does; if it is too short to tell, makes it as long as it takes, up to [`LONGEST`].
+fn make_told(asked: &Asked, more: &[(String, String)], control: &Control) -> Result<Made, String> {
+    let mut made = make(asked, more, control)?;
+    let longest_s = LONGEST * made.experiment.run.duration_s;
+    while let Some(telling_s) = made.summary.verdict.and_then(Verdict::telling_s)
+        && (made.experiment.run.duration_s..=longest_s).contains(&telling_s)
+    {
+        let longer = ("run.duration".to_string(), format!("{telling_s} s"));
+        made = make(asked, &[more, &[longer]].concat(), control)?;
+    }
+    Ok(made)
+}
+
 impl Made {
-    fn settled(&self) -> bool {
-        matches!(self.summary.outcome(), Some(OutcomeKind::Settled | OutcomeKind::Passive))
+    /// Returns whether the motion comes to rest.
+    ///
+    /// # Errors
+    ///
+    /// Returns why the run does not tell, and what would tell.
+    fn settled(&self) -> Result<bool, String> {
+        let verdict = self.summary.verdict;
+        match verdict.and_then(|verdict| untold(verdict.outcome(), verdict.telling_s())) {
+            Some(why) => Err(why),
+            None => Ok(matches!(self.summary.outcome(), Some(OutcomeKind::Settled | OutcomeKind::Passive))),
+        }
     }
 
-    /// Returns the frequency of the run's limit cycle, in Hz, if it has one.
+    /// Returns the frequency of a motion that swings to the end, in Hz, if it has one.
     fn frequency_hz(&self) -> Option<f64> {
         match self.summary.verdict {
-            Some(Verdict::LimitCycle { frequency_hz, .. }) if frequency_hz > 0.0 => Some(frequency_hz),
+            Some(Verdict::LimitCycle { frequency_hz, .. }) => Some(frequency_hz),
+            Some(Verdict::NotTold { frequency_hz, .. }) if frequency_hz > 0.0 => Some(frequency_hz),
             _ => None,
         }
     }
@@ -40,11 +64,16 @@ impl Made {
         let is_angle = self.axis().is_some_and(|scene| scene.device.units().position == "rad");
         let size = |size: f64| if is_angle { format!("{size:.3e} rad") } else { length(size) };
         match self.summary.verdict {
-            Some(Verdict::LimitCycle { amplitude_rad, frequency_hz, .. }) if frequency_hz > 0.0 => {
+            Some(Verdict::LimitCycle { amplitude_rad, frequency_hz, .. }) => {
                 format!("chatters, {frequency_hz:.3} Hz, {}", size(amplitude_rad))
             }
-            Some(Verdict::LimitCycle { .. }) => "moving to the end, without a period".into(),
+            Some(Verdict::NotTold { frequency_hz: 0.0, .. }) => "moving to the end, without a period".into(),
+            Some(Verdict::NotTold { amplitude_rad, frequency_hz, .. }) => {
+                format!("may come to rest, {frequency_hz:.3} Hz, {}", size(amplitude_rad))
+            }
+            Some(Verdict::HandMoves { until_s, .. }) => format!("follows the hand, until {until_s:.2} s"),
             Some(Verdict::Diverged { at_s, .. }) => format!("diverges, watched since {at_s:.0} s"),
+            Some(Verdict::NoWallTorque { depth, .. }) => format!("is {} in the wall without its torque", size(depth)),
             Some(Verdict::NonPassive { rms_m }) => format!("is not passive, {} rms", length(rms_m)),
             Some(Verdict::HighlyUnstable { at_s }) => format!("aborted at {at_s:.2} s"),
             Some(Verdict::Tracking { rms_m, .. }) => format!("tracks its target, {} rms", length(rms_m)),
@@ -117,7 +146,10 @@ pub(super) fn run(asked: &Asked, control: &Control) -> Result<Values, String> {
     let Summary { energy, .. } = made.summary;
     let (rms, amplitude) = match made.summary.verdict {
         Some(Verdict::Settled { rms_rad }) => (rms_rad, 0.0),
-        Some(Verdict::LimitCycle { rms_rad, amplitude_rad, .. }) => (rms_rad, amplitude_rad),
+        Some(Verdict::LimitCycle { rms_rad, amplitude_rad, .. } | Verdict::NotTold { rms_rad, amplitude_rad, .. }) => {
+            (rms_rad, amplitude_rad)
+        }
+        Some(Verdict::HandMoves { rms_rad, .. }) => (rms_rad, 0.0),
         Some(Verdict::Passive { rms_m } | Verdict::NonPassive { rms_m } | Verdict::Tracking { rms_m, .. }) => {
             (rms_m, 0.0)
         }
@@ -125,7 +157,6 @@ pub(super) fn run(asked: &Asked, control: &Control) -> Result<Values, String> {
         _ => (f64::INFINITY, f64::INFINITY),
     };
     let mut values = numbers([
-        ("settles", f64::from(u8::from(made.settled()))),
         ("rms", rms),
         ("amplitude", amplitude),
         ("frequency", made.frequency_hz().unwrap_or(0.0)),
@@ -137,6 +168,7 @@ pub(super) fn run(asked: &Asked, control: &Control) -> Result<Values, String> {
         ("residual", energy.residual_j),
     ]);
     values.extend([text("outcome", made.outcome())]);
+    values.insert("settles".into(), made.settled().map(|settled| Value::Number(f64::from(u8::from(settled)))));
     let torque = made.summary.averages.map(|[torque, _]| Value::Number(torque));
     values.insert("torque".into(), torque.ok_or_else(|| "stopped before its end".into()));
     if let Some(scene) = made.axis() {
@@ -149,7 +181,7 @@ pub(super) fn run(asked: &Asked, control: &Control) -> Result<Values, String> {
 fn of_axis(asked: &Asked, made: &Made, scene: &Scene) -> Values {
     let positions = made.trace.angles_rad();
     let rows = positions.len();
-    let judged = rows - rows * 3 / 10..rows;
+    let judged = rows - made.trace.judged_rows(ANGLE).len()..rows;
     let [low, high] = ends(&positions[judged.clone()]);
     let pairs: Vec<(f64, f64)> = made.beyond(scene).zip(made.pushes()).collect();
     let (held_at, held_by) = mean(&pairs[judged]);
@@ -227,12 +259,13 @@ pub(super) fn ladder(asked: &Asked, control: &Control) -> Result<Values, String>
     let (mut rungs, mut turn) = (Vec::new(), None);
     let unit = asked.text("unit");
     for &value in asked.numbers("values") {
-        let made = make(asked, &[(asked.text("key").to_string(), format!("{value} {unit}"))], control)?;
-        if !made.settled() && turn.is_none() {
+        let made = make_told(asked, &[(asked.text("key").to_string(), format!("{value} {unit}"))], control)?;
+        let settled = made.settled()?;
+        if !settled && turn.is_none() {
             let below = rungs.last().map_or(0.0, |(value, ..): &(f64, bool, String)| *value);
             turn = Some([below, value, made.frequency_hz().unwrap_or(f64::INFINITY)]);
         }
-        rungs.push((value, made.settled(), made.outcome()));
+        rungs.push((value, settled, made.outcome()));
     }
     let [below, at, frequency] = turn.unwrap_or([f64::INFINITY; 3]);
     let mut values = numbers([("below", below), ("at", at), ("frequency", frequency)]);

@@ -11,6 +11,7 @@ use super::super::template::{Value, Values, length};
 use super::velocity::lag;
 use super::{Asked, Measure, Takes, numbers, option, text};
 use crate::gimbal::{Criteria, NAMES, Switches};
+use crate::told::untold;
 
 /// Columns of a row of a gimbal: the tip, its target.
 const TIP: Range<usize> = 0..3;
@@ -125,6 +126,8 @@ impl Made {
             }
             Some(Verdict::Diverged { at_s, .. }) => format!("leaves its range at {at_s:.2} s"),
             Some(Verdict::Tracking { .. }) => "follows".into(),
+            Some(Verdict::NotTold { .. }) => "may still come to rest".into(),
+            Some(Verdict::HandMoves { until_s, .. }) => format!("follows the finger, until {until_s:.2} s"),
             _ => "settles".into(),
         }
     }
@@ -216,10 +219,14 @@ fn segment(asked: &Asked, control: &Control) -> Result<Values, String> {
     let [stress_error, stress_deviation] = spread(&wrong);
     let greatest = |values: &[f64]| values.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
     let settled = |made: &Made| matches!(made.verdict, Some(Verdict::Settled { .. } | Verdict::Tracking { .. }));
+    let verdicts = || all.iter().filter_map(|made| made.verdict);
+    let settles = match verdicts().find_map(|verdict| untold(verdict.outcome(), verdict.telling_s())) {
+        Some(why) => Err(why),
+        None => Ok(Value::Number(f64::from(u8::from(all.iter().all(settled))))),
+    };
     let [lag_height, lag_pitch, lag_roll] = lags(&all);
     let energies: Vec<f64> = all.iter().filter_map(|made| made.switches.energy_j()).collect();
     let mut values = numbers([
-        ("settles", f64::from(u8::from(all.iter().all(settled)))),
         ("rms", libm::hypot(mean, deviation)),
         ("mean", mean),
         ("deviation", deviation),
@@ -254,6 +261,7 @@ fn segment(asked: &Asked, control: &Control) -> Result<Values, String> {
         }
     }
     values.extend([text("outcome", all[0].outcome())]);
+    values.insert("settles".into(), settles);
     Ok(values)
 }
 

@@ -1,0 +1,325 @@
+//! The linear loop as driven: against known answers, and against a loop whose registers are stepped clock by clock.
+
+use hpu_cosim::SplitMix64;
+use hpu_cosim::scene::{BridgeModel, Device, Scene, shipped};
+
+use super::driven::{DrivenSet, held, searched};
+use super::pulses::Pulses;
+use super::stable::StableSet;
+use crate::SampledLoop;
+use crate::sampled::{Matrix, exponential, scaled};
+use crate::waits::{Drive, Rest};
+
+fn known(name: &str, set: &[(&str, String)]) -> Scene {
+    let shipped = shipped().iter().find(|scene| scene.name == name).expect("it is shipped");
+    let set: Vec<_> = set.iter().map(|(key, value)| (key.to_string(), value.clone())).collect();
+    Scene::parse(name, shipped.text, &set, &mut |_| unreachable!("no file is named"))
+        .unwrap_or_else(|e| panic!("{e:#}"))
+}
+
+fn pulses(name: &str) -> Pulses {
+    Pulses::new(&known(name, &[])).expect("a modulator")
+}
+
+/// Critical stiffnesses at a fixed duty, as brackets with the stable stiffness first: computed in ball arithmetic of
+/// 384 to 8000 bits, with the criterion of Schur and Cohn at both ends.
+const CRITICAL: [(&str, f64, [f64; 2]); 7] = [
+    ("hybrid-wall", 0.25, [3.175_272_609_926_76, 3.175_272_609_934_21]),
+    ("hybrid-wall", 0.0, [3.774_097_814_038_39, 3.774_097_814_045_85]),
+    ("conventional-wall-10khz", 0.25, [2.919_862_165_274_098, 2.919_862_165_274_680]),
+    ("conventional-wall-10khz", 0.0, [3.328_763_973_351_306, 3.328_763_973_352_033]),
+    ("conventional-wall-1khz", 0.25, [0.771_218_862_898_647, 0.771_218_862_906_098]),
+    ("conventional-wall-1khz", 0.0, [0.797_963_376_469_910, 0.797_963_376_477_360]),
+    ("slow-pwm", 0.25, [1.086_055_526_763_107, 1.086_055_526_768_928]),
+];
+
+#[test]
+fn known_critical_stiffnesses_are_proved_on_both_sides_within_a_billionth() {
+    for (name, duty, [stable, unstable]) in CRITICAL {
+        let mut pulses = pulses(name);
+        pulses.rest = Rest::Duty(duty);
+        let [below, above] = [stable * (1.0 - 4.5e-10), unstable * (1.0 + 4.5e-10)];
+        assert!(pulses.settles([below; 2]), "{name} at {duty}: {below} is not proved to settle");
+        assert!(pulses.persists(above), "{name} at {duty}: {above} is not proved to persist");
+        // Neither proof holds on the other side.
+        assert!(!pulses.settles([above; 2]) && !pulses.persists(below), "{name} at {duty}");
+        let growths = [stable, unstable].map(|stiffness| pulses.growth_per_s(stiffness));
+        assert!(growths.iter().all(|growth| growth.abs() < 1e-8), "{name} at {duty}: {growths:?}");
+    }
+}
+
+/// The duty at rest of those answers: the hand's spring ends 1.8 - 1.5002 rad behind the wall.
+const REST: Rest = Rest::Spring { stiffness: 0.3, duty: 0.3 * (1.8 - 1.5002) / 0.265 };
+
+#[test]
+fn the_loop_at_rest_has_the_known_limits_and_growth() {
+    for (name, limit) in [
+        ("hybrid-wall", 3.061_756_49),
+        ("conventional-wall-10khz", 2.840_438_39),
+        ("conventional-wall-1khz", 0.771_796_81),
+        ("slow-pwm", 1.041_459_16),
+    ] {
+        let mut pulses = pulses(name);
+        pulses.rest = REST;
+        assert!(pulses.settles([limit * (1.0 - 5e-9); 2]), "{name}");
+        assert!(pulses.persists(limit * (1.0 + 5e-9)), "{name}");
+    }
+    let mut pulses = pulses("hybrid-wall");
+    pulses.rest = REST;
+    for (stiffness, growth) in [(1.5, -86.564_989), (2.5, -29.184_091), (3.0, -3.122_485), (3.2, 6.919_801)] {
+        let found = pulses.growth_per_s(stiffness);
+        assert!((found - growth).abs() < 1e-6, "{stiffness}: {found}, not {growth}");
+    }
+}
+
+fn end(set: &StableSet) -> f64 {
+    let first = set.stable.first().unwrap_or_else(|| panic!("none settles: {set:?}"));
+    assert!(first.from.beyond.is_none() && first.to.uncertainty() <= 5e-10 * first.to.at, "{set:?}");
+    first.to.middle()
+}
+
+#[test]
+fn each_drive_of_the_shipped_walls_has_the_limit_at_which_their_motion_leaps() {
+    let text = |key: &'static str, value: &str| (key, value.to_string());
+    let (immediate, antiphase) = (text("method.pwm.duty", "immediate"), text("method.pwm.mode", "locked_antiphase"));
+    let averaged = text("model.bridge", "averaged");
+    // Limits computed at the wall 1.5002 rad; the scenes' own walls lie a thirtieth of a milliradian farther.
+    for (name, set, limit) in [
+        ("hybrid-wall", vec![], 3.061_756_5),
+        ("hybrid-wall", vec![averaged], 3.061_756_5),
+        ("hybrid-wall", vec![immediate], 3.774_287_8),
+        ("hybrid-wall", vec![antiphase], 2.541_075_2),
+        ("conventional-wall-10khz", vec![], 2.840_438_4),
+        ("conventional-wall-1khz", vec![], 0.771_796_8),
+    ] {
+        let scene = known(name, &set);
+        let found = DrivenSet::new(&scene, [0.05, 20.0]).expect("a modulator");
+        let limit_found = end(&found.set);
+        assert!((limit_found / limit - 1.0).abs() < 1e-4, "{name} {set:?}: {limit_found}, not {limit}");
+        assert_eq!((found.set.stable.len(), found.set.open.len()), (1, 0), "{name} {set:?}: {found:?}");
+    }
+}
+
+/// The loop with all of its registers, clock by clock.
+struct Clocked {
+    /// Current, speed, angle and effort over a clock.
+    flow: Matrix,
+    /// The current's change by a unit of command.
+    kick: f64,
+    sample: u64,
+    drive: Drive,
+    /// Clocks from the start of a modulator's period to the pulse's end.
+    pulse: u64,
+    settling: usize,
+    is_live: bool,
+    spring: f64,
+    damper: f64,
+}
+
+/// The encoder's lines in synchronizer, decoder and counter.
+const LINES: usize = 4;
+
+impl Clocked {
+    fn new(scene: &Scene, stiffness: f64, pulse: u64) -> Self {
+        let Device::Motor(motor) = &scene.device else { panic!("a motor") };
+        let (grip, grip_damping) = scene.hand.grip();
+        let (r, l) = (motor.resistance_ohm + 2.0 * scene.bridge.on_resistance_ohm, motor.inductance_h);
+        let (k, j) = (motor.torque_constant_nm_per_a, motor.inertia_kg_m2());
+        let drag = motor.viscous_friction_nm_s_per_rad + grip_damping;
+        let clock_s = scene.clock.period_s();
+        let plant = vec![
+            vec![-r / l, -k / l, 0.0, r / (k * l)],
+            vec![k / j, -drag / j, -grip / j, 0.0],
+            vec![0.0, 1.0, 0.0, 0.0],
+            vec![0.0; 4],
+        ];
+        let drive = Drive::of(scene);
+        let period = if let Drive::Pulses { period, .. } = drive { period } else { 1 };
+        Self {
+            flow: exponential(&scaled(&plant, clock_s)),
+            kick: r * period as f64 * clock_s / (k * l),
+            sample: scene.period_clocks(),
+            drive,
+            pulse,
+            settling: scene.method.settling as usize,
+            is_live: scene.method.kind.is_live(),
+            spring: stiffness,
+            damper: scene.wall.damping_nm_s_per_rad / scene.sample_period_s(),
+        }
+    }
+
+    /// Steps a state through a number of clocks: plant, lines, sampled position, velocity, commands that settle, and
+    /// the command that the modulator holds.
+    fn run(&self, state: &mut [f64], clocks: u64) {
+        let (lines, sampled, velocity) = (3, 3 + LINES, 4 + LINES);
+        let (first, held) = (5 + LINES, 5 + LINES + self.settling);
+        let torque = |state: &[f64]| {
+            let position = if self.is_live { state[lines + LINES - 1] } else { state[sampled] };
+            -(self.spring * position + self.damper * state[velocity])
+        };
+        let command = |state: &[f64]| if self.settling == 0 { torque(state) } else { state[held - 1] };
+        for clock in 1..=clocks {
+            let effort = if self.drive == Drive::Held { command(state) } else { 0.0 };
+            let all = [state[0], state[1], state[2], effort];
+            for row in 0..3 {
+                state[row] = (0..4).map(|k| self.flow[row][k] * all[k]).sum();
+            }
+            let (wanted, shown, counted) = (torque(state), command(state), state[lines + LINES - 1]);
+            state.copy_within(lines..lines + LINES - 1, lines + 1);
+            state[lines] = state[2];
+            if (clock - 1).is_multiple_of(self.sample) {
+                state[velocity] = counted - state[sampled];
+                state[sampled] = counted;
+            }
+            if self.settling > 0 {
+                state.copy_within(first..held - 1, first + 1);
+                state[first] = wanted;
+            }
+            let Drive::Pulses { period, latched, .. } = self.drive else {
+                state[held] = 0.0;
+                continue;
+            };
+            let phase = (clock - 1) % period;
+            if !latched {
+                state[held] = 0.0;
+                if phase == self.pulse % period {
+                    state[0] += self.kick * shown;
+                }
+                continue;
+            }
+            if phase == 0 && self.pulse == period {
+                state[0] += self.kick * state[held];
+            }
+            if phase == 0 {
+                state[held] = shown;
+            }
+            if phase == self.pulse {
+                state[0] += self.kick * state[held];
+            }
+        }
+    }
+
+    /// Returns the logarithm of the growth over this number of clocks.
+    fn log_growth(&self, clocks: u64) -> f64 {
+        let size = 6 + LINES + self.settling;
+        let columns: Vec<Vec<f64>> = (0..size)
+            .map(|of| {
+                let mut state = vec![0.0; size];
+                state[of] = 1.0;
+                self.run(&mut state, clocks);
+                state
+            })
+            .collect();
+        let rows = (0..size).map(|row| columns.iter().map(|column| column[row]).collect()).collect();
+        libm::log(SampledLoop::of(rows).spectral_radius())
+    }
+}
+
+#[test]
+fn no_proved_stretch_of_a_thousand_random_loops_has_a_loop_that_grows_clock_by_clock() {
+    let mut random = SplitMix64::new(58);
+    let mut share = move || (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
+    let (mut some, mut proved, mut ended, mut compared, mut drives) = (0, 0, 0, 0, [0; 4]);
+    for index in 0..1000 {
+        let among = |share: f64, from: u64, to: u64| from + (share * (to - from + 1) as f64) as u64;
+        let (bits, sample, settling) = (among(share(), 3, 5), among(share(), 16, 100), among(share(), 0, 9));
+        let (live, antiphase) = (share() < 0.5, share() < 0.5);
+        let kind = index % 4;
+        drives[kind] += 1;
+        let set = [
+            ("clock.frequency", "1 MHz".to_string()),
+            ("method.kind", if live { "hybrid" } else { "conventional" }.into()),
+            ("method.sample_rate", format!("{:e}", 1e6 / sample as f64)),
+            ("method.settling", settling.to_string()),
+            ("method.pwm.bits", bits.to_string()),
+            ("method.pwm.duty", if kind % 2 == 0 { "latched" } else { "immediate" }.into()),
+            ("method.pwm.mode", if antiphase { "locked_antiphase" } else { "sign_magnitude" }.into()),
+            ("model.bridge", if kind < 2 { "switching" } else { "averaged" }.into()),
+            ("method.stiffness_format", "(0,8,24)".into()),
+            ("method.damping_format", "(0,8,24)".into()),
+            ("device.inductance", format!("{:e}", 1e-4 * (1.0 + 9.0 * share()))),
+            ("device.rotor_inertia", format!("{:e}", 1e-6 * (1.0 + 9.0 * share()))),
+            ("hand.stiffness", format!("{:e}", 0.01 + share())),
+            ("wall.damping", format!("{:e}", 3e-4 * share())),
+        ];
+        let live = live && kind != 3;
+        let set = set
+            .map(|(key, value)| (key, if key == "method.kind" && !live { "conventional".to_string() } else { value }));
+        let scene = known("hybrid-wall", &set);
+        assert_eq!(scene.period_clocks(), sample);
+        let drive = Drive::of(&scene);
+        let range: [f64; 2] = [0.05, 200.0];
+        let (period, words) = (1u64 << bits, among(share(), 0, 1 << (bits - 1)));
+        let duty = 2.0 * words as f64 / period as f64;
+        let pulse = drive.pulse(duty) as u64;
+        let grid = (1..=period).rev().find(|k| period % k == 0 && sample.is_multiple_of(*k)).expect("one");
+        let clocks = if drive == Drive::Held { sample } else { sample * period / grid };
+        let grows = |stiffness: f64| Clocked::new(&scene, stiffness, pulse).log_growth(clocks);
+        let anywhere = |share: f64| range[0] * (range[1] / range[0]).powf(share);
+        let pulses = (drive != Drive::Held).then(|| {
+            let mut pulses = Pulses::new(&scene).expect("a modulator");
+            pulses.rest = Rest::Duty(duty);
+            pulses
+        });
+        if let Some(pulses) = &pulses {
+            let stiffness = anywhere(share());
+            let (own, other) = (pulses.growth_per_s(stiffness) * pulses.common_s(), grows(stiffness));
+            if other > -12.0 {
+                compared += 1;
+                assert!((own - other).abs() < 1e-6 * (1.0 + other.abs()), "{index} at {stiffness}: {own}, {other}");
+            }
+            for _ in 0..6 {
+                let low = anywhere(share());
+                let high = low * (1.0 + share() * share());
+                if pulses.settles([low, high]) {
+                    some += 1;
+                    for stiffness in [low, low + share() * (high - low), high] {
+                        let growth = grows(stiffness);
+                        assert!(growth < 1e-8, "{index}: grows by e^{growth} at {stiffness}, within {low} to {high}");
+                    }
+                }
+            }
+        }
+        // The whole set takes a hundred such proofs.
+        let set = match &pulses {
+            None => held(&scene, drive, range, 0).expect("a sampled loop"),
+            Some(pulses) if index < 100 => searched(pulses, &scene, range, 30).0,
+            Some(_) => continue,
+        };
+        for stretch in &set.stable {
+            proved += 1;
+            let [from, to] = [stretch.from.at, stretch.to.at];
+            for stiffness in [from, from * (to / from).powf(share()), to] {
+                let growth = grows(stiffness);
+                assert!(growth < 1e-8, "{index}: grows by e^{growth} at {stiffness}, within {from} to {to}");
+            }
+            for (end, outwards) in [(stretch.from, -1.0), (stretch.to, 1.0)] {
+                let Some(beyond) = end.beyond else { continue };
+                ended += 1;
+                assert!((end.at / beyond - 1.0).abs() < 2e-6, "{index}: {end:?}");
+                let growth = grows(beyond * (1.0 + 1e-7 * outwards));
+                assert!(growth > -1e-8, "{index}: decays by e^{growth} beyond {beyond}");
+            }
+        }
+    }
+    let counts = (some, proved, ended, compared);
+    assert!(some > 1000 && proved > 300 && ended > 250 && compared > 500 && drives == [250; 4], "{counts:?}");
+}
+
+#[test]
+fn a_loop_that_is_not_worked_out_says_why_and_what_the_ideal_drive_leaves_out() {
+    for (set, why, wait) in [
+        (("method.pwm.dead_time", "2 us"), "dead time", ("the bridge's dead time", 2e-6)),
+        (("method.pwm.off", "float"), "leaves the winding open", ("synchronizer, decoder and counter", 8e-8)),
+    ] {
+        let scene = known("hybrid-wall", &[(set.0, set.1.to_string())]);
+        let reason = DrivenSet::new(&scene, [0.05, 20.0]).expect_err(why);
+        assert!(reason.why.contains(why), "{reason:?}");
+        let told = reason.left_out.iter().find(|left| left.what == wait.0).unwrap_or_else(|| panic!("{reason:?}"));
+        assert!((told.seconds / wait.1 - 1.0).abs() < 1e-12, "{reason:?}");
+        assert!(reason.left_out.iter().any(|left| left.what == "the modulator, at rest"), "{reason:?}");
+    }
+    let scene = known("hybrid-wall", &[("model.bridge", "averaged".into())]);
+    assert_eq!(scene.model.bridge, BridgeModel::Averaged);
+    assert!(DrivenSet::new(&scene, [0.05, 20.0]).expect("pulses in its place").is_averaged);
+}

@@ -1,0 +1,155 @@
+//! How long the loop of a scene waits between a position and the effort that answers it.
+//!
+//! A position takes two clocks in the synchronizer, one in the decoder and one in the counter; the next register or the
+//! modulator reads it at the fourth clock after that of the encoder's lines. A sampled spring and a sampled velocity
+//! wait in a register, `method.settling` holds the command back, and a modulator waits for its period.
+
+use hpu_cosim::scene::{BridgeModel, Datapath, Device, EncoderModel, Hand, Scene};
+
+/// Clocks from the encoder's lines to the next register behind the counter.
+const LINES: u64 = 4;
+
+/// Whether a scene's loop reads the encoder's lines clock by clock.
+pub(crate) fn has_lines(scene: &Scene) -> bool {
+    scene.model.datapath == Datapath::Words && scene.model.encoder == EncoderModel::Quantised
+}
+
+/// How the commands of a scene act on its device.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Drive {
+    /// The linear law has no logic: an effort acts `model.delay` after its sample.
+    Linear,
+    /// A command acts from its own clock on: through an amplifier, or through an averaged bridge that takes every duty
+    /// at once.
+    Held,
+    /// A command moves the end of a modulator's pulse.
+    Pulses {
+        /// Clocks of the modulator's period.
+        period: u64,
+        /// Whether the command is taken at the start of the period, or where the pulse ends.
+        latched: bool,
+        /// Whether the pulse is as long as half of the period at a duty of 0.
+        antiphase: bool,
+    },
+}
+
+impl Drive {
+    /// Returns the drive of a scene.
+    pub fn of(scene: &Scene) -> Self {
+        let pwm = scene.method.pwm;
+        match (scene.model.datapath, &scene.device, scene.model.bridge) {
+            (Datapath::Linear, ..) => Self::Linear,
+            (_, Device::Mass(_), _) => Self::Held,
+            (_, Device::Motor(_), BridgeModel::Averaged) if !pwm.latched => Self::Held,
+            (_, Device::Motor(_), _) => {
+                Self::Pulses { period: 1 << pwm.bits, latched: pwm.latched, antiphase: pwm.antiphase }
+            }
+        }
+    }
+
+    /// Returns the clocks from the encoder's lines to the command at work, beside `method.settling`, sampling and the
+    /// modulator's period. A modulator reads a command one clock after the clock that made it.
+    pub fn lines(self, scene: &Scene) -> u64 {
+        match self {
+            _ if !has_lines(scene) => 0,
+            Self::Linear | Self::Held => LINES - 1,
+            Self::Pulses { .. } => LINES,
+        }
+    }
+
+    /// Returns the clocks from the start of a period to the end of the pulse that a command moves.
+    pub fn pulse(self, duty: f64) -> f64 {
+        match self {
+            Self::Linear | Self::Held => 0.0,
+            Self::Pulses { period, antiphase: true, .. } => 0.5 * (1.0 + duty) * period as f64,
+            Self::Pulses { period, antiphase: false, .. } => duty * period as f64,
+        }
+    }
+}
+
+/// The duty that a wall asks for at rest: the share of a full command.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) enum Rest {
+    /// The same duty at every stiffness.
+    Duty(f64),
+    /// A hand of this stiffness, whose intended place lies behind the wall's surface: `duty` is that of the hand's
+    /// effort on a wall that does not yield.
+    Spring { stiffness: f64, duty: f64 },
+}
+
+impl Rest {
+    /// Returns the rest of a scene at the end of its hand's path; none if the hand imposes the motion or the scene has
+    /// no full command.
+    pub fn of(scene: &Scene) -> Option<Self> {
+        let realised = scene.words().ok()?.realised;
+        let full = realised.torque_quantum_nm * 2f64.powi(scene.method.pwm.bits.cast_signed());
+        match &scene.hand {
+            Hand::None => Some(Self::Duty(0.0)),
+            Hand::ConstantTorque { torque_nm } => Some(Self::Duty(torque_nm.max(0.0) / full)),
+            Hand::SpringDamper { stiffness_nm_per_rad, path, .. } => {
+                let depth = path.last().map_or(0.0, |end| end.angle_rad - realised.wall_position_rad).max(0.0);
+                let stiffness = *stiffness_nm_per_rad;
+                Some(Self::Spring { stiffness, duty: stiffness * depth / full })
+            }
+            Hand::Prescribed { .. } | Hand::Capture { .. } => None,
+        }
+    }
+
+    /// Returns the duty on a wall of this stiffness. It grows with the stiffness.
+    pub fn duty(self, stiffness: f64) -> f64 {
+        match self {
+            Self::Duty(duty) => duty,
+            Self::Spring { duty, .. } if duty == 0.0 => 0.0,
+            Self::Spring { stiffness: hand, duty } => duty * stiffness / (stiffness + hand),
+        }
+    }
+
+    /// Returns the stiffness from which on the command at rest is a full one, if there is one.
+    pub fn full_from(self) -> Option<f64> {
+        match self {
+            Self::Duty(duty) => (duty >= 1.0).then_some(0.0),
+            Self::Spring { stiffness, duty } => (duty > 1.0).then(|| stiffness / (duty - 1.0)),
+        }
+    }
+}
+
+/// Returns the duty at rest on the scene's own wall, a full command at most.
+fn own_duty(scene: &Scene) -> f64 {
+    Rest::of(scene).map_or(0.0, |rest| rest.duty(scene.wall.stiffness_nm_per_rad)).min(1.0)
+}
+
+/// A time that the loop of a scene waits.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Wait {
+    /// What it waits for.
+    pub what: &'static str,
+    /// How long, in s.
+    pub seconds: f64,
+}
+
+/// Returns the times that a scene's loop waits beside sampling, without those that are zero. A modulator's wait is that
+/// at rest on the scene's own wall.
+pub fn waits(scene: &Scene) -> Vec<Wait> {
+    let drive = Drive::of(scene);
+    let seconds = |clocks: f64| clocks * scene.clock.period_s();
+    let held = has_lines(scene) && !scene.method.kind.is_live();
+    let modulator = match drive {
+        Drive::Pulses { latched: true, .. } => drive.pulse(own_duty(scene)),
+        _ => 0.0,
+    };
+    let dead_s = if let Drive::Pulses { .. } = drive { scene.method.pwm.dead_time_s } else { 0.0 };
+    let all = [
+        ("the linear law's delay", if drive == Drive::Linear { scene.model.delay_s } else { 0.0 }),
+        ("synchronizer, decoder and counter", seconds(drive.lines(scene) as f64)),
+        ("the held position", seconds(f64::from(u8::from(held)))),
+        ("method.settling", seconds(f64::from(scene.method.settling))),
+        ("the modulator, at rest", seconds(modulator)),
+        ("the bridge's dead time", dead_s),
+    ];
+    all.into_iter().map(|(what, seconds)| Wait { what, seconds }).filter(|wait| wait.seconds > 0.0).collect()
+}
+
+/// Returns the delay of a scene's loop beside sampling and holding, in s: all of its [`waits`].
+pub(crate) fn delay_s(scene: &Scene) -> f64 {
+    waits(scene).iter().fold(0.0, |sum, wait| sum + wait.seconds)
+}
