@@ -99,7 +99,7 @@ impl Rest {
     pub fn duty(self, stiffness: f64) -> f64 {
         match self {
             Self::Duty(duty) => duty,
-            Self::Spring { duty, .. } if duty == 0.0 => 0.0,
+            Self::Spring { duty: 0.0, .. } => 0.0,
             Self::Spring { stiffness: hand, duty } => duty * stiffness / (stiffness + hand),
         }
     }

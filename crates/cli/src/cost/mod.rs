@@ -134,7 +134,7 @@ fn design(scene: &DutScene, cost: &DutCost) -> Page {
     let fits = cost.ecp5.is_none();
     let dsp = (!fits).then_some(dsp);
     let heads = ["lut4", "ff", "carry", "bram", "dsp", "cells"].map(|head| Column::integer("", head));
-    let columns = [Column::text("", &*scene.dut.top), Column::text("", "target")].into_iter().chain(heads);
+    let columns = [Column::text("", &scene.dut.top), Column::text("", "target")].into_iter().chain(heads);
     let mut row = Table::new("", columns);
     let [name, target_cell] = [scene.name.as_str(), target].map(Cell::new);
     row.add(

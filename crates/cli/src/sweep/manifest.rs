@@ -218,7 +218,7 @@ pub fn put(file: Temporary, place: &Path) -> Result<(), Failure> {
 
 /// Returns the checksum over a manifest without it.
 fn sum(object: &Value) -> String {
-    sha256::of(&object.to_string())
+    sha256::of(object.to_string())
 }
 
 fn unhex(text: &str) -> Option<Vec<u8>> {

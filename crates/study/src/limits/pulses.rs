@@ -304,10 +304,10 @@ impl Pulses {
                     Some(column) => (step.a[at][column], step.a_error[at][column]) = (value, error),
                 }
             };
-        for state in 0..PLANT {
+        for (state, columns) in period.iter().enumerate().take(PLANT) {
             let pushed = own.state(self, state);
             let error = error(state, pushed, &|end| end.state(self, state));
-            put(&mut plain, state, &period[state], pushed, [0.0, error]);
+            put(&mut plain, state, columns, pushed, [0.0, error]);
         }
         plain.a[SAMPLED][SAMPLED] = 1.0;
         plain.a[VELOCITY][VELOCITY] = 1.0;
