@@ -166,7 +166,8 @@ fn names_that_are_no_identifiers_are_refused_at_their_line() {
     }
     // The number of a line, and what stands there in the place of the awkward name.
     let wrong = |name: &str| serde_json::to_string(name).expect("a text");
-    let cases: [(&str, &dyn Fn(&str) -> String); 6] = [
+    type Written<'a> = &'a dyn Fn(&str) -> String;
+    let cases: [(&str, Written); 6] = [
         ("top = \"top\"", &|name| format!("top = {}", wrong(name))),
         ("clock = \"clk\"", &|name| format!("clock = {}", wrong(name))),
         ("clock = \"clk\"", &|name| format!("clocks = {{ {} = 1 }}", wrong(name))),

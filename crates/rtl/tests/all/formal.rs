@@ -501,6 +501,9 @@ fn an_error_inside_a_block_is_no_error_of_the_wiring() {
     }
 }
 
+/// Texts of a block's VHDL, and what replaces them.
+type Changes<'a> = &'a [(&'a str, &'a str)];
+
 /// Returns the verdict on a configuration of a block whose VHDL has these texts replaced.
 fn verdict_on(dir: &str, name: &str, label: &str, changes: &[(&str, &str)]) -> Verdict {
     let hdl = changed(dir, name, changes[0].0, changes[0].1);
@@ -518,7 +521,7 @@ fn verdict_on(dir: &str, name: &str, label: &str, changes: &[(&str, &str)]) -> V
 fn a_register_that_the_clock_s_rising_edge_alone_does_not_clock_is_refused() {
     let falling = ("rising_edge(clk)", "falling_edge(clk)");
     let signal = |value: &'static str| ("begin\n\n  process (clk)", value);
-    let refused: [(&str, &str, &[(&str, &str)], &str); 8] = [
+    let refused: [(&str, &str, Changes, &str); 8] = [
         ("position_counter", "8_bit", &[falling], "register position is clocked by the falling edge of clk"),
         (
             "position_counter",
@@ -644,7 +647,7 @@ fn a_wrong_clock_in_a_leaf_refuses_the_wirings_around_it() {
 
 #[test]
 fn errors_of_the_reset_and_of_enables_are_refuted() {
-    let refuted: [(&str, &str, &[(&str, &str)]); 4] = [
+    let refuted: [(&str, &str, Changes); 4] = [
         ("position_counter", "8_bit", &[("if rst = '1'", "if rst = '0'")]),
         ("synchronizer", "default", &[("        stage_b := '0';\n", "")]),
         // Power-up instead of the reset.
