@@ -26,7 +26,7 @@ fn pulses(name: &str) -> Pulses {
 const CRITICAL: [(&str, f64, [f64; 2]); 7] = [
     ("hybrid-wall", 0.25, [3.175_272_609_926_76, 3.175_272_609_934_21]),
     ("hybrid-wall", 0.0, [3.774_097_814_038_39, 3.774_097_814_045_85]),
-    ("conventional-wall-10khz", 0.25, [2.919_862_165_274_098, 2.919_862_165_274_680]),
+    ("conventional-wall-10khz", 0.25, [2.919_862_165_274_098, 2.919_862_165_274_68]),
     ("conventional-wall-10khz", 0.0, [3.328_763_973_351_306, 3.328_763_973_352_033]),
     ("conventional-wall-1khz", 0.25, [0.771_218_862_898_647, 0.771_218_862_906_098]),
     ("conventional-wall-1khz", 0.0, [0.797_963_376_469_910, 0.797_963_376_477_360]),
@@ -161,8 +161,8 @@ impl Clocked {
         for clock in 1..=clocks {
             let effort = if self.drive == Drive::Held { command(state) } else { 0.0 };
             let all = [state[0], state[1], state[2], effort];
-            for row in 0..3 {
-                state[row] = (0..4).map(|k| self.flow[row][k] * all[k]).sum();
+            for (x, row) in state.iter_mut().zip(&self.flow).take(3) {
+                *x = (0..4).map(|k| row[k] * all[k]).sum();
             }
             let (wanted, shown, counted) = (torque(state), command(state), state[lines + LINES - 1]);
             state.copy_within(lines..lines + LINES - 1, lines + 1);
