@@ -8,14 +8,18 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-packages="chromium nodejs npm"
+# Only what is missing: a Node.js that is not Debian's brings its own npm, and conflicts with Debian's.
+packages=
 firefox=
-if [ "${1:-}" = --firefox ]; then
-    packages="$packages firefox-esr"
-    firefox=$(command -v firefox-esr || command -v firefox || echo missing)
-fi
 browser=$(command -v chromium || command -v chromium-browser || command -v google-chrome || true)
-if [ -z "$browser" ] || [ "$firefox" = missing ] || ! command -v node >/dev/null || ! command -v npm >/dev/null; then
+[ -n "$browser" ] || packages="chromium"
+command -v node >/dev/null || packages="$packages nodejs"
+command -v npm >/dev/null || packages="$packages npm"
+if [ "${1:-}" = --firefox ]; then
+    firefox=$(command -v firefox-esr || command -v firefox || echo missing)
+    [ "$firefox" != missing ] || packages="$packages firefox-esr"
+fi
+if [ -n "$packages" ]; then
     if [ "$(id -u)" != 0 ] || ! command -v apt-get >/dev/null; then
         echo "error: a browser, Node.js or npm is missing; install and run this again:" \
             "sudo apt-get install $packages" >&2
@@ -24,8 +28,8 @@ if [ -z "$browser" ] || [ "$firefox" = missing ] || ! command -v node >/dev/null
     apt-get update -qq
     # shellcheck disable=SC2086  # one word a package
     DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends $packages
-    browser=$(command -v chromium)
-    [ -z "$firefox" ] || firefox=$(command -v firefox-esr)
+    [ -n "$browser" ] || browser=$(command -v chromium)
+    [ "$firefox" != missing ] || firefox=$(command -v firefox-esr)
 fi
 modules=${XDG_CACHE_HOME:-$HOME/.cache}/hpu/browser
 if ! cmp -s testbench/browser/package-lock.json "$modules/installed"; then

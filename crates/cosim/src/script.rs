@@ -1,6 +1,6 @@
 //! Scripts for programs that read words: shells, Slurm, GNU parallel, Yosys.
 //!
-//! [`script!`](crate::script) makes a [`Script`] from fixed text and words. A word is a script too, and only the
+//! [`script!`](crate::script!) makes a [`Script`] from fixed text and words. A word is a script too, and only the
 //! quoting functions of its language make one from other text. So a name from a scene or a folder never becomes code:
 //! a `String` in a script does not compile.
 //!

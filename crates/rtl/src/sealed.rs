@@ -69,17 +69,20 @@ mod tests {
 
     #[test]
     fn a_folder_holds_its_files_until_any_of_them_changes() {
-        let cache = Temporary::folder().expect("a folder");
+        // Of a temporary folder this process has the lock already.
+        let outer = Temporary::folder().expect("a folder");
+        let cache = outer.path().join("cache");
+        fs::create_dir(&cache).expect("a folder");
         let files = ["model", "ports"];
         let made = || {
-            let made = Temporary::folder_in(cache.path()).expect("a folder");
+            let made = Temporary::folder_in(&cache).expect("a folder");
             for file in files {
                 fs::write(made.path().join(file), file).expect("a file");
             }
             seal(made.path(), &files, "tools").expect("it is sealed");
             made
         };
-        let kept = cache.path().join("kept");
+        let kept = cache.join("kept");
         assert!(place(made(), &kept, &files).is_none() && holds(&kept, &files));
         let changes: [&dyn Fn(); 6] = [
             &|| fs::write(kept.join("model"), "model2").expect("written"),

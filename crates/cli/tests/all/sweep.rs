@@ -379,7 +379,8 @@ fn shards_that_are_killed_at_any_instant_end_with_the_same_bytes_and_no_poison()
         child.kill().expect("it runs");
         child.wait().expect("it ended");
         kills += 1;
-        kept = fs::read(&journal).unwrap_or_default();
+        // The last kill may come when the shard has its file, and its journal is gone already.
+        kept = fs::read(&journal).ok().filter(|rows| !rows.is_empty()).unwrap_or(kept);
     }
     assert!(kills > 0 && !kept.is_empty(), "a shard of 90 cells takes longer than 60 ms");
     // Few kills come while a file is written, so some are made up: in a row, in the journal beside it, in the shard.
