@@ -271,9 +271,13 @@ pub(crate) fn run_unless(
     is_needless: &AtomicBool,
     tool: Tool,
     step: &str,
-    command: Command,
+    mut command: Command,
     limit: Duration,
 ) -> Result<Said, ToolError> {
+    if tool == Tool::Yosys {
+        // It would keep what it was told in `.yosys_history` there.
+        command.env_remove("HOME");
+    }
     let (said, ended) = output(is_needless, command, Stdio::null(), limit);
     let fault = match ended {
         Ok(status) if status.success() => return Ok(said),
