@@ -58,7 +58,7 @@ fn without_a_home_everything_runs_and_a_design_says_why_it_is_built_again() {
     assert_eq!(said.lines().count(), 1, "{said}");
     assert_eq!(crate::common::names(&tmp), [""; 0], "what is not kept is removed");
     // Proofs are remembered in the cache, too.
-    let output = homeless().args(["-q", "check", "--formal", "saturator", "--variant", "default"]).output();
+    let output = homeless().args(["-q", "check", "--formal", "saturator"]).output();
     let output = output.expect("it starts");
     assert_eq!(code(&output), 0, "{}{}", stderr(&output), stdout(&output));
     assert!(stderr(&output).contains("note: no HOME: proofs stay with this command"), "{}", stderr(&output));
