@@ -1,10 +1,18 @@
 //! The devices that studies know. A new device is a module with its [`Device`], and a line in each list here.
 
-use hpu_cosim::scene::{DutScene, Experiment, Scene};
+use std::str::FromStr;
 
+use hpu_cosim::scene::{DutScene, Experiment, Scene};
+use hpu_cosim::{LawConfig, Simulation, TheLoop, Trace};
+
+use crate::accuracy::Contestant;
 use crate::device::Device;
-use crate::widths::search::Loops;
-use crate::{axis, phantom};
+use crate::fit::Simplifications;
+use crate::map::SwitchWatch;
+use crate::widths::search::knob::SYNTAX;
+use crate::widths::search::{Knob, Loops};
+use crate::widths::{Asked, Field, Reach};
+use crate::{accuracy, axis, fit, map, phantom, widths};
 
 /// A design of the user's own has no words that a study could know.
 impl Device for DutScene {
@@ -12,6 +20,12 @@ impl Device for DutScene {
         Err(format!("{} has a design of yours", self.name))
     }
 }
+
+impl accuracy::Device for DutScene {}
+impl fit::Device for DutScene {}
+impl map::Device for DutScene {}
+impl widths::Device for DutScene {}
+impl widths::search::Device for DutScene {}
 
 /// Returns the device of a scene.
 pub fn device(scene: &Experiment) -> &dyn Device {
@@ -23,5 +37,59 @@ pub fn device(scene: &Experiment) -> &dyn Device {
     }
 }
 
+/// Answers the questions of a study about any scene through its device, so that the study knows no list of devices.
+macro_rules! by_device {
+    ($asks:path { $(fn $name:ident$(<$life:lifetime>)?(&self $(, $arg:ident: $kind:ty)?) -> $answer:ty;)* }) => {
+        impl $asks for Experiment {
+            $(fn $name$(<$life>)?(&self $(, $arg: $kind)?) -> $answer {
+                device(self).$name($($arg)?)
+            })*
+        }
+    };
+}
+
+by_device!(accuracy::Device {
+    fn motion<'t>(&self, trace: &'t Trace) -> &'t [f64];
+    fn contestants(&self) -> Vec<Contestant>;
+});
+by_device!(fit::Device {
+    fn around(&self) -> Vec<(&'static str, f64)>;
+    fn simplifications(&self) -> Simplifications;
+});
+by_device!(map::Device {
+    fn predicts(&self) -> bool;
+    fn predictions(&self) -> Result<Vec<(&'static str, bool)>, String>;
+    fn switches(&self, simulation: &dyn Simulation) -> Option<Box<dyn SwitchWatch>>;
+});
+by_device!(widths::Device {
+    fn fields(&self) -> Vec<Field>;
+    fn no_fields(&self) -> &'static str;
+    fn in_words(&self) -> Result<(), String>;
+    fn asked(&self) -> Vec<(&'static str, Asked)>;
+    fn law(&self, wiring: &TheLoop) -> Option<(LawConfig, u64)>;
+    fn reaches(&self) -> Result<Vec<Reach>, String>;
+});
+by_device!(widths::search::Device {
+    fn loops(&self) -> Result<&'static dyn Loops, String>;
+});
+
 /// The loops of all devices that a search of widths takes.
-pub(crate) const LOOPS: [&dyn Loops; 2] = [&axis::Loop, &phantom::Loop];
+const LOOPS: [&dyn Loops; 2] = [&axis::Loop, &phantom::Loop];
+
+impl FromStr for Knob {
+    type Err = String;
+
+    /// Reads `KEY=FROM..TO`; both ends are values: `position_bits=8..16`.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (name, range) = text.split_once('=').ok_or(SYNTAX)?;
+        let name = name.trim();
+        let bare = name.strip_prefix("method.").unwrap_or(name);
+        let key = LOOPS.iter().flat_map(|loops| loops.keys().all).find(|key| key.name == bare).ok_or_else(|| {
+            let [first, others @ ..] = LOOPS;
+            let others =
+                others.map(|loops| format!("; of {} one of {}", loops.keys().device, loops.keys().names())).concat();
+            format!("{name} is no width that a search varies; write one of {}{others}", first.keys().names())
+        })?;
+        Self::read(*key, name, range)
+    }
+}

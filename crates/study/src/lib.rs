@@ -31,7 +31,7 @@ mod series;
 mod waits;
 mod watch;
 
-pub use device::{Device, Reach, SwitchWatch, Switching, ToldLimits, ToldTables};
+pub use device::{Device, ToldLimits, ToldTables};
 pub use devices::device;
 pub use phantom::{reproduce, tables};
 pub use sampled::SampledLoop;

@@ -10,6 +10,7 @@
 //! the run for the errors ([`Speed::timed_s`] says over which part).
 
 mod contestants;
+mod device;
 mod found;
 mod front;
 mod outputs;
@@ -20,6 +21,7 @@ mod table;
 
 pub use contestants::{Contestant, EVENTS, SOLVERS, named, time};
 pub(crate) use contestants::{Variant, rungs};
+pub use device::Device;
 pub use found::{Chart, ContestantResult, Entry, Grade, Speed};
 pub use front::front;
 pub(crate) use outputs::simulation;
@@ -31,7 +33,6 @@ pub use table::{grade_name, outputs_of};
 use hpu_cosim::scene::Experiment;
 
 use crate::criteria;
-use crate::devices::device;
 use contestants::CLOCK;
 
 /// Returns every way to run a scene that differs from the scene as written, with `events` first.
@@ -40,7 +41,7 @@ use contestants::CLOCK;
 pub fn contestants(experiment: &Experiment) -> Vec<Contestant> {
     let as_written = Variant::new("", &[]);
     let mut all = vec![Contestant::new(EVENTS, &[]), Contestant::solver(CLOCK, None, &as_written)];
-    all.extend(device(experiment).contestants());
+    all.extend(experiment.contestants());
     if let Experiment::Axis(scene) = experiment {
         let speaking = criteria::all(scene).into_iter().flatten().filter(|criterion| criterion.speaks);
         all.extend(speaking.map(|criterion| Contestant::criterion(criterion.name)));

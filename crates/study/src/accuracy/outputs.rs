@@ -16,7 +16,7 @@ use hpu_cosim::scene::{Datapath, Experiment, Metric, OutcomeKind, Output};
 use hpu_cosim::{Control, Driver, PASSIVE_RMS_M, Simulation, Summary, Trace, Wired, WiredSimulation, metric};
 use hpu_signal::{Cycle, Observe};
 
-use crate::devices::device;
+use super::Device;
 
 /// Greatest number of rows of a recording that a run may hold.
 const MOST_ROWS: u64 = 20_000_000;
@@ -155,7 +155,7 @@ impl Outputs {
         let of_axis = experiment.setup().outputs().contains(&Output::PeakPenetration);
         let of_axis = |which| if of_axis { number(which).unwrap_or(0.0) } else { 0.0 };
         Ok(Self {
-            trace: device(experiment).motion(trace).to_vec(),
+            trace: experiment.motion(trace).to_vec(),
             peak_penetration: of_axis(Metric::PeakPenetration),
             amplitude: of_axis(Metric::Amplitude),
             frequency_hz: of_axis(Metric::Frequency),

@@ -9,11 +9,12 @@ use hpu_cosim::{LawConfig, TheLoop, law_as_asked};
 use hpu_signal::Format;
 
 use crate::accuracy::Contestant;
-use crate::device::{Device, Reach, ToldTables};
+use crate::device::{Device, ToldTables};
 use crate::fit::Simplifications;
 use crate::widths::proof::{Proof, axis_bounds, exhausted, gappa};
 use crate::widths::search::Loops;
-use crate::widths::{Asked, Field};
+use crate::widths::{Asked, Field, Reach};
+use crate::{accuracy, fit, map, widths};
 
 pub(crate) use search::Axis as Loop;
 
@@ -31,7 +32,25 @@ fn axis_mut(scene: &mut Experiment) -> Result<&mut Scene, String> {
 /// The most inputs of a block for which a review tries all of them.
 const MOST_INPUTS: u128 = 1 << 24;
 
-impl Device for Scene {
+impl accuracy::Device for Scene {
+    fn contestants(&self) -> Vec<Contestant> {
+        models::contestants(self)
+    }
+}
+
+impl fit::Device for Scene {
+    fn around(&self) -> Vec<(&'static str, f64)> {
+        models::around(self)
+    }
+
+    fn simplifications(&self) -> Simplifications {
+        models::simplifications(self)
+    }
+}
+
+impl map::Device for Scene {}
+
+impl widths::Device for Scene {
     fn fields(&self) -> Vec<Field> {
         let law = matches!(self.method.kind, Closed::Law(_));
         let scaled = self.method.kind.scale().is_some() || self.method.reference_rate_hz.is_some();
@@ -82,23 +101,15 @@ impl Device for Scene {
         };
         Ok(vec![Reach { counts: [surface - half, surface + half], most_per_s }])
     }
+}
 
-    fn around(&self) -> Vec<(&'static str, f64)> {
-        models::around(self)
-    }
-
-    fn simplifications(&self) -> Simplifications {
-        models::simplifications(self)
-    }
-
-    fn contestants(&self) -> Vec<Contestant> {
-        models::contestants(self)
-    }
-
+impl widths::search::Device for Scene {
     fn loops(&self) -> Result<&'static dyn Loops, String> {
         Ok(&Loop)
     }
+}
 
+impl Device for Scene {
     /// Where a block has few inputs, the result of trying all of them replaces the bound.
     fn bounds(&self) -> Result<Proof, String> {
         let mut proof = axis_bounds(self)?;

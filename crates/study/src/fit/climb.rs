@@ -9,12 +9,12 @@ use std::time::Duration;
 use hpu_cosim::Control;
 use hpu_cosim::scene::{Experiment, Output};
 
+use super::Device;
 use super::found::{Fit, FitError, Tried, percent};
 use super::knobs::{Simplification, models, on_its_own, overrides, worth};
 use super::measured::Measured;
 use super::simplifications;
 use crate::accuracy::usual;
-use crate::devices::device;
 use crate::map::SceneText;
 use crate::timing::{LEAST_TURNS, Spread, in_turn};
 use crate::watch::watched;
@@ -147,7 +147,7 @@ struct Climb<'a> {
 
 /// Returns the neighbouring scenes of the scene as written.
 fn neighbours(experiment: &Experiment) -> Vec<Neighbour> {
-    let around = device(experiment).around().into_iter();
+    let around = experiment.around().into_iter();
     let changes = around.map(|(key, value)| vec![(key.to_string(), format!("{value:?}"))]);
     changes.map(|change| Neighbour { change, reference: None }).collect()
 }

@@ -27,19 +27,19 @@
 //! measured on runs in turn ([`crate::timing`]), once for each pair of models.
 
 mod climb;
+mod device;
 mod found;
 mod knobs;
 mod measured;
 
 pub use climb::fit;
+pub use device::Device;
 pub use found::{Fit, FitError, Kept, LeftOut, Tried, percent};
 pub use knobs::{Simplification, Simplifications, models, overrides};
 
 use hpu_cosim::scene::Experiment;
 
-use crate::devices::device;
-
 /// Returns the simplifications of an experiment.
 pub fn simplifications(experiment: &Experiment) -> Vec<Simplification> {
-    device(experiment).simplifications().all()
+    experiment.simplifications().all()
 }

@@ -12,31 +12,31 @@ use hpu_cosim::scene::{GimbalScene, Scene};
 use hpu_cosim::{Simulation, Trace};
 
 use crate::accuracy::Contestant;
-use crate::device::{Device, Reach, SwitchWatch, ToldLimits, ToldTables};
+use crate::device::{Device, ToldLimits, ToldTables};
 use crate::fit::Simplifications;
+use crate::map::SwitchWatch;
+use crate::widths::Reach;
 use crate::widths::proof::Proof;
+use crate::widths::search::Loops;
+use crate::{accuracy, fit, map, widths};
 
 pub use crank::{CrankSize, crank_sizes};
 pub use criteria::{Criteria, NAMES, Rest};
 pub use switches::Switches;
 pub use touch::TouchLimits;
 
-impl Device for GimbalScene {
-    /// Each servo passes through all its positions.
-    fn reaches(&self) -> Result<Vec<Reach>, String> {
-        let half = f64::from(self.method.config.gimbal.count_width - 1).exp2() - 1.0;
-        Ok((0..3).map(|_| Reach { counts: [-half, half], most_per_s: f64::INFINITY }).collect())
-    }
-
+impl accuracy::Device for GimbalScene {
     /// The radius, by its column in a trace.
     fn motion<'t>(&self, trace: &'t Trace) -> &'t [f64] {
         trace.real(hpu_cosim::RADIUS)
     }
 
-    fn no_fields(&self) -> &'static str {
-        "no key of a gimbal's scene chooses a width"
+    fn contestants(&self) -> Vec<Contestant> {
+        models::contestants(self)
     }
+}
 
+impl fit::Device for GimbalScene {
     fn around(&self) -> Vec<(&'static str, f64)> {
         models::around(self)
     }
@@ -44,30 +44,9 @@ impl Device for GimbalScene {
     fn simplifications(&self) -> Simplifications {
         models::simplifications(self)
     }
+}
 
-    fn contestants(&self) -> Vec<Contestant> {
-        models::contestants(self)
-    }
-
-    fn priced(&self) -> Result<(), String> {
-        Err("Yosys takes minutes for the loop of a gimbal".into())
-    }
-
-    fn limited(&self) -> Result<&Scene, String> {
-        Err("the limits of stiffness are those of an axis; a gimbal's are the criteria of its touch".into())
-    }
-
-    fn loops(&self) -> Result<&'static dyn crate::widths::search::Loops, String> {
-        Err("a search varies keys of widths, of which a gimbal's scene has none; hpu widths without --search proves \
-             and measures its words"
-            .into())
-    }
-
-    fn told_limits(&self, scene: &str) -> Option<ToldLimits> {
-        let page = TouchLimits::of(self).map(|found| page::page(scene, &self.name, &found));
-        Some(ToldLimits { of: "a gimbal", page })
-    }
-
+impl map::Device for GimbalScene {
     fn predicts(&self) -> bool {
         true
     }
@@ -78,6 +57,41 @@ impl Device for GimbalScene {
 
     fn switches(&self, simulation: &dyn Simulation) -> Option<Box<dyn SwitchWatch>> {
         Some(Box::new(Switches::of(self, simulation)))
+    }
+}
+
+impl widths::Device for GimbalScene {
+    /// Each servo passes through all its positions.
+    fn reaches(&self) -> Result<Vec<Reach>, String> {
+        let half = f64::from(self.method.config.gimbal.count_width - 1).exp2() - 1.0;
+        Ok((0..3).map(|_| Reach { counts: [-half, half], most_per_s: f64::INFINITY }).collect())
+    }
+
+    fn no_fields(&self) -> &'static str {
+        "no key of a gimbal's scene chooses a width"
+    }
+}
+
+impl widths::search::Device for GimbalScene {
+    fn loops(&self) -> Result<&'static dyn Loops, String> {
+        Err("a search varies keys of widths, of which a gimbal's scene has none; hpu widths without --search proves \
+             and measures its words"
+            .into())
+    }
+}
+
+impl Device for GimbalScene {
+    fn priced(&self) -> Result<(), String> {
+        Err("Yosys takes minutes for the loop of a gimbal".into())
+    }
+
+    fn limited(&self) -> Result<&Scene, String> {
+        Err("the limits of stiffness are those of an axis; a gimbal's are the criteria of its touch".into())
+    }
+
+    fn told_limits(&self, scene: &str) -> Option<ToldLimits> {
+        let page = TouchLimits::of(self).map(|found| page::page(scene, &self.name, &found));
+        Some(ToldLimits { of: "a gimbal", page })
     }
 
     fn bounds(&self) -> Result<Proof, String> {

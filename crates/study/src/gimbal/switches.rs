@@ -5,7 +5,7 @@ use hpu_cosim::{RADIUS, Simulation};
 use hpu_plant::arm::Gimbal;
 use hpu_signal::{Cycle, Observe};
 
-use crate::device::{SwitchWatch, Switching};
+use crate::map::{SwitchWatch, Switching};
 
 /// Watches the switches of a run; see [`Observe`].
 #[derive(Clone, PartialEq, Debug)]

@@ -2,8 +2,7 @@
 
 use hpu_cosim::scene::OutcomeKind;
 
-use super::{Found, Map, nearest};
-use crate::devices::device;
+use super::{Device, Found, Map, nearest};
 
 /// The agreement of a criterion with the outcomes of a layer, in cells. A touch fails if it does not settle, or if its
 /// control goes on switching in the judged window, however small the motion is.
@@ -23,14 +22,14 @@ pub struct Agreement {
 ///
 /// Returns as text why the criteria say nothing of this cell.
 pub fn predicted(map: &Map, index: usize) -> Result<Vec<(&'static str, bool)>, String> {
-    device(&map.experiment(map.point(index)).map_err(|error| error.to_string())?).predictions()
+    map.experiment(map.point(index)).map_err(|error| error.to_string())?.predictions()
 }
 
 /// Returns whether criteria speak of the device of a layer. Cells of a layer have the same device, so one of them
 /// answers for all.
 pub fn is_predicted(map: &Map, method: usize) -> bool {
     let mut cells = (method * map.layer()..(method + 1) * map.layer()).map(|index| map.experiment(map.point(index)));
-    cells.find_map(Result::ok).is_some_and(|experiment| device(&experiment).predicts())
+    cells.find_map(Result::ok).is_some_and(|experiment| experiment.predicts())
 }
 
 /// Returns the agreement of each criterion with a layer. Cells that failed to run, whose run does not tell, or of which

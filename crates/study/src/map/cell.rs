@@ -11,9 +11,8 @@ use hpu_cosim::{ANGLE, AnySimulation, Control, Driver, Simulation, Summary, Trac
 
 use hpu_signal::Observe;
 
+use super::device::{Device, Switching};
 use super::unseen::unseen_contact;
-use crate::device::Switching;
-use crate::devices::device;
 use crate::watch::limited;
 
 /// The result of a cell; positions in rad, of a mass or an arm in m.
@@ -248,7 +247,7 @@ impl Cell {
         }
         let mut trace = simulation.brief_trace();
         let CellLimits { events, guard } = limits;
-        let mut switches = device(experiment).switches(&simulation);
+        let mut switches = experiment.switches(&simulation);
         let mut nothing = ();
         let run = |own: &Control| match &simulation {
             AnySimulation::Ours(ours) => {

@@ -10,6 +10,7 @@ mod axis;
 mod cell;
 mod class;
 mod curves;
+mod device;
 mod edges;
 mod fill;
 mod method;
@@ -24,7 +25,6 @@ use std::io;
 use hpu_cosim::Simulation;
 use hpu_cosim::scene::{Datapath, Experiment, OutcomeKind, SceneError};
 
-pub use crate::device::Switching;
 pub use agreement::{Agreement, agreements, is_predicted, predicted};
 pub use alike::Alike;
 pub use axis::Axis;
@@ -33,6 +33,7 @@ pub use cell::{Cell, CellError, CellLimits, Displayed, displayed_stiffness, outc
 pub use class::is_unseen;
 pub use class::{Class, class_name, classes, unheld, unseen, wrapped};
 pub use curves::{Curve, Curves};
+pub use device::{Device, SwitchWatch, Switching};
 pub use edges::{Edge, Reason, Share};
 pub use fill::Plan;
 pub use method::Method;

@@ -18,11 +18,12 @@ use hpu_datapath::phantom::{self as datapath, Config};
 use hpu_signal::Format;
 
 use crate::accuracy::Contestant;
-use crate::device::{Device, Reach, ToldTables};
+use crate::device::{Device, ToldTables};
 use crate::fit::Simplifications;
 use crate::widths::proof::Proof;
 use crate::widths::search::Loops;
-use crate::widths::{Asked, Field};
+use crate::widths::{Asked, Field, Reach};
+use crate::{accuracy, fit, map, widths};
 
 pub use cost::{cells, rams};
 pub use posture::{SIGNALS, SignalBound, bounds};
@@ -50,7 +51,29 @@ fn arm_mut(scene: &mut Experiment) -> Result<&mut Scene, String> {
     }
 }
 
-impl Device for Scene {
+impl accuracy::Device for Scene {
+    fn motion<'t>(&self, trace: &'t Trace) -> &'t [f64] {
+        trace.real(self.drop.axis.index())
+    }
+
+    fn contestants(&self) -> Vec<Contestant> {
+        models::contestants(self)
+    }
+}
+
+impl fit::Device for Scene {
+    fn around(&self) -> Vec<(&'static str, f64)> {
+        models::around(self)
+    }
+
+    fn simplifications(&self) -> Simplifications {
+        models::simplifications(self)
+    }
+}
+
+impl map::Device for Scene {}
+
+impl widths::Device for Scene {
     fn fields(&self) -> Vec<Field> {
         let in_words = !self.platform.is_host() && self.model.law == Law::Words;
         if in_words { fields::ALL.to_vec() } else { Vec::new() }
@@ -73,27 +96,15 @@ impl Device for Scene {
         let half = f64::from(self.method.config.depth_width - 1).exp2() - 1.0;
         Ok((0..3).map(|_| Reach { counts: [-half, half], most_per_s: f64::INFINITY }).collect())
     }
+}
 
-    fn motion<'t>(&self, trace: &'t Trace) -> &'t [f64] {
-        trace.real(self.drop.axis.index())
-    }
-
-    fn around(&self) -> Vec<(&'static str, f64)> {
-        models::around(self)
-    }
-
-    fn simplifications(&self) -> Simplifications {
-        models::simplifications(self)
-    }
-
-    fn contestants(&self) -> Vec<Contestant> {
-        models::contestants(self)
-    }
-
+impl widths::search::Device for Scene {
     fn loops(&self) -> Result<&'static dyn Loops, String> {
         Ok(&Loop)
     }
+}
 
+impl Device for Scene {
     fn bounds(&self) -> Result<Proof, String> {
         bounds::proof(self)
     }

@@ -4,9 +4,9 @@ use hpu_cosim::scene::{Experiment, OutcomeKind};
 use hpu_cosim::{Control, Driver, NetUse, Simulation, Wired, WiredSimulation};
 use hpu_signal::{Cycle, Format, Signal, SignalUse};
 
+use super::Device;
 use super::noise::Beside;
 use super::{Loss, SignalRow};
-use crate::devices::device;
 
 /// Ranges and losses of every signal.
 #[derive(Clone, PartialEq, Debug)]
@@ -31,7 +31,7 @@ pub struct Measured {
 ///
 /// Why the scene cannot be run, or that its loop is not in words.
 pub(super) fn simulation(experiment: &Experiment) -> Result<WiredSimulation<'_>, String> {
-    device(experiment).in_words()?;
+    experiment.in_words()?;
     WiredSimulation::new(experiment).map_err(|error| error.to_string())
 }
 
@@ -65,8 +65,8 @@ pub fn measured(experiment: &Experiment, control: &Control) -> Result<Option<Mea
 /// Returns an observer that computes the law beside the words during the run of a ready scene.
 pub fn beside(experiment: &Experiment, simulation: &WiredSimulation) -> Beside {
     let wiring = simulation.wiring();
-    let (device, inputs) = (device(experiment), wiring.block().inputs().len());
-    Beside::new(&wiring.nets(), inputs, &wiring.instances(), &device.asked(), device.law(&wiring))
+    let inputs = wiring.block().inputs().len();
+    Beside::new(&wiring.nets(), inputs, &wiring.instances(), &experiment.asked(), experiment.law(&wiring))
 }
 
 /// Returns one row for each net of a wiring.

@@ -7,6 +7,7 @@ pub mod search;
 pub mod settling;
 
 mod book;
+mod device;
 mod exact;
 pub(crate) mod field;
 mod measured;
@@ -20,6 +21,7 @@ mod recommend;
 use hpu_datapath::AnyBlock;
 use hpu_signal::{Cycle, Format, Signal};
 
+pub use device::{Device, Reach};
 pub use field::Field;
 pub use measured::{Measured, beside, idle_bits, measured, together};
 pub use noise::{Asked, Beside};

@@ -8,8 +8,7 @@ use hpu_cosim::{Control, Simulation, SplitMix64, Wired, WiredSimulation};
 use hpu_signal::{Cycle, Observe, SignalUse};
 
 use super::measured::{Measured, beside, rows, simulation};
-use crate::device::Reach;
-use crate::devices::device;
+use super::{Device, Reach};
 
 /// The highest frequency of a walk, in hertz: a hand can follow it.
 const BAND_HZ: f64 = 10.0;
@@ -62,7 +61,7 @@ impl Walk {
 /// Turns the encoders of a scene at random for `seconds` and returns the ranges and losses of every signal; `None` when
 /// `control` stopped it.
 ///
-/// Each encoder moves within its [`reach`](crate::Device::reaches).
+/// Each encoder moves within its [`reach`](Device::reaches).
 ///
 /// # Errors
 ///
@@ -72,7 +71,7 @@ pub fn random(experiment: &Experiment, seconds: f64, seed: u64, control: &Contro
     let mut random = SplitMix64::new(seed);
     let slowest = simulation.clock().frequency_hz() as f64 / 8.0;
     let walk = |Reach { counts, most_per_s }| Walk::new(&mut random, counts, most_per_s.min(slowest));
-    let walks = device(experiment).reaches()?.into_iter().map(walk).collect();
+    let walks = experiment.reaches()?.into_iter().map(walk).collect();
     let mut beside = beside(experiment, &simulation);
     let end = simulation.clock().edges(seconds);
     let clock_s = simulation.clock().period_s();

@@ -8,10 +8,10 @@ use hpu_cosim::scene::{Experiment, Output};
 use hpu_cosim::{Control, Simulation, Wired};
 use hpu_signal::Format;
 
+use super::Device;
 use super::field::Field;
 use super::measured::{Measured, simulation};
 use crate::accuracy::{Outputs, driver, usual, worst};
-use crate::devices::device;
 use crate::fit::percent;
 use crate::map::outcome_name;
 use crate::units::on_threads;
@@ -71,9 +71,9 @@ pub fn recommend(
     if !made.has_device() {
         return Err("a recording has no outputs that a width could break".into());
     }
-    let fields = device(experiment).fields();
+    let fields = experiment.fields();
     if fields.is_empty() {
-        return Err(device(experiment).no_fields().into());
+        return Err(experiment.no_fields().into());
     }
     let (Some(reference), _) = Outputs::of(experiment, driver(&[]), control)? else { return Ok(None) };
     let outputs = experiment.accuracy.outputs.clone().unwrap_or_else(|| usual(reference.outcome));

@@ -46,6 +46,8 @@ mod wave;
 
 use hpu_cosim::scene::{OutcomeKind, Output};
 
+pub use device::Device;
+pub(crate) use device::OF_YOURS;
 pub use estimate::{ESTIMATE_ERROR, estimate};
 pub use front::{Cost, Merit, front};
 pub use knob::{Design, Key, Keys, Knob};
