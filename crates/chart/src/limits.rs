@@ -3,8 +3,9 @@
 use hpu_cosim::figure;
 use plotters::style::RGBColor;
 
+use hpu_prove::linear::StableSet;
 use hpu_study::criteria::Criterion;
-use hpu_study::limits::{Group, Limits, StableSet, Unknown, WordsSet};
+use hpu_study::limits::{Group, Limits, Unknown, WordsSet};
 use hpu_study::map::Axis;
 
 use crate::canvas::{Anchor, Canvas, GRID, HEIGHT, INK, QUIET, WIDTH};

@@ -1,6 +1,6 @@
 //! The picture of ranges: what every signal's word holds, its measured range, and its proved range.
 
-use hpu_study::widths::proof::Bound;
+use hpu_prove::ranges::Bound;
 use hpu_study::widths::{Measured, SignalRow};
 
 use crate::canvas::{Anchor, Canvas, GRID, INK, QUIET, WIDTH};

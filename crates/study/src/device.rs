@@ -3,9 +3,9 @@
 use hpu_cosim::scene::{Scene, Setup};
 
 use crate::page::Page;
-use crate::widths::proof::Proof;
 use crate::widths::search::OF_YOURS;
 use crate::{accuracy, fit, map, widths};
+use hpu_prove::ranges::Proof;
 
 /// The limits of a device that criteria tell without a run.
 pub struct ToldLimits {

@@ -25,14 +25,8 @@ pub mod widths;
 mod axis;
 mod device;
 mod devices;
-mod interval;
-mod sampled;
-mod series;
-mod waits;
 mod watch;
 
 pub use device::{Device, ToldLimits, ToldTables};
 pub use devices::device;
 pub use phantom::{reproduce, tables};
-pub use sampled::SampledLoop;
-pub use waits::Wait;

@@ -4,9 +4,9 @@
 use std::fmt::Write as _;
 
 use hpu_cosim::scene::Experiment;
+use hpu_prove::ranges::{Bound, How, Limit, WrapsAt};
 use hpu_study::device;
 use hpu_study::widths::Measured;
-use hpu_study::widths::proof::{Bound, How, Limit, WrapsAt};
 use serde_json::{Value, json};
 
 use crate::widths::digits::digits;

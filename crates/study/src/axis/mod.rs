@@ -11,10 +11,10 @@ use hpu_signal::Format;
 use crate::accuracy::Contestant;
 use crate::device::{Device, ToldTables};
 use crate::fit::Simplifications;
-use crate::widths::proof::{Proof, axis_bounds, exhausted, gappa};
 use crate::widths::search::Loops;
 use crate::widths::{Asked, Field, Reach};
 use crate::{accuracy, fit, map, widths};
+use hpu_prove::ranges::{Proof, axis_bounds, exhausted, gappa};
 
 pub(crate) use search::Axis as Loop;
 

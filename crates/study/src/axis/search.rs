@@ -25,11 +25,11 @@ use hpu_signal::{Format, SignalUse};
 
 use super::axis;
 use crate::widths::Field;
-use crate::widths::proof;
 use crate::widths::search::climb::Digits;
 use crate::widths::search::knob::{Depth, Key};
 use crate::widths::search::loops::{Limits, Loops, Standing, below, signed_bits};
 use crate::widths::search::{Cost, Design, ESTIMATE_ERROR, Keys, Knob, estimate};
+use hpu_prove::ranges;
 
 /// Position, formats of stiffness and damping, velocity, and the modulator: a period of it is two to the power of its
 /// width in clock cycles.
@@ -263,7 +263,7 @@ impl Loops for Axis {
     }
 
     fn limits<'s>(&self, scene: &'s Experiment) -> Result<Limits<'s>, String> {
-        let limits = proof::Limits::new(axis(scene)?)?;
+        let limits = ranges::Limits::new(axis(scene)?)?;
         Ok(Box::new(move |scene| limits.held(axis(scene)?)))
     }
 }

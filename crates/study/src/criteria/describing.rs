@@ -16,7 +16,7 @@ use hpu_cosim::figure;
 use hpu_cosim::scene::{Hand, Scene};
 
 use super::{Assumption, Criterion, Figure, Silent, critical, frictionless, law, prompt};
-use crate::limits::{Damping, Stretch};
+use hpu_prove::linear::{Damping, Stretch};
 
 /// Returns `N(A)` of a mid-tread quantiser, with `A` in quantiser steps.
 pub fn describing_function(amplitude_counts: f64) -> f64 {
@@ -59,7 +59,7 @@ pub(super) fn criterion(scene: &Scene) -> Result<Criterion, Silent> {
     Ok(Criterion {
         name,
         limit,
-        unit: crate::limits::unit(scene),
+        unit: hpu_prove::linear::unit(scene),
         speaks: true,
         assumptions: vec![
             Assumption::new(

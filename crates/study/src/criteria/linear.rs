@@ -7,8 +7,8 @@ use super::{
     Assumption, Criterion, Silent, continuous, critical, frictionless, known_hand, linear_law, prompt, sampled,
     undamped_wall_for, undelayed,
 };
-use crate::limits::unit;
-use crate::waits::delay_s;
+use hpu_prove::linear::unit;
+use hpu_prove::waits::delay_s;
 
 /// All eigenvalues of the map from one sample to the next lie within the unit circle, with the hand and the linear
 /// law's delay; the drive is ideal.

@@ -14,8 +14,8 @@ pub use rigid::{Balance, Region, Rigid};
 use hpu_cosim::figure;
 use hpu_cosim::scene::{Datapath, Device, Hand, Loop, Scene};
 
-use crate::limits::{Damping, StableSet, Stretch, usual_range};
-use crate::waits::{delay_s, waits};
+use hpu_prove::linear::{Damping, StableSet, Stretch, usual_range};
+use hpu_prove::waits::{delay_s, waits};
 
 /// A criterion's answer for a scene.
 #[derive(Clone, PartialEq, Debug)]

@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 
 use hpu_cosim::scene::{Device, Scene};
 
-use crate::waits::delay_s;
+use hpu_prove::waits::delay_s;
 
 /// A rigid body in contact with a sampled wall.
 #[derive(Clone, Copy, PartialEq, Debug)]

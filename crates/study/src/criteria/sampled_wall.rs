@@ -7,7 +7,7 @@ use super::{
     Assumption, Criterion, Figure, Rigid, Silent, frictionless, ideal_drive, in_counts, is_small, known_hand,
     known_hand_for, linear_law, sampled, sampled_for, undamped_wall, undelayed, waited,
 };
-use crate::limits::unit;
+use hpu_prove::linear::unit;
 
 fn criterion<const N: usize>(name: &'static str, scene: &Scene, limit: f64, others: [Assumption; N]) -> Criterion {
     let assumptions = [sampled(scene), ideal_drive(scene)].into_iter().chain(others).collect();

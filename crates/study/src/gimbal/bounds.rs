@@ -14,13 +14,13 @@ use hpu_datapath::{ConfigError, Instance, Register, flatten};
 use hpu_plant::arm::Gimbal;
 use hpu_signal::{Format, Narrowing, Overflow, Rounding, Signal, Word as _};
 
-use crate::interval::Interval;
-use crate::widths::proof::affine::Affine;
-use crate::widths::proof::haptic::NetRanges;
-use crate::widths::proof::span::Span;
-use crate::widths::proof::walk::Walk;
-use crate::widths::proof::word::Word;
-use crate::widths::proof::{How, Limit, Proof};
+use hpu_prove::interval::Interval;
+use hpu_prove::ranges::affine::Affine;
+use hpu_prove::ranges::haptic::NetRanges;
+use hpu_prove::ranges::span::Span;
+use hpu_prove::ranges::walk::Walk;
+use hpu_prove::ranges::word::Word;
+use hpu_prove::ranges::{How, Limit, Proof};
 
 /// The reason why a run ends at these limits.
 const TRAVEL: &str = "the segment tilts by at most 55 degrees, and the crank stays between its dead centres: beyond, a \

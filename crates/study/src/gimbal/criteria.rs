@@ -9,7 +9,7 @@
 
 use hpu_cosim::scene::GimbalScene;
 
-use crate::sampled::{SampledLoop, exponential, scaled};
+use hpu_prove::sampled::{SampledLoop, exponential, scaled};
 
 /// The rest of a touch under one control.
 #[derive(Clone, Copy, PartialEq, Debug)]

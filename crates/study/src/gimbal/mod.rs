@@ -16,9 +16,9 @@ use crate::device::{Device, ToldLimits, ToldTables};
 use crate::fit::Simplifications;
 use crate::map::SwitchWatch;
 use crate::widths::Reach;
-use crate::widths::proof::Proof;
 use crate::widths::search::Loops;
 use crate::{accuracy, fit, map, widths};
+use hpu_prove::ranges::Proof;
 
 pub use crank::{CrankSize, crank_sizes};
 pub use criteria::{Criteria, NAMES, Rest};

@@ -13,10 +13,10 @@ use std::time::Duration;
 use hpu_cosim::scene::{Datapath, Device, DutScene, Experiment, Hand, OutcomeKind, Realised, Scene, moves_until_s};
 use hpu_cosim::{Control, figure, judged_window_s};
 
-use super::unit;
 use super::words::{Group, Seen, WordsSet};
 use crate::map::{Cell, CellError, CellLimits, more_events};
 use crate::units::run_some;
+use hpu_prove::linear::unit;
 
 /// How finely the stiffnesses of a scene in fixed-point words are examined.
 #[derive(Clone, Copy, PartialEq, Debug)]

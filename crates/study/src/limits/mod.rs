@@ -6,39 +6,19 @@
 //! with its modulator and its registers ([`DrivenSet`]). The scene in fixed-point words, with its quantisation,
 //! friction, hand and contact, is run at a grid of stiffnesses and phases of its contact ([`WordsSet`]).
 
-mod characteristic;
-mod controller;
-mod crossings;
-mod driven;
-#[cfg(test)]
-mod driven_tests;
 mod hands;
-mod jet;
 mod looks;
-mod lyapunov;
-mod open_loop;
-mod pulses;
-mod range;
-mod ripple;
-mod robust;
-mod stable;
 mod unknown;
 mod words;
 
 use hpu_cosim::scene::{Datapath, Miss, Scene};
 
+use hpu_prove::linear::{BoxSet, Damping, DrivenSet, NotDriven, Ripple, StableSet};
+
 use crate::criteria::{self, Criterion, Silent};
 
-pub use controller::Damping;
-pub use driven::{DrivenSet, NotDriven};
 pub use hands::{PublishedHand, hands_of, published_hands};
 pub use looks::{Looks, MOST_EVENTS};
-pub(crate) use range::unit;
-pub use range::usual_range;
-pub use ripple::Ripple;
-pub use robust::BoxSet;
-pub(crate) use stable::linear_settles;
-pub use stable::{End, StableSet, Stretch};
 pub use unknown::{MOST_UNKNOWN, Unknown, World};
 pub use words::{Group, Seen, WordsSet};
 

@@ -9,6 +9,7 @@ use std::str::FromStr;
 
 use hpu_cosim::scene::{Experiment, Scene};
 use hpu_cosim::{SplitMix64, number};
+use hpu_prove::linear::{Worlds, corners};
 
 use super::Overrides;
 use crate::map::{Axis, SceneText};
@@ -76,17 +77,26 @@ pub const MOST_UNKNOWN: usize = 6;
 /// Number of points within a box that are examined beside its corners.
 const WITHIN: usize = 8;
 
-impl World<'_> {
-    /// Returns the scene at a point of the box, with the words of the nominal scene.
-    ///
-    /// # Errors
-    ///
-    /// Returns the reason why there is no scene at this point.
-    pub fn at(&self, values: &[f64]) -> Result<Scene, String> {
+impl Worlds for World<'_> {
+    fn nominal(&self) -> &Scene {
+        self.nominal
+    }
+
+    fn keys(&self) -> Vec<&str> {
+        self.unknown.iter().map(Unknown::key).collect()
+    }
+
+    fn sides(&self) -> Vec<[f64; 2]> {
+        self.unknown.iter().map(Unknown::ends).collect()
+    }
+
+    fn at(&self, values: &[f64]) -> Result<Scene, String> {
         let point: Vec<_> = self.unknown.iter().zip(values).map(|(unknown, value)| unknown.set(*value)).collect();
         self.with(&point)
     }
+}
 
+impl World<'_> {
     /// Returns the scene with further overrides and the words of the nominal scene.
     fn with(&self, point: &[(String, String)]) -> Result<Scene, String> {
         let set = [self.set, point].concat();
@@ -98,17 +108,6 @@ impl World<'_> {
             Experiment::Axis(scene) => scene.with_words_of(self.nominal).map_err(|why| format!("{}: {why}", place())),
             _ => Err("limits over a box are those of an axis with a [method]".into()),
         }
-    }
-
-    /// Returns the corners of a box; the first side changes fastest.
-    pub(super) fn corners(sides: &[[f64; 2]]) -> Vec<Vec<f64>> {
-        let corner = |which: usize| sides.iter().enumerate().map(|(side, ends)| ends[which >> side & 1]).collect();
-        (0..1usize << sides.len()).map(corner).collect()
-    }
-
-    /// Returns the ends of the box's sides.
-    pub(super) fn sides(&self) -> Vec<[f64; 2]> {
-        self.unknown.iter().map(Unknown::ends).collect()
     }
 
     /// Returns the scenes to examine: the nominal one, those at the box's corners, those at `WITHIN` points inside the
@@ -124,7 +123,7 @@ impl World<'_> {
             low + (high - low) * (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64
         };
         let within = (0..WITHIN).map(|_| sides.iter().map(|side| within(*side, &mut random)).collect::<Vec<f64>>());
-        let points = Self::corners(&sides).into_iter().chain(within).map(|point| self.at(&point));
+        let points = corners(&sides).into_iter().chain(within).map(|point| self.at(&point));
         let named = self.named.iter().map(|set| self.with(set));
         std::iter::once(Ok(self.nominal.clone())).chain(points).chain(named).collect()
     }

@@ -4,7 +4,7 @@ use hpu_cosim::Simulation;
 use hpu_signal::{Format, Signal};
 
 use super::{AxisSimulation, Scene, SignalBound, bounds};
-use crate::widths::proof::{Bound, How, Proof};
+use hpu_prove::ranges::{Bound, How, Proof};
 
 /// Proves the bounds of a scene for every posture that its tables hold; each joint may be anywhere.
 ///

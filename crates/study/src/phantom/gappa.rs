@@ -4,7 +4,7 @@
 use std::fmt::Write;
 
 use super::{Scene, bounds, datapath};
-use crate::widths::proof::text::{Text, capital};
+use hpu_prove::ranges::text::{Text, capital};
 
 /// The blocks that the script covers: from sines to the tip, and from forces to torques.
 const FOLLOWED: [&str; 2] = ["forward", "jacobian"];

@@ -20,10 +20,10 @@ use hpu_signal::Format;
 use crate::accuracy::Contestant;
 use crate::device::{Device, ToldTables};
 use crate::fit::Simplifications;
-use crate::widths::proof::Proof;
 use crate::widths::search::Loops;
 use crate::widths::{Asked, Field, Reach};
 use crate::{accuracy, fit, map, widths};
+use hpu_prove::ranges::Proof;
 
 pub use cost::{cells, rams};
 pub use posture::{SIGNALS, SignalBound, bounds};

@@ -12,10 +12,10 @@ use hpu_datapath::ConfigError;
 use hpu_signal::Format;
 
 use super::{Config, datapath};
-use crate::widths::proof::affine::Affine;
-use crate::widths::proof::span::Span;
-use crate::widths::proof::walk::Walk;
-use crate::widths::proof::word::{Word, most, outward};
+use hpu_prove::ranges::affine::Affine;
+use hpu_prove::ranges::span::Span;
+use hpu_prove::ranges::walk::Walk;
+use hpu_prove::ranges::word::{Word, most, outward};
 
 /// The proved range and error of one signal.
 #[derive(Clone, Copy, PartialEq, Debug)]

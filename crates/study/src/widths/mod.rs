@@ -2,42 +2,27 @@
 //!
 //! [`measured`] runs the closed loop and collects them from one run, a set of scenes, or seeded random motion.
 
-pub mod proof;
 pub mod search;
 pub mod settling;
 
 mod book;
 mod device;
-mod exact;
 pub(crate) mod field;
 mod measured;
 mod method;
 mod noise;
 mod parts;
 mod random;
-mod real;
 mod recommend;
 
-use hpu_datapath::AnyBlock;
-use hpu_signal::{Cycle, Format, Signal};
+use hpu_signal::{Cycle, Format};
 
 pub use device::{Device, Reach};
 pub use field::Field;
 pub use measured::{Measured, beside, idle_bits, measured, together};
 pub use noise::{Asked, Beside};
-pub(crate) use proof::System;
 pub use random::{Walk, random};
-#[cfg(test)]
-pub(crate) use real::law;
 pub use recommend::{Needed, Recommended, by_range, recommend};
-
-/// Returns whether a block lies between the counters and the modulator. Counters and modulators are told by their
-/// ports: all inputs or all outputs are single lines, or the block counts.
-fn is_on_the_way(block: &dyn AnyBlock) -> bool {
-    let is_line = |port: &Signal| port.format == Format::BIT;
-    let lines = block.inputs().iter().all(is_line) || block.outputs().iter().all(is_line);
-    !lines && block.counts().is_none()
-}
 
 /// The bits that a signal lost below its least significant bit, or above its most significant bit.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]

@@ -6,10 +6,10 @@ use hpu_cosim::LawConfig;
 use hpu_datapath::{AnyBlock, Connection, Instance, Register};
 use hpu_signal::{Equations, Format, Reading, Signal, Word};
 
-use super::exact::Exact;
-use super::is_on_the_way;
 use super::method::Method;
-use super::real::Real;
+use hpu_prove::exact::Exact;
+use hpu_prove::ranges::walk::is_on_the_way;
+use hpu_prove::real::Real;
 
 /// Where a block's input comes from.
 #[derive(Clone, Copy, PartialEq, Debug)]

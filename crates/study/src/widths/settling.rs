@@ -9,7 +9,8 @@ use hpu_cosim::Control;
 use hpu_cosim::scene::{Datapath, Experiment, Loop, OutcomeKind, Output, Scene};
 
 use crate::accuracy::{Outputs, driver, usual};
-use crate::limits::{Looks, WordsSet, usual_range};
+use crate::limits::{Looks, WordsSet};
+use hpu_prove::linear::usual_range;
 
 /// A scene whose command is delayed by further clock cycles, beside the scene as it is. All figures are *measured*.
 #[derive(Clone, PartialEq, Debug)]

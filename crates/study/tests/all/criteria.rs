@@ -2,9 +2,9 @@
 
 use hpu_cosim::LinearLoop;
 use hpu_cosim::scene::Scene;
-use hpu_study::SampledLoop;
+use hpu_prove::SampledLoop;
+use hpu_prove::linear::{Damping, Stretch, usual_range};
 use hpu_study::criteria::{self, Criterion, Region, Rigid, describing_function, stable_amplitude};
-use hpu_study::limits::{Damping, Stretch, usual_range};
 
 /// Table 1 of the PHANToM's paper: b 0.005 N·s/m, f_c 0.038 N, a count of 29.1 µm, T 1 ms.
 const PHANTOM: Rigid = Rigid {

@@ -5,9 +5,10 @@ use std::num::NonZeroUsize;
 
 use hpu_cosim::scene::{Experiment, OutcomeKind, Scene, shipped};
 use hpu_cosim::{Control, LinearLoop};
-use hpu_study::SampledLoop;
+use hpu_prove::SampledLoop;
+use hpu_prove::linear::{Damping, End, StableSet, Stretch, usual_range};
 use hpu_study::criteria::Criterion;
-use hpu_study::limits::{Damping, End, Group, Limits, Looks, StableSet, Stretch, WordsSet, limits, usual_range};
+use hpu_study::limits::{Group, Limits, Looks, WordsSet, limits};
 use hpu_study::map::{Cell, CellLimits};
 
 const MOTOR: &str = r#"
@@ -80,7 +81,7 @@ fn limit(limits: &Limits) -> f64 {
     end(limits).middle()
 }
 
-fn end(limits: &Limits) -> hpu_study::limits::End {
+fn end(limits: &Limits) -> hpu_prove::linear::End {
     let first = limits.linear.as_ref().expect("a linear loop").stable[0];
     assert_eq!(first.from.beyond, None);
     first.to

@@ -5,8 +5,9 @@ use std::num::NonZeroUsize;
 
 use hpu_cosim::scene::{Experiment, Hand, Scene, shipped};
 use hpu_cosim::{Control, SplitMix64};
-use hpu_study::SampledLoop;
-use hpu_study::limits::{BoxSet, Looks, Unknown, WordsSet, World, hands_of, published_hands, usual_range};
+use hpu_prove::SampledLoop;
+use hpu_prove::linear::{BoxSet, Worlds, usual_range};
+use hpu_study::limits::{Looks, Unknown, WordsSet, World, hands_of, published_hands};
 use hpu_study::map::SceneText;
 
 /// Returns a shipped scene under overrides, and its text.

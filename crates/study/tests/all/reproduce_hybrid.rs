@@ -6,7 +6,7 @@ use std::sync::atomic::Ordering;
 
 use hpu_cosim::Control;
 use hpu_cosim::scene::{Scene, shipped};
-use hpu_study::SampledLoop;
+use hpu_prove::SampledLoop;
 use hpu_study::studies::comparison::Comparison;
 
 fn comparison() -> Comparison {

@@ -3,8 +3,8 @@
 use crate::proofs_common::{Wander, axis, bits, contains, of, run, traced, wander};
 use hpu_cosim::scene::{Experiment, Scene, shipped};
 use hpu_cosim::{AxisSimulation, Wired, with_axis_loop};
+use hpu_prove::ranges::{How, MOST_INPUTS, Proof, axis_bounds, exhausted, gappa};
 use hpu_signal::SignalUse;
-use hpu_study::widths::proof::{How, MOST_INPUTS, Proof, axis_bounds, exhausted, gappa};
 
 /// The number of steps of each block.
 const STEPS: u64 = 10_000_000;

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use crate::proofs_common::axis;
 use hpu_cosim::scene::Scene;
-use hpu_study::widths::proof::axis_bounds;
+use hpu_prove::ranges::axis_bounds;
 
 /// The motor of all scenes.
 const R: f64 = 2.3457;

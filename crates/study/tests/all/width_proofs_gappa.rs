@@ -4,8 +4,8 @@ use std::io::Write;
 use std::process::{Command, Stdio};
 
 use crate::proofs_common::{axis, experiment};
+use hpu_prove::ranges::{axis_bounds, gappa};
 use hpu_study::Device;
-use hpu_study::widths::proof::{axis_bounds, gappa};
 
 /// Returns whether Gappa proves all of a script, and its output.
 fn proves(script: &str) -> (bool, String) {

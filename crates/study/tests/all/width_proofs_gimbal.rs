@@ -8,8 +8,8 @@ use hpu_cosim::scene::shipped;
 use hpu_cosim::{Control, Driver, GimbalSimulation, Simulation, SplitMix64, Wired};
 use hpu_datapath::Block;
 use hpu_datapath::gimbal::{CrankTable, GimbalConfig, GimbalInverse, crank_table};
+use hpu_prove::ranges::{How, Proof};
 use hpu_study::Device;
-use hpu_study::widths::proof::{How, Proof};
 
 fn proof(name: &str, set: &[(&str, &str)]) -> Proof {
     scene(name, set).bounds().unwrap()

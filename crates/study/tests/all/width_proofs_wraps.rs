@@ -2,7 +2,7 @@
 
 use crate::proofs_common::{axis, of, run, used};
 use hpu_cosim::scene::Scene;
-use hpu_study::widths::proof::axis_bounds;
+use hpu_prove::ranges::axis_bounds;
 
 /// The stiffness of one word, in N.m/rad.
 fn stiffness_of_a_word(scene: &Scene) -> f64 {

@@ -3,9 +3,9 @@
 use hpu_cosim::Control;
 use hpu_cosim::Driver;
 use hpu_cosim::scene::Experiment;
+use hpu_prove::ranges::axis_bounds;
 use hpu_study::accuracy::{Outputs, worst};
 use hpu_study::widths::Field;
-use hpu_study::widths::proof::axis_bounds;
 use hpu_study::widths::search::{Design, Found, Plan, SearchError};
 
 use crate::width_search::{ANY_ERROR, PLAN, Set, found, holds_to_the_grid, knobs, scene, set, text};

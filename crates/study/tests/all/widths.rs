@@ -4,8 +4,8 @@ use hpu_chart::ranges;
 use hpu_cosim::scene::{Experiment, shipped};
 use hpu_cosim::{Control, Simulation, SplitMix64, Wired, WiredSimulation};
 use hpu_datapath::{AnyBlock, Connection, Instance, TruncatingMultiplier};
+use hpu_prove::ranges::{Bound, How};
 use hpu_signal::{Cycle, Format, Observe, Signal};
-use hpu_study::widths::proof::{Bound, How};
 use hpu_study::widths::{Beside, Measured, Walk, beside, measured, random, together};
 
 use crate::looks::assert_readable;

@@ -204,7 +204,7 @@ mod tests {
     use std::f64::consts::PI;
 
     use super::{Config, PhantomForward, PhantomTorque, TrigTable};
-    use crate::widths::law;
+    use hpu_prove::real::law;
 
     #[test]
     fn the_tip_and_the_torques_of_a_phantom_are_those_of_its_angles() {

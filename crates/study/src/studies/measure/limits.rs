@@ -7,11 +7,12 @@ use hpu_cosim::scene::{Device, Experiment, OutcomeKind, Scene};
 
 use super::super::template::{Value, Values};
 use super::{Asked, LONGEST, Taken, numbers, text};
-use crate::SampledLoop;
 use crate::criteria;
-use crate::limits::{self, Damping, Looks, Seen, StableSet, Stretch, WordsSet, linear_settles, usual_range};
+use crate::limits::{self, Looks, Seen, WordsSet};
 use crate::map::{Cell, CellLimits};
 use crate::told::untold;
+use hpu_prove::SampledLoop;
+use hpu_prove::linear::{Damping, StableSet, Stretch, linear_settles, usual_range};
 
 /// The values of a scene: of its words, then of its device.
 pub(super) const SCENE_GIVES: &[&str] = &[

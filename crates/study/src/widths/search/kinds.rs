@@ -10,7 +10,7 @@ use super::front::{Cost, Merit};
 use super::knob::{Design, Knob};
 use super::loops::{Limits, Loops, Standing};
 use super::memory::{Memory, Run};
-use crate::widths::proof::ProvedRanges;
+use hpu_prove::ranges::ProvedRanges;
 
 /// The knowledge about a kind on one scene.
 struct On {

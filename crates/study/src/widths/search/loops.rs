@@ -7,7 +7,7 @@ use super::climb::Climb;
 use super::front::Cost;
 use super::knob::{Depth, Design, Keys, Knob};
 use crate::widths::Field;
-use crate::widths::proof::ProvedRanges;
+use hpu_prove::ranges::ProvedRanges;
 
 /// The place of a design on one scene.
 pub struct Standing {

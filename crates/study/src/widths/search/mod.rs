@@ -57,7 +57,7 @@ pub use memory::schema;
 pub use refused::SearchError;
 pub use wave::{Ended, Plan, Progress, search, search_wave};
 
-use super::proof::ProvedRanges;
+use hpu_prove::ranges::ProvedRanges;
 
 /// A design whose three figures are known.
 #[derive(Clone, Copy, PartialEq, Debug)]

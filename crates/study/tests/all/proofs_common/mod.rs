@@ -3,8 +3,8 @@
 use hpu_cosim::scene::{Experiment, Scene, shipped};
 use hpu_cosim::{AxisSimulation, Control, Driver, Pins, Simulation, SplitMix64, Summary, Wired};
 use hpu_datapath::{LoopIn, LoopOut, Wiring};
+use hpu_prove::ranges::{Bound, Proof};
 use hpu_signal::{Signal, SignalUse};
-use hpu_study::widths::proof::{Bound, Proof};
 
 /// Returns a shipped scene under overrides.
 pub fn experiment(name: &str, overrides: &[(&str, &str)]) -> Experiment {

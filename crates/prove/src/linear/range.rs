@@ -19,6 +19,6 @@ pub fn usual_range(scene: &Scene) -> [f64; 2] {
 }
 
 /// Returns the unit of the scene's stiffness.
-pub(crate) fn unit(scene: &Scene) -> &'static str {
+pub fn unit(scene: &Scene) -> &'static str {
     scene.device.units().stiffness
 }

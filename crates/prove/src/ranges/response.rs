@@ -19,7 +19,7 @@ const SLACK: f64 = 1.0 + 1.0 / (1u64 << 48) as f64;
 const ROW: usize = 512;
 
 /// A linear system's flow, tabulated.
-pub(crate) struct Flow {
+pub struct Flow {
     /// `A` in balanced states.
     a: Matrix,
     /// The unit of each state in terms of the balanced one; powers of two.
@@ -37,7 +37,7 @@ pub(crate) struct Flow {
 
 /// The integrals of the positive and the negative part of an impulse response.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub(crate) struct Parts {
+pub struct Parts {
     pub positive: f64,
     pub negative: f64,
 }
@@ -144,7 +144,7 @@ impl Flow {
 }
 
 /// An output of a linear system.
-pub(crate) struct Output<'f> {
+pub struct Output<'f> {
     flow: &'f Flow,
     /// `c`, in balanced states.
     row: Matrix,

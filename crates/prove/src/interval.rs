@@ -4,14 +4,17 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 /// All numbers from `lo` to `hi`.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub(crate) struct Interval {
+pub struct Interval {
+    /// The lower end.
     pub lo: f64,
+    /// The upper end.
     pub hi: f64,
 }
 
 impl Interval {
-    pub const ZERO: Self = Self::exact(0.0);
+    pub(crate) const ZERO: Self = Self::exact(0.0);
 
+    /// Makes the interval of one number.
     pub const fn exact(value: f64) -> Self {
         Self { lo: value, hi: value }
     }
@@ -21,6 +24,7 @@ impl Interval {
         Self { lo: -above(-lo), hi: above(hi) }
     }
 
+    /// Returns the sums of both.
     pub fn plus(self, other: Self) -> Self {
         if self == Self::ZERO {
             return other;
@@ -31,10 +35,11 @@ impl Interval {
         Self::outward(self.lo + other.lo, self.hi + other.hi)
     }
 
-    pub fn minus(self, other: Self) -> Self {
+    pub(crate) fn minus(self, other: Self) -> Self {
         self.plus(Self { lo: -other.hi, hi: -other.lo })
     }
 
+    /// Returns the products of both.
     pub fn times(self, other: Self) -> Self {
         if self == Self::ZERO || other == Self::ZERO {
             return Self::ZERO;
@@ -73,11 +78,11 @@ impl Interval {
         self.hi.max(-self.lo)
     }
 
-    pub fn has_zero(self) -> bool {
+    pub(crate) fn has_zero(self) -> bool {
         self.lo <= 0.0 && self.hi >= 0.0
     }
 
-    pub fn width(self) -> f64 {
+    pub(crate) fn width(self) -> f64 {
         self.hi - self.lo
     }
 
@@ -139,26 +144,26 @@ fn above(x: f64) -> f64 {
 
 /// All complex numbers with these real and imaginary parts.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub(crate) struct Complex {
-    pub re: Interval,
-    pub im: Interval,
+pub struct Complex {
+    pub(crate) re: Interval,
+    pub(crate) im: Interval,
 }
 
 impl Complex {
-    pub const ZERO: Self = Self { re: Interval::ZERO, im: Interval::ZERO };
+    pub(crate) const ZERO: Self = Self { re: Interval::ZERO, im: Interval::ZERO };
 
-    pub fn plus(self, other: Self) -> Self {
+    pub(crate) fn plus(self, other: Self) -> Self {
         Self { re: self.re.plus(other.re), im: self.im.plus(other.im) }
     }
 
-    pub fn times(self, other: Self) -> Self {
+    pub(crate) fn times(self, other: Self) -> Self {
         Self {
             re: self.re.times(other.re).minus(self.im.times(other.im)),
             im: self.re.times(other.im).plus(self.im.times(other.re)),
         }
     }
 
-    pub fn scaled(self, by: Interval) -> Self {
+    pub(crate) fn scaled(self, by: Interval) -> Self {
         Self { re: self.re.times(by), im: self.im.times(by) }
     }
 
@@ -167,30 +172,30 @@ impl Complex {
         Self { re: Interval::ZERO.minus(self.im), im: self.re }
     }
 
-    pub fn has_zero(self) -> bool {
+    pub(crate) fn has_zero(self) -> bool {
         self.re.has_zero() && self.im.has_zero()
     }
 }
 
 /// Rows and columns of intervals: a small square matrix, a row or a column.
 #[derive(Clone, PartialEq, Debug)]
-pub(crate) struct Matrix(pub Vec<Vec<Interval>>);
+pub struct Matrix(pub Vec<Vec<Interval>>);
 
 impl Matrix {
-    pub fn identity(size: usize) -> Self {
+    pub(crate) fn identity(size: usize) -> Self {
         let one = |here: bool| if here { Interval::exact(1.0) } else { Interval::ZERO };
         Self((0..size).map(|row| (0..size).map(|column| one(row == column)).collect()).collect())
     }
 
-    pub fn column(values: &[Interval]) -> Self {
+    pub(crate) fn column(values: &[Interval]) -> Self {
         Self(values.iter().map(|&value| vec![value]).collect())
     }
 
-    pub fn row(values: &[Interval]) -> Self {
+    pub(crate) fn row(values: &[Interval]) -> Self {
         Self(vec![values.to_vec()])
     }
 
-    pub fn rows(&self) -> usize {
+    pub(crate) fn rows(&self) -> usize {
         self.0.len()
     }
 
@@ -198,17 +203,17 @@ impl Matrix {
         self.0[0].len()
     }
 
-    pub fn map(&self, change: impl Fn(Interval) -> Interval) -> Self {
+    pub(crate) fn map(&self, change: impl Fn(Interval) -> Interval) -> Self {
         Self(self.0.iter().map(|row| row.iter().map(|&cell| change(cell)).collect()).collect())
     }
 
-    pub fn plus(&self, other: &Self) -> Self {
+    pub(crate) fn plus(&self, other: &Self) -> Self {
         let sum =
             |(left, right): (&Vec<Interval>, &Vec<Interval>)| left.iter().zip(right).map(|(l, r)| l.plus(*r)).collect();
         Self(self.0.iter().zip(&other.0).map(sum).collect())
     }
 
-    pub fn times(&self, other: &Self) -> Self {
+    pub(crate) fn times(&self, other: &Self) -> Self {
         // Zeros add nothing, not even rounding.
         let product = |row: &Vec<Interval>| {
             let mut sums = vec![Interval::ZERO; other.columns()];

@@ -3,7 +3,7 @@
 use crate::interval::{Interval, Matrix};
 
 /// Returns `e^a` of a square matrix.
-pub(crate) fn exponential(a: &Matrix) -> Matrix {
+pub fn exponential(a: &Matrix) -> Matrix {
     Matrix::identity(a.rows()).plus(&Series::new(&[&a.0]).exponential_change().into_parts()[0])
 }
 
@@ -13,7 +13,7 @@ pub(crate) fn exponential(a: &Matrix) -> Matrix {
 /// The parts are the first row of blocks of the matrix whose diagonals of blocks are constant, the value on the main
 /// one and each part on one farther above; products of such matrices are products of the series.
 #[derive(Clone)]
-pub(crate) struct Series {
+pub struct Series {
     /// Rows of each part.
     size: usize,
     parts: usize,

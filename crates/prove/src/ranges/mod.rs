@@ -14,21 +14,21 @@
 //! A device that no hand holds has no limit of its travel; its words are bounded by their formats. Among the memories
 //! of the methods, energies are sums without a limit.
 
-pub(crate) mod affine;
+pub mod affine;
 mod device;
 mod exhaust;
 mod gappa;
-pub(crate) mod haptic;
+pub mod haptic;
 mod holds;
 mod laws;
 mod response;
 mod settings;
-pub(crate) mod span;
+pub mod span;
 mod system;
-pub(crate) mod text;
+pub mod text;
 mod travel;
-pub(crate) mod walk;
-pub(crate) mod word;
+pub mod walk;
+pub mod word;
 mod wrap;
 
 use hpu_cosim::scene::{Datapath, LoopWords, Scene};
@@ -39,11 +39,11 @@ use device::{Motion, Shaft};
 pub use exhaust::{MOST_INPUTS, exhausted};
 pub use gappa::gappa;
 use haptic::NetRanges;
-pub(crate) use holds::Limits;
+pub use holds::Limits;
 pub use holds::ProvedRanges;
 use settings::Settings;
 use span::Span;
-pub(crate) use system::System;
+pub use system::System;
 use travel::Travel;
 
 /// The way in which a figure was found.

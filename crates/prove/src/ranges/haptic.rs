@@ -13,9 +13,9 @@ use super::{Bound, How, laws};
 
 /// The range and error of one net.
 #[derive(Clone, Debug)]
-pub(crate) struct NetRange {
+pub struct NetRange {
     name: &'static str,
-    pub span: Span,
+    pub(crate) span: Span,
     error: Option<(Span, i32)>,
     /// Whether it holds every value that belongs in it.
     pub fits: bool,
@@ -23,7 +23,7 @@ pub(crate) struct NetRange {
 }
 
 /// Rows in the order of the wiring's nets.
-pub(crate) struct NetRanges(Vec<NetRange>);
+pub struct NetRanges(Vec<NetRange>);
 
 impl NetRanges {
     /// Reads the words of a wiring's nets, block after block.
@@ -80,7 +80,7 @@ impl NetRanges {
         Self(nets.iter().zip(words).filter_map(row).collect())
     }
 
-    pub fn get(&self, name: &str) -> &NetRange {
+    pub(crate) fn get(&self, name: &str) -> &NetRange {
         self.0.iter().find(|row| row.name == name).expect("a net of the wiring")
     }
 

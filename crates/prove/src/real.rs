@@ -9,7 +9,7 @@ use hpu_signal::{Format, Narrowing, Rounding, Sine, Word};
 
 /// A real number, in units of the word's least significant bit.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub(super) struct Real(pub f64);
+pub struct Real(pub f64);
 
 impl Real {
     /// Returns the number times `2^bits`, exactly.
@@ -19,7 +19,7 @@ impl Real {
 }
 
 /// Returns a word as a number.
-pub(super) fn float(word: i128) -> f64 {
+pub fn float(word: i128) -> f64 {
     /// The conversion from 128 bits is slow; few words need it.
     #[cold]
     #[inline(never)]
@@ -83,7 +83,7 @@ impl Word for Real {
 
 /// Returns the outputs of a block in real numbers, in units.
 #[cfg(test)]
-pub(crate) fn law(block: &dyn hpu_datapath::AnyBlock, registers: usize, inputs: &[f64]) -> Vec<f64> {
+pub fn law(block: &dyn hpu_datapath::AnyBlock, registers: usize, inputs: &[f64]) -> Vec<f64> {
     let lsbs = block.inputs().into_iter().map(|port| port.format.lsb());
     let given: Vec<_> =
         (0..registers).map(|_| Real(0.0)).chain(lsbs.zip(inputs).map(|(lsb, x)| Real(x / lsb))).collect();

@@ -21,7 +21,7 @@ pub struct ProvedRanges {
 }
 
 /// A scene's device and hand, for proofs of loops that differ only in widths.
-pub(crate) struct Limits<'s> {
+pub struct Limits<'s> {
     shaft: Shaft<'s>,
 }
 

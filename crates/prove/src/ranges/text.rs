@@ -29,11 +29,11 @@ thread_local! {
 
 /// A word as an expression of Gappa.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(crate) struct Text(usize);
+pub struct Text(usize);
 
 /// The truth of a condition, if both sides are constants.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(crate) struct Known(Option<bool>);
+pub struct Known(Option<bool>);
 
 truths!(Known, |a, b| [Self(a.0.zip(b.0).map(|(one, other)| one && other)), !(!a & !b)], Self(a.0.map(|bit| !bit)),);
 
@@ -181,7 +181,7 @@ impl Word for Text {
 }
 
 /// Returns the name of the real number that a word stands for.
-pub(crate) fn capital(name: &str) -> String {
+pub fn capital(name: &str) -> String {
     let (first, rest) = name.split_at(1);
     first.to_uppercase() + rest
 }

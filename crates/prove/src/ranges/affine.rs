@@ -24,11 +24,11 @@ thread_local! {
 
 /// A word with a known range and affine form, in units of its least significant bit.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(crate) struct Affine(usize);
+pub struct Affine(usize);
 
 /// Whether a condition can be false, and whether it can be true.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(crate) struct Maybe {
+pub struct Maybe {
     no: bool,
     yes: bool,
 }

@@ -9,8 +9,8 @@ use super::characteristic::{Characteristic, minors};
 use super::controller::{Damping, Term, controller};
 use super::jet::{ALONG, Jet};
 use crate::interval::{Interval, Matrix};
+use crate::ranges::System;
 use crate::series::Series;
-use crate::widths::System;
 
 /// A linear loop whose stiffness is left open.
 #[derive(Debug)]

@@ -7,7 +7,7 @@ use super::span::Span;
 
 /// The settings of a scene's loop, each with the range of words that it takes during the run.
 #[derive(Clone, Debug)]
-pub(crate) struct Settings {
+pub struct Settings {
     pub config: LoopConfig,
     pub reference: Span,
     pub stiffness: Span,

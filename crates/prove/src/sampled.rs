@@ -4,7 +4,7 @@
 use hpu_cosim::scene::{Device, Scene};
 
 /// A square matrix, as a list of rows.
-pub(crate) type Matrix = Vec<Vec<f64>>;
+pub type Matrix = Vec<Vec<f64>>;
 
 fn identity(n: usize) -> Matrix {
     (0..n).map(|r| (0..n).map(|c| if r == c { 1.0 } else { 0.0 }).collect()).collect()
@@ -20,12 +20,13 @@ fn norm(a: &Matrix) -> f64 {
     a.iter().map(|row| row.iter().map(|x| x.abs()).sum()).fold(0.0, f64::max)
 }
 
-pub(crate) fn scaled(a: &Matrix, factor: f64) -> Matrix {
+/// Returns a matrix times a number.
+pub fn scaled(a: &Matrix, factor: f64) -> Matrix {
     a.iter().map(|row| row.iter().map(|x| x * factor).collect()).collect()
 }
 
 /// Returns `e^A` by Taylor's series of `A / 2^s`, squared `s` times.
-pub(crate) fn exponential(a: &Matrix) -> Matrix {
+pub fn exponential(a: &Matrix) -> Matrix {
     let squarings = norm(a).log2().ceil().max(0.0) as i32 + 2;
     let small = scaled(a, 0.5f64.powi(squarings));
     let mut sum = identity(a.len());
@@ -72,7 +73,7 @@ pub struct SampledLoop {
 
 impl SampledLoop {
     /// Returns the loop whose states, from one sample to the next, a matrix maps.
-    pub(crate) fn of(map: Matrix) -> Self {
+    pub fn of(map: Matrix) -> Self {
         Self { map }
     }
 

@@ -4,16 +4,20 @@ use hpu_signal::Format;
 
 /// The whole numbers from `min` to `max`.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(crate) struct Span {
+pub struct Span {
+    /// The least.
     pub min: i128,
+    /// The greatest.
     pub max: i128,
 }
 
 impl Span {
+    /// Makes the range between two words.
     pub const fn new(min: i128, max: i128) -> Self {
         Self { min, max }
     }
 
+    /// Makes the range of one word.
     pub const fn exact(value: i128) -> Self {
         Self { min: value, max: value }
     }
@@ -23,14 +27,17 @@ impl Span {
         Self { min: format.min(), max: format.max() }
     }
 
+    /// Returns the least range that has both.
     pub fn hull(self, other: Self) -> Self {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
+    /// Returns the range of the sums.
     pub fn plus(self, other: Self) -> Self {
         Self { min: self.min + other.min, max: self.max + other.max }
     }
 
+    /// Returns the range of the products.
     pub fn times(self, other: Self) -> Self {
         let ends = [self.min * other.min, self.min * other.max, self.max * other.min, self.max * other.max];
         let least = ends.into_iter().min().unwrap_or_default();
@@ -53,22 +60,22 @@ impl Span {
         Self { min: self.min.max(other.min), max: self.max.min(other.max) }
     }
 
-    pub fn is_within(self, other: Self) -> bool {
+    pub(crate) fn is_within(self, other: Self) -> bool {
         other.min <= self.min && self.max <= other.max
     }
 }
 
 /// A number `2^-frac (constant + sum of factor * symbol)`; symbols are whole numbers from a [`Symbols`].
 #[derive(Clone, PartialEq, Eq, Debug)]
-pub(crate) struct Form {
-    pub frac: i32,
+pub struct Form {
+    pub(crate) frac: i32,
     constant: i128,
     /// The factor of each symbol, in the order of symbols.
     terms: Vec<(usize, i128)>,
 }
 
 impl Form {
-    pub fn constant(value: i128, frac: i32) -> Self {
+    pub(crate) fn constant(value: i128, frac: i32) -> Self {
         Self { frac, constant: value, terms: Vec::new() }
     }
 
@@ -89,7 +96,7 @@ impl Form {
         product
     }
 
-    pub fn plus(&self, other: &Self) -> Self {
+    pub(crate) fn plus(&self, other: &Self) -> Self {
         let frac = self.frac.max(other.frac);
         let (mut sum, other) = (self.at(frac), other.at(frac));
         sum.constant += other.constant;
@@ -103,7 +110,7 @@ impl Form {
         sum
     }
 
-    pub fn minus(&self, other: &Self) -> Self {
+    pub(crate) fn minus(&self, other: &Self) -> Self {
         self.plus(&other.times(-1, 0))
     }
 
@@ -121,7 +128,7 @@ impl Form {
 
 /// The ranges of symbols.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
-pub(crate) struct Symbols(Vec<Span>);
+pub struct Symbols(Vec<Span>);
 
 impl Symbols {
     /// Makes a number of which only the range is known.

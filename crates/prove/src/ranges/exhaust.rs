@@ -6,7 +6,7 @@ use hpu_datapath::{AnyStep, Instance};
 
 use super::span::Span;
 use super::{Bound, How, Proof};
-use crate::widths::exact::Exact;
+use crate::exact::Exact;
 
 /// The most inputs of one block that are ever tried.
 pub const MOST_INPUTS: u128 = 1 << 26;

@@ -24,7 +24,7 @@ use crate::interval::Interval;
 
 /// Limits of the shaft's motion, for any command within a range.
 #[derive(Clone, Debug)]
-pub(crate) struct Motion {
+pub struct Motion {
     /// Speeds, in rad/s.
     pub speed: Interval,
     /// Angles, in rad; `None` where nothing holds the shaft back.
@@ -50,7 +50,7 @@ impl Motion {
 }
 
 /// A scene's device and hand as a linear system under bounded inputs.
-pub(crate) struct Shaft<'s> {
+pub struct Shaft<'s> {
     scene: &'s Scene,
     drive: Channel,
     torque: Channel,
@@ -72,7 +72,7 @@ const WITHIN: &str = "the mass stays within half the counter's range of the wall
 const EARLY_EDGES: f64 = 4.0;
 
 /// Returns the hull of 0 and these values.
-pub(crate) fn around_zero(values: impl IntoIterator<Item = f64>) -> Interval {
+pub fn around_zero(values: impl IntoIterator<Item = f64>) -> Interval {
     values.into_iter().fold(Interval::ZERO, |all, value| Interval { lo: all.lo.min(value), hi: all.hi.max(value) })
 }
 

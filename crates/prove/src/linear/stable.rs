@@ -160,7 +160,7 @@ pub(super) fn inwards(value: f64, up: bool) -> f64 {
 }
 
 /// Whether the linear loop settles at a stiffness; `None` if there is no linear loop, or if it cannot be told.
-pub(crate) fn linear_settles(scene: &Scene, stiffness: f64) -> Option<bool> {
+pub fn linear_settles(scene: &Scene, stiffness: f64) -> Option<bool> {
     let open_loop = OpenLoop::new(scene, Damping::Fixed(scene.wall.damping_nm_s_per_rad)).ok()?;
     settles(&open_loop, stiffness)
 }

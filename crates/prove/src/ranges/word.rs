@@ -6,7 +6,8 @@ use super::span::{Form, Span, Symbols};
 
 /// The knowledge about a word, in units of its least significant bit.
 #[derive(Clone, Debug)]
-pub(crate) struct Word {
+pub struct Word {
+    /// Its range.
     pub span: Span,
     /// After a wrap, the range and the error before it.
     pub before: Option<(Span, Option<(Span, i32)>)>,
@@ -177,13 +178,13 @@ impl Word {
 }
 
 /// Returns the value of a word, rounded by `way`: beyond 2^53 the nearest float may be on the wrong side.
-pub(crate) fn outward(word: i128, format: Format, way: fn(f64) -> f64) -> f64 {
+pub fn outward(word: i128, format: Format, way: fn(f64) -> f64) -> f64 {
     let value = word as f64 * format.lsb();
     if word.abs() < 1 << 53 { value } else { way(value) }
 }
 
 /// Returns the greatest size of an error, rounded up.
-pub(crate) fn most((range, frac): (Span, i32), format: Format) -> f64 {
+pub fn most((range, frac): (Span, i32), format: Format) -> f64 {
     outward(range.max.max(-range.min), format, f64::next_up) * 2f64.powi(-frac)
 }
 

@@ -6,10 +6,10 @@ use hpu_signal::{Equations, Format, Signal, Word as _};
 use super::affine::Affine;
 use super::span::Span;
 use super::word::Word;
-use crate::widths::is_on_the_way;
 
 /// The words of a wiring's nets, as far as they are known.
-pub(crate) struct Walk<'t> {
+pub struct Walk<'t> {
+    /// The word of each net, if it is known.
     pub nets: Vec<Option<Affine>>,
     /// Returns the counts that a counter may pass in a number of clock cycles; `None` where it may miss some.
     pub moved: &'t dyn Fn(f64) -> Option<Span>,
@@ -225,4 +225,12 @@ fn aged(entered: &[Affine], held: &[Affine], first: &[Affine]) -> Vec<Option<(Af
         }
     }
     aged
+}
+
+/// Returns whether a block lies between the counters and the modulator. Counters and modulators are told by their
+/// ports: all inputs or all outputs are single lines, or the block counts.
+pub fn is_on_the_way(block: &dyn AnyBlock) -> bool {
+    let is_line = |port: &Signal| port.format == Format::BIT;
+    let lines = block.inputs().iter().all(is_line) || block.outputs().iter().all(is_line);
+    !lines && block.counts().is_none()
 }

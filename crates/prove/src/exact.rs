@@ -8,7 +8,7 @@ use super::real::float;
 
 /// A word, beside its value without losses.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub(super) struct Exact {
+pub struct Exact {
     word: i128,
     /// The word, had no limit applied.
     whole: i128,
@@ -19,14 +19,14 @@ pub(super) struct Exact {
 
 /// The losses of a word, in units of the least significant bit.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub(super) struct Losses {
+pub struct Losses {
     /// The largest loss by rounding of a value within its limits.
     pub rounded: f64,
     /// The farthest that any value was beyond its limits.
     pub beyond: f64,
     /// Whether a limit could apply at all, and whether upper bits were dropped.
     pub narrows: bool,
-    pub wraps: bool,
+    pub(crate) wraps: bool,
 }
 
 impl Losses {

@@ -10,7 +10,7 @@ use super::travel::Travel;
 
 /// Solves `floor(penetration * word / 2^frac) >= 2^bits`: a penetration of `p` counts overflows from the word
 /// `ceil(2^(bits + frac) / p)` on.
-pub(crate) fn wraps_at(
+pub fn wraps_at(
     scene: &Scene,
     words: &LoopWords,
     settings: &Settings,

@@ -10,13 +10,13 @@ use hpu_cosim::scene::{BridgeModel, Datapath, Device, EncoderModel, Hand, Scene}
 const LINES: u64 = 4;
 
 /// Whether a scene's loop reads the encoder's lines clock by clock.
-pub(crate) fn has_lines(scene: &Scene) -> bool {
+pub fn has_lines(scene: &Scene) -> bool {
     scene.model.datapath == Datapath::Words && scene.model.encoder == EncoderModel::Quantised
 }
 
 /// How the commands of a scene act on its device.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(crate) enum Drive {
+pub enum Drive {
     /// The linear law has no logic: an effort acts `model.delay` after its sample.
     Linear,
     /// A command acts from its own clock on: through an amplifier, or through an averaged bridge that takes every duty
@@ -69,12 +69,17 @@ impl Drive {
 
 /// The duty that a wall asks for at rest: the share of a full command.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub(crate) enum Rest {
+pub enum Rest {
     /// The same duty at every stiffness.
     Duty(f64),
     /// A hand of this stiffness, whose intended place lies behind the wall's surface: `duty` is that of the hand's
     /// effort on a wall that does not yield.
-    Spring { stiffness: f64, duty: f64 },
+    Spring {
+        /// The hand's stiffness, in N·m/rad or N/m.
+        stiffness: f64,
+        /// The share of a full command that holds the hand at the surface.
+        duty: f64,
+    },
 }
 
 impl Rest {
@@ -150,6 +155,6 @@ pub fn waits(scene: &Scene) -> Vec<Wait> {
 }
 
 /// Returns the delay of a scene's loop beside sampling and holding, in s: all of its [`waits`].
-pub(crate) fn delay_s(scene: &Scene) -> f64 {
+pub fn delay_s(scene: &Scene) -> f64 {
     waits(scene).iter().fold(0.0, |sum, wait| sum + wait.seconds)
 }

@@ -16,7 +16,6 @@ use super::crossings::{BOXES_A_RANGE, Place, joined};
 use super::jet::MOST_SIDES;
 use super::open_loop::{OpenLoop, Plants, Side, plant};
 use super::stable::inwards;
-use super::unknown::{Unknown, World};
 use super::{Damping, StableSet};
 use crate::interval::Interval;
 
@@ -71,21 +70,44 @@ pub struct BoxSet {
     pub proved: Vec<[f64; 2]>,
 }
 
+/// The worlds of a box of parameters that are not known. Each has the words of the nominal scene.
+pub trait Worlds {
+    /// Returns the scene as written.
+    fn nominal(&self) -> &Scene;
+    /// Returns the keys of the parameters.
+    fn keys(&self) -> Vec<&str>;
+    /// Returns the ends of each parameter, in the order of the keys.
+    fn sides(&self) -> Vec<[f64; 2]>;
+    /// Returns the scene at a point of the box.
+    ///
+    /// # Errors
+    ///
+    /// Why there is no scene at this point.
+    fn at(&self, values: &[f64]) -> Result<Scene, String>;
+}
+
+/// Returns the corners of a box; the first side changes fastest.
+pub fn corners(sides: &[[f64; 2]]) -> Vec<Vec<f64>> {
+    let corner = |which: usize| sides.iter().enumerate().map(|(side, ends)| ends[which >> side & 1]).collect();
+    (0..1usize << sides.len()).map(corner).collect()
+}
+
 impl BoxSet {
     /// Computes the stable set of a box. `points` are the worlds whose own sets are computed first.
     ///
     /// # Errors
     ///
     /// Returns the reason why there is no such set.
-    pub fn new(world: &World, points: &[Scene], range: [f64; 2]) -> Result<Self, String> {
-        let strange = world.unknown.iter().map(Unknown::key).find(|key| !SMOOTH.contains(key));
+    pub fn new(world: &dyn Worlds, points: &[Scene], range: [f64; 2]) -> Result<Self, String> {
+        let keys = world.keys();
+        let strange = keys.iter().find(|key| !SMOOTH.contains(key));
         if let Some(key) = strange {
             return Err(format!("no linear set over {key}; there is one over {}", SMOOTH.join(", ")));
         }
-        if world.unknown.len() > MOST_SIDES {
-            return Err(format!("no linear set over {} keys, but over {MOST_SIDES} at most", world.unknown.len()));
+        if keys.len() > MOST_SIDES {
+            return Err(format!("no linear set over {} keys, but over {MOST_SIDES} at most", keys.len()));
         }
-        let nominal = world.nominal;
+        let nominal = world.nominal();
         let damping = Damping::Fixed(nominal.wall.damping_nm_s_per_rad);
         let open = OpenLoop::new(nominal, damping)?;
         let mut at_points = vec![range];
@@ -188,7 +210,7 @@ fn without([low, high]: [f64; 2], others: &[[f64; 2]]) -> Vec<[f64; 2]> {
 type Cell = Vec<[f64; 2]>;
 
 struct Search<'a> {
-    world: &'a World<'a>,
+    world: &'a dyn Worlds,
     open: &'a OpenLoop,
     /// Plants at points of the box, by the bits of the points' coordinates.
     plants: HashMap<Vec<u64>, Vec<Vec<Interval>>>,
@@ -216,7 +238,7 @@ impl Search<'_> {
         if let Some(known) = self.plants.get(&name) {
             return Ok(known.clone());
         }
-        let plant = plant(&self.world.at(point)?, self.world.nominal);
+        let plant = plant(&self.world.at(point)?, self.world.nominal());
         self.plants.insert(name, plant.clone());
         Ok(plant)
     }
@@ -225,7 +247,7 @@ impl Search<'_> {
     /// concave, so its slope lies between those of the straight lines that continue beyond either end.
     fn plants(&mut self, cell: &Cell) -> Result<Plants, String> {
         let mut over: Option<Vec<Vec<Interval>>> = None;
-        let corners = World::corners(cell);
+        let corners = corners(cell);
         for corner in &corners {
             let plant = self.at(corner)?;
             over = Some(over.map_or_else(|| plant.clone(), |over| cells(&over, &plant, hull)));
@@ -235,7 +257,7 @@ impl Search<'_> {
         let mut sides = Vec::new();
         for (side, &[low, high]) in cell.iter().enumerate() {
             let beyond = (high - low).min(0.5 * low);
-            let straight = STRAIGHT.contains(&self.world.unknown[side].key());
+            let straight = STRAIGHT.contains(&self.world.keys()[side]);
             let lines = if straight { vec![[low, high]] } else { vec![[low - beyond, low], [high, high + beyond]] };
             let mut slope: Option<Vec<Vec<Interval>>> = None;
             for corner in &corners {

@@ -6,7 +6,7 @@ use super::response::{Flow, Output, Parts};
 use crate::interval::Interval;
 
 /// The response of the speed and of the distance from the hand to one input.
-pub(crate) struct Channel {
+pub struct Channel {
     pub speed: Parts,
     /// `None` where nothing pulls back.
     pub angle: Option<Parts>,
@@ -16,17 +16,17 @@ pub(crate) struct Channel {
 
 /// `A` and the columns of the inputs. The states are the current, the speed, and the distance from the hand. There is
 /// no current if the winding is resistive or there is none, and no distance if the hand does not hold the device.
-pub(crate) struct System {
-    pub a: Vec<Vec<Interval>>,
-    pub drive: Vec<Interval>,
-    pub torque: Vec<Interval>,
-    pub path: Vec<Interval>,
+pub struct System {
+    pub(crate) a: Vec<Vec<Interval>>,
+    pub(crate) drive: Vec<Interval>,
+    pub(crate) torque: Vec<Interval>,
+    pub(crate) path: Vec<Interval>,
     speed: Vec<Interval>,
     held: bool,
 }
 
 impl System {
-    pub fn new(scene: &Scene, (grip, grip_damping): (f64, f64), held: bool) -> Self {
+    pub(crate) fn new(scene: &Scene, (grip, grip_damping): (f64, f64), held: bool) -> Self {
         let number = Interval::exact;
         let zero = Interval::ZERO;
         let negative = |x: Interval| zero.minus(x);
@@ -96,7 +96,7 @@ impl System {
         row
     }
 
-    pub fn start(&self, scene: &Scene, gap: Interval) -> Vec<Interval> {
+    pub(crate) fn start(&self, scene: &Scene, gap: Interval) -> Vec<Interval> {
         let (current, speed) = match scene.device {
             Device::Motor(motor) => (motor.initial_current_a, motor.initial_speed_rad_per_s),
             Device::Mass(mass) => (0.0, mass.initial_speed_m_per_s),
@@ -121,7 +121,7 @@ impl System {
         self.speed.iter().position(|&c| c != Interval::ZERO).unwrap_or_default()
     }
 
-    pub fn channel(&self, [speed, slope, gap]: &[Output; 3], b: &[Interval]) -> Channel {
+    pub(crate) fn channel(&self, [speed, slope, gap]: &[Output; 3], b: &[Interval]) -> Channel {
         let speed = speed.parts(b);
         // The derivative of the speed's response is c A e^(At) b, with a jump of c b at the start.
         let bend = (slope.parts(b).both() + b[self.at()].size()).next_up();

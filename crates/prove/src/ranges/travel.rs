@@ -8,7 +8,7 @@ use super::span::Span;
 
 /// The counts that the counter may see.
 #[derive(Clone, Debug)]
-pub(crate) struct Travel {
+pub struct Travel {
     /// Counts since the start; `None` where they have no limit, or where the decoder may miss a count.
     pub counts: Option<Span>,
     /// Displacement from the wall's surface; `None` where it reaches half the counter's range and would be read with
