@@ -69,7 +69,7 @@ cargo build --locked --release --quiet -p hpu
 HPU=$PWD/target/release/hpu LIBHPU=$PWD/target/release "$scratch/venv/bin/python" -B -m unittest discover \
     -s crates/python/tests >"$scratch/python" 2>&1 || { failed=1 && cat "$scratch/python"; }
 echo "wheel of the Python package: $(grep -E '^Ran ' "$scratch/python")" >"$scratch/wheel"
-# The library of the tests. In the release build `Characteristic::at` and `on` of hpu-study, which are safe Rust,
+# The library of the tests. In the release build `Characteristic::at` and `on` of hpu-prove, which are safe Rust,
 # compare the index in `Of::Slope` before they ask whether it is that variant; valgrind then reports an uninitialised
 # value. PyO3 makes a table of methods for each class, once a process, and keeps it.
 cargo build --locked --profile checked --quiet --workspace --lib

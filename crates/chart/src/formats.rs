@@ -1,7 +1,7 @@
 //! The picture of word formats as bars: how far each format reaches, and which part of it a signal uses.
 
-use hpu_study::reproduce::DEVICE;
-use hpu_study::reproduce::formats::{Fate, Formats};
+use hpu_papers::phantom::DEVICE;
+use hpu_papers::phantom::formats::{Fate, Formats};
 
 use crate::canvas::{Anchor, Canvas, GRID, INK, QUIET, WIDTH};
 use crate::panel::Panel;
@@ -39,7 +39,7 @@ pub fn formats(all: &[Formats], command: &str) -> Picture {
         let (left, right) = (LEFT + index * width + 16, LEFT + (index + 1) * width - 16);
         let panel = Panel { left, top: TOP, right, bottom: BOTTOM, x: POWERS, y: 0.0..1.0 };
         canvas.text((left, TOP - 78), formats.words.name, 32, INK, Anchor::Left);
-        let stiffest = hpu_study::reproduce::formats::stiffness(formats.words.stiffness_max_n_per_m);
+        let stiffest = hpu_papers::phantom::formats::stiffness(formats.words.stiffness_max_n_per_m);
         canvas.text((left, TOP - 36), format!("up to {stiffest} N/m"), 26, QUIET, Anchor::Left);
         axis(&panel, &mut canvas);
         bars(&panel, &mut canvas, formats, height);

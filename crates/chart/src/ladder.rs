@@ -3,9 +3,9 @@
 use hpu_cosim::scene::Direction;
 use plotters::style::RGBColor;
 
-use hpu_study::reproduce::ladder::Summary;
-use hpu_study::reproduce::{Agreement, DEVICE, brief, plus};
-use hpu_study::studies::summing::Finding;
+use hpu_papers::phantom::ladder::Summary;
+use hpu_papers::phantom::{Agreement, DEVICE, brief, plus};
+use hpu_papers::studies::summing::Finding;
 
 use crate::canvas::{Anchor, Canvas, GRID, INK, QUIET, WIDTH};
 use crate::log_panel::{decades, dotted, legend, log_panel, style};

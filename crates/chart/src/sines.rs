@@ -1,7 +1,7 @@
 //! The picture of the sources of sine: their errors against the bits of their ROM.
 
-use hpu_study::reproduce::DEVICE;
-use hpu_study::reproduce::sines::{Sine, Source};
+use hpu_papers::phantom::DEVICE;
+use hpu_study::phantom::sines::{Sine, Source};
 
 use crate::canvas::{Anchor, Canvas, GRID, INK, QUIET, WIDTH};
 use crate::log_panel::{dotted, level, log_panel};

@@ -4,7 +4,7 @@ use hpu_cosim::PASSIVE_RMS_M;
 use hpu_cosim::scene::{Direction, Platform};
 use plotters::style::{RGBColor, WHITE};
 
-use hpu_study::reproduce::{Agreement, Cell, Class, DEVICE, Share, Tables, Tally};
+use hpu_papers::phantom::{Agreement, Cell, Class, DEVICE, Share, Tables, Tally};
 
 use crate::canvas::{Anchor, Canvas, GRID, INK, QUIET, WIDTH, text_width};
 use crate::log_panel::{decades, legend, level, log_panel, style, through};

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use hpu_study::studies::measure::Velocities;
+use hpu_papers::measure::Velocities;
 
 use crate::canvas::{HEIGHT, WIDTH};
 use crate::panel::{Panel, around};

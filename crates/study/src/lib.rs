@@ -5,14 +5,12 @@ pub mod accuracy;
 pub mod command;
 pub mod criteria;
 pub mod fit;
-pub mod formula;
 pub mod gimbal;
 pub mod limits;
 pub mod map;
 pub mod page;
 pub mod phantom;
 pub mod quantities;
-pub mod studies;
 #[cfg(not(target_family = "wasm"))]
 pub mod sweep;
 pub mod timing;
@@ -29,4 +27,4 @@ mod watch;
 
 pub use device::{Device, ToldLimits, ToldTables};
 pub use devices::device;
-pub use phantom::{reproduce, tables};
+pub use phantom::tables;

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use hpu_chart::{Estimate, Picture, velocities};
 use hpu_cosim::Control;
-use hpu_study::studies::comparison::{Comparison, Found, beside_csv, beside_text, sums};
-use hpu_study::studies::summing::Sum;
+use hpu_papers::studies::comparison::{Comparison, Found, beside_csv, beside_text, sums};
+use hpu_papers::studies::summing::Sum;
 use hpu_study::units;
 use serde_json::{Value, json};
 

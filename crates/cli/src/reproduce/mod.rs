@@ -8,8 +8,8 @@ mod words;
 use std::path::Path;
 
 use clap::Subcommand;
-use hpu_study::reproduce::{COST, FORMATS, LADDER, LAG, SINES, TABLE_2, lag};
-use hpu_study::studies::shipped;
+use hpu_papers::phantom::{COST, FORMATS, LADDER, LAG, SINES, TABLE_2, lag};
+use hpu_papers::studies::shipped;
 
 use crate::exit::{Exit, Failure};
 use drop::Name;

@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 
 use hpu_chart::{self as chart, Picture};
-use hpu_study::reproduce::formats::{self, Formats, POSTURES, formats_csv, formats_text, full_scales_nm};
-use hpu_study::reproduce::sines::{self, Sine, sines_csv, sines_text};
-use hpu_study::reproduce::workspace::Workspace;
-use hpu_study::reproduce::{DEVICE, FORMATS, SINES};
+use hpu_papers::phantom::formats::{self, Formats, POSTURES, formats_csv, formats_text, full_scales_nm};
+use hpu_papers::phantom::{DEVICE, FORMATS, SINES};
+use hpu_study::phantom::sines::{self, Sine, sines_csv, sines_text};
+use hpu_study::phantom::workspace::Workspace;
 use serde_json::{Value, json};
 
 use crate::exit::{Exit, Failure};

@@ -6,9 +6,9 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use hpu_cosim::Control;
+use hpu_papers::studies::{Study, read};
 use hpu_study::map::SceneText;
 use hpu_study::page::{Column, Value};
-use hpu_study::studies::{Study, read};
 use hpu_study::sweep::{Points, Schema};
 use hpu_study::units;
 

@@ -7,9 +7,9 @@ use std::sync::{Arc, PoisonError};
 
 use clap::{Arg, Command};
 use hpu_cosim::{PlainName, did_you_mean, excerpt};
+use hpu_papers::phantom::{LADDER, TABLE_2};
+use hpu_papers::studies::{Section, Study, shipped_texts};
 use hpu_study::map::SceneText;
-use hpu_study::reproduce::{LADDER, TABLE_2};
-use hpu_study::studies::{Section, Study, shipped_texts};
 use serde_json::json;
 
 use crate::exit::{Exit, Failure};

@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 
 use clap::Command;
 use hpu_cosim::number;
+use hpu_papers::studies::Section;
 use hpu_study::page::{Kind, Page};
-use hpu_study::studies::Section;
 use hpu_study::sweep::Points;
 
 use super::files::gathered;

@@ -1,6 +1,6 @@
 //! The work of a sweep, by the verb that its points belong to.
 
-use hpu_study::reproduce::{LADDER, TABLE_2};
+use hpu_papers::phantom::{LADDER, TABLE_2};
 
 use crate::answers::read_words;
 use crate::exit::Failure;

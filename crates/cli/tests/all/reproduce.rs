@@ -204,7 +204,7 @@ fn the_ladder_runs_every_rung_and_draws_itself() {
     assert_eq!(code(&output), 0, "{}{}", stdout(&output), stderr(&output));
     let expected = ["cells.csv", "journal.txt", "ladder.csv", "ladder.png", "ladder.svg", "ladder.txt", "table.txt"];
     assert_eq!(names(&out), expected);
-    for rung in hpu_study::reproduce::RUNGS {
+    for rung in hpu_papers::phantom::RUNGS {
         assert!(content(&out, "ladder.txt").lines().any(|line| line.starts_with(rung.name)), "{}", rung.name);
         // Only one row is not passive, so both of its neighbours are open.
         assert_eq!(content(&out, "cells.csv").matches(&format!("{},y,", rung.name)).count(), 2 * 3, "{}", rung.name);

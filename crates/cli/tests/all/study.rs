@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use hpu_study::studies::measure::measures;
+use hpu_papers::measure::measures;
 
 use crate::common::{ROOT, assert_refused, code, json, names, run, scratch, stderr, stdout, text};
 

@@ -90,7 +90,7 @@ pub struct CellLimits {
 
 impl CellLimits {
     /// Limits without a guard, for studies that need the run in order to go on.
-    pub(crate) const UNGUARDED: Self = Self { events: 100_000_000, guard: Duration::MAX };
+    pub const UNGUARDED: Self = Self { events: 100_000_000, guard: Duration::MAX };
 }
 
 impl Default for CellLimits {

@@ -61,7 +61,8 @@ impl Value {
     }
 }
 
-fn quoted(text: &str) -> String {
+/// Returns a field of a CSV file, quoted if needed.
+pub fn quoted(text: &str) -> String {
     if text.contains([',', '"', '\n']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.to_string() }
 }
 

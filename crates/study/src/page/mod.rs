@@ -55,7 +55,7 @@ mod table;
 
 use serde_json::{Map, Value as Json};
 
-pub use cell::{Cell, Value};
+pub use cell::{Cell, Value, quoted};
 pub use html::escaped;
 #[cfg(not(target_family = "wasm"))]
 pub use parquet::{Parquet, ParquetFile, Rows, write_parquet};

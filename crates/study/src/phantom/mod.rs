@@ -6,9 +6,10 @@ mod fields;
 mod gappa;
 mod models;
 mod posture;
-pub mod reproduce;
 mod search;
+pub mod sines;
 pub mod tables;
+pub mod workspace;
 
 use hpu_cosim::scene::{
     Experiment, PhantomLaw as Law, PhantomModel as Model, PhantomScene as Scene, Scene as AxisScene,
@@ -30,6 +31,8 @@ pub use posture::{SIGNALS, SignalBound, bounds};
 pub(crate) use search::Arm as Loop;
 pub use search::{proved, rung};
 
+/// Name of the study that repeats the published table of stable stiffnesses, as `hpu reproduce` takes it.
+pub const TABLE_2: &str = "phantom-table-2";
 /// The device with its article.
 const A_DEVICE: &str = "a PHANToM";
 
@@ -118,10 +121,7 @@ impl Device for Scene {
     }
 
     fn limited(&self) -> Result<&AxisScene, String> {
-        Err(format!(
-            "limits are those of an axis; {A_DEVICE}'s are found by trials: hpu reproduce {}",
-            reproduce::TABLE_2
-        ))
+        Err(format!("limits are those of an axis; {A_DEVICE}'s are found by trials: hpu reproduce {}", TABLE_2))
     }
 
     fn tables(&self) -> Result<ToldTables, String> {

@@ -13,8 +13,8 @@ use serde_json::{Value as Json, json};
 
 use super::Config;
 use super::datapath::{TrigOut, TrigTable, Turn};
-use super::reproduce::sines::{Sine, Source, sines_of};
-use super::reproduce::workspace::{CELLS, NOMINAL_MM, Workspace};
+use super::sines::{Sine, Source, sines_of};
+use super::workspace::{CELLS, NOMINAL_MM, Workspace};
 use crate::device::ToldTables;
 use crate::page::Page;
 

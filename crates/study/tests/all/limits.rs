@@ -462,40 +462,7 @@ fn a_scene_without_a_limit_in_words_says_why() {
 }
 
 /// A device that creeps toward the rest of a soft wall: `(b + b_h + B) / (k_h + K)` is 67 / 215 s at the softest word.
-pub const CREEP: &str = r#"
-about = "A damped mass leans on a soft wall."
-[device]
-kind = "mass"
-mass = "0.3 kg"
-damping = "2 N.s/m"
-coulomb = "0.2 N"
-[encoder]
-resolution = "20 um"
-[amplifier]
-full_scale = "20 N"
-[clock]
-frequency = "10 MHz"
-[method]
-kind = "sampled_wall"
-sample_rate = "1 kHz"
-stiffness_format = "(0,16,4)"
-damping_format = "(0,20,4)"
-estimator = "filtered"
-filter_shift = 2
-[method.pwm]
-bits = 12
-[wall]
-position = "10 mm"
-stiffness = "0.3 kN/m"
-damping = "60 N.s/m"
-[hand]
-kind = "spring_damper"
-stiffness = "200 N/m"
-damping = "5 N.s/m"
-path = [["0 s", 0], ["150 ms", "20 mm"]]
-[run]
-duration = "600 ms"
-"#;
+const CREEP: &str = include_str!("creep.toml");
 
 fn soft(overrides: &[(&str, String)], range: [f64; 2]) -> Result<WordsSet, String> {
     let looks = Looks { phases: 2, coarse: 6, most: 12, climbs: false, nearest: 0.0 };

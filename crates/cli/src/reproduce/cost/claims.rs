@@ -1,7 +1,7 @@
 //! The paper's claims about the cost of its datapath.
 
+use hpu_papers::studies::summing::{Finding, Statement, Sum};
 use hpu_rtl::{Cost, HX8K_BRAM, HX8K_CELLS};
-use hpu_study::studies::summing::{Finding, Statement, Sum};
 
 use super::row::CostRow;
 

@@ -7,9 +7,9 @@ mod text;
 use std::path::PathBuf;
 
 use hpu_datapath::phantom::{Config, loop_variants};
+use hpu_papers::phantom::COST;
 use hpu_rtl::{Cost, cost, tool_versions, vhdl};
 use hpu_study::phantom::bounds;
-use hpu_study::reproduce::COST;
 use hpu_study::units;
 use serde_json::json;
 

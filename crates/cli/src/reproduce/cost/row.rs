@@ -1,7 +1,7 @@
 //! A row of the study of costs: a block or loop, its cost, and the proved errors of its words.
 
+use hpu_papers::phantom::formats::{STIFFNESS_MAX_N_PER_M, full_scales_nm};
 use hpu_rtl::Cost;
-use hpu_study::reproduce::formats::{STIFFNESS_MAX_N_PER_M, full_scales_nm};
 
 use super::{Config, bounds, loop_variants};
 

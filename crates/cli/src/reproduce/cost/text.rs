@@ -1,8 +1,8 @@
 //! The rows of the study of costs as text, CSV and JSON.
 
+use hpu_papers::phantom::{COST, DEVICE};
+use hpu_papers::studies::summing::summing_up;
 use hpu_rtl::{Counts, HX8K_BRAM, HX8K_CELLS};
-use hpu_study::reproduce::{COST, DEVICE};
-use hpu_study::studies::summing::summing_up;
 use serde_json::{Value, json};
 
 use super::Config;

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use hpu_study::reproduce::{Agreement, Class, Repeated, Tables};
+use hpu_papers::phantom::{Agreement, Class, Repeated, Tables};
 use serde_json::{Value, json};
 
 use super::Outcome;

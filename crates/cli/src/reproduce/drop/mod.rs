@@ -9,7 +9,7 @@ use std::sync::atomic::Ordering;
 use hpu_chart::{self as chart, Picture};
 use hpu_cosim::Control;
 use hpu_cosim::scene::{Direction, Platform};
-use hpu_study::reproduce::{self as study, Class, Outcomes, RUNGS, Rung, Study, Tables, Trial, TrialSetup, ladder};
+use hpu_papers::phantom::{self as study, Class, Outcomes, RUNGS, Rung, Study, Tables, Trial, TrialSetup, ladder};
 use hpu_study::units::{self, UnitResult};
 
 use crate::exit::{Exit, Failure};

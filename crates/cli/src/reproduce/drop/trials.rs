@@ -3,9 +3,9 @@
 use std::num::NonZeroUsize;
 
 use hpu_cosim::Control;
+use hpu_papers::phantom::{self as study, Study, TrialSetup};
 use hpu_study::map::SceneText;
 use hpu_study::page::{Column, Value};
-use hpu_study::reproduce::{self as study, Study, TrialSetup};
 use hpu_study::sweep::{Points, Schema};
 use hpu_study::units::{self, UnitResult};
 
