@@ -1,9 +1,9 @@
 //! Any scene made ready, whether blocks of this project or a design of the user's own close its loop.
 
 use crate::dut::{Designs, DutSimulation, Fault};
-use crate::outline::Outline;
+use crate::result::outline::Outline;
+use crate::run::simulation::Simulation;
 use crate::scene::Experiment;
-use crate::simulation::Simulation;
 use crate::wired_simulation::WiredSimulation;
 
 /// Any scene made ready.

@@ -2,8 +2,8 @@
 
 use std::io;
 
-use crate::closed::Closed;
 use crate::method::Unmade;
+use crate::run::closed::Closed;
 use crate::scene::{Experiment, LoopWords, Scene, SceneError, Shipped, Text, shipped_file};
 
 impl Experiment {

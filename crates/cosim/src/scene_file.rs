@@ -3,9 +3,9 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::files::{read_plain, read_text};
-use crate::message::did_you_mean;
 use crate::scene::{Experiment, SceneError, Shipped, shipped, shipped_file};
+use crate::text::files::{read_plain, read_text};
+use crate::text::message::did_you_mean;
 
 /// The text of a scene, and the place of the data files that it names.
 #[derive(Clone, PartialEq, Eq, Debug)]

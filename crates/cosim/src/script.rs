@@ -15,8 +15,8 @@ use std::marker::PhantomData;
 use std::num::NonZeroUsize;
 use std::path::Path;
 
-use crate::message::excerpt;
 use crate::scene::{Generic, Identifier};
+use crate::text::message::excerpt;
 
 /// The language of POSIX shells.
 pub enum Shell {}

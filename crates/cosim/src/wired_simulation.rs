@@ -2,15 +2,15 @@
 
 use hpu_signal::Observe;
 
-use crate::axis_simulation::AxisSimulation;
-use crate::engine::{Comparison, Control, Driver};
-use crate::outline::Outline;
+use crate::result::outline::Outline;
+use crate::result::summary::Summary;
+use crate::result::trace::Trace;
+use crate::run::axis_simulation::AxisSimulation;
+use crate::run::engine::{Comparison, Control, Driver};
+use crate::run::simulation::{Direct, LoopVisitor, Simulation, TheLoop, Wired};
+use crate::run::simulation_error::SimulationError;
+use crate::run::untyped::AnyClosedLoop;
 use crate::scene::Experiment;
-use crate::simulation::{Direct, LoopVisitor, Simulation, TheLoop, Wired};
-use crate::simulation_error::SimulationError;
-use crate::summary::Summary;
-use crate::trace::Trace;
-use crate::untyped::AnyClosedLoop;
 
 macro_rules! wired {
     (($d:tt) $(#[doc = $meaning:literal] $Device:ident: $module:ident, $Scene:ident, $Simulation:ident;)*) => {

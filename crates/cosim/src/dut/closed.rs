@@ -9,15 +9,15 @@ use std::sync::atomic::Ordering;
 use hpu_signal::{Cycle, Observe, SignalUse, UNKNOWN};
 
 use super::{Change, DutSimulation, Fault, RunningDesign, Wires};
-use crate::axis_world::AxisWorld;
-use crate::contact::Contact;
-use crate::driven_world::{DrivenWorld, Logic};
-use crate::engine::{Control, Rows};
+use crate::dut::driven_world::{DrivenWorld, Logic};
+use crate::result::contact::Contact;
+use crate::result::stopwatch::Stopwatch;
+use crate::result::summary::{NetUse, Summary};
+use crate::result::trace::Trace;
+use crate::run::engine::{Control, Rows};
+use crate::run::simulation::{Recorder, Simulation, judged};
 use crate::schedule::Schedule;
-use crate::simulation::{Recorder, Simulation, judged};
-use crate::stopwatch::Stopwatch;
-use crate::summary::{NetUse, Summary};
-use crate::trace::Trace;
+use crate::world::axis_world::AxisWorld;
 
 /// The world of a design.
 type Driven<'a> = DrivenWorld<'a, AxisWorld<'a>>;

@@ -10,19 +10,20 @@
 
 mod closed;
 mod connect;
+pub(crate) mod driven_world;
 
 use std::error::Error;
 use std::sync::{Arc, OnceLock};
 
 use hpu_signal::Format;
 
-use crate::actuator::{Actuator, Shaping};
-use crate::faults::FaultPlan;
-use crate::outline::Outline;
-use crate::plant::{Around, Plant};
+use crate::result::outline::Outline;
+use crate::result::stays::Places;
+use crate::run::simulation::Simulation;
 use crate::scene::{Connection, Driving, DutScene, SceneError};
-use crate::simulation::Simulation;
-use crate::stays::Places;
+use crate::world::actuator::{Actuator, Shaping};
+use crate::world::faults::FaultPlan;
+use crate::world::plant::{Around, Plant};
 
 pub use connect::{Misdriven, Wire, Wires};
 

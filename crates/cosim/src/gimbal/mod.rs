@@ -8,13 +8,13 @@ use hpu_datapath::gimbal::GimbalIn;
 use hpu_plant::arm::{Arm, Joints, Recorded};
 use hpu_signal::Ports;
 
-use crate::arm::ArmPlant;
-use crate::arm_world::ArmWorld;
-use crate::outline::{Command, Outline, Rule, Waves};
+use crate::result::outline::{Command, Outline, Rule, Waves};
+use crate::result::trace::Trace;
+use crate::run::simulation::{LoopVisitor, Simulation, TheLoop, Wired};
+use crate::run::simulation_error::SimulationError;
 use crate::scene::{GimbalScene, GimbalWords, Setup};
-use crate::simulation::{LoopVisitor, Simulation, TheLoop, Wired};
-use crate::simulation_error::SimulationError;
-use crate::trace::Trace;
+use crate::world::arm::ArmPlant;
+use crate::world::arm_world::ArmWorld;
 
 pub use columns::{ERROR, FORCE, GIMBAL_REALS, GIMBAL_ROW, RADIUS, STRESSES};
 use segment_loop::SegmentLoop;
@@ -210,5 +210,5 @@ impl Wired for GimbalSimulation<'_> {
         }
     }
 
-    crate::simulation::wired_alike!();
+    crate::run::simulation::wired_alike!();
 }

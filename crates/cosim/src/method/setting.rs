@@ -6,9 +6,9 @@ use hpu_datapath::{ConfigError, LawWidths};
 use hpu_signal::Format;
 
 use super::wall::Wall;
-use crate::message::{number, number_above, number_below};
 use crate::scene::source::Places;
 use crate::scene::source::SceneError;
+use crate::text::message::{number, number_above, number_below};
 
 /// The reason why a law cannot be made.
 #[derive(Debug)]

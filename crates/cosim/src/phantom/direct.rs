@@ -20,14 +20,14 @@ use hpu_signal::{Cycle, Observe};
 
 use super::PhantomPlant;
 use super::host::{COUNTING, HostState};
-use crate::arm::{ArmPlant, ArmState};
-use crate::arm_body::ArmBody;
-use crate::columns::ARM_REALS;
-use crate::engine::{Control, TURN};
-use crate::simulation::Direct;
-use crate::stopwatch::Stopwatch;
-use crate::summary::Summary;
-use crate::trace::Trace;
+use crate::result::columns::ARM_REALS;
+use crate::result::stopwatch::Stopwatch;
+use crate::result::summary::Summary;
+use crate::result::trace::Trace;
+use crate::run::engine::{Control, TURN};
+use crate::run::simulation::Direct;
+use crate::world::arm::{ArmPlant, ArmState};
+use crate::world::arm_body::ArmBody;
 
 /// Nets of the wiring around a host: pins, the host's commands, positions, commands, synchronised lines, the decoders'
 /// outputs.

@@ -5,9 +5,9 @@ use hpu_plant::arm::Links;
 use hpu_signal::Real;
 
 use super::host::{Host, HostState};
-use crate::arm::ArmState;
-use crate::arm_world::Side;
-use crate::columns::ARM_REALS;
+use crate::result::columns::ARM_REALS;
+use crate::world::arm::ArmState;
+use crate::world::arm_world::Side;
 
 /// The side of an FPGA that computes the force.
 #[derive(Clone)]

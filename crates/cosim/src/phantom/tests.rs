@@ -4,9 +4,9 @@ use hpu_plant::arm::{Links, Recorded};
 use hpu_signal::{Cycle, Observe};
 
 use super::*;
-use crate::engine::{ClosedLoop, Control, Driver};
+use crate::result::summary::Summary;
+use crate::run::engine::{ClosedLoop, Control, Driver};
 use crate::scene::{Experiment, shipped};
-use crate::summary::Summary;
 use crate::world::World;
 
 /// The words of all nets, from each edge at which one of them changed.

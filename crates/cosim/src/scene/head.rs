@@ -12,7 +12,7 @@ use super::parameter::Parameter;
 use super::parts::{Record, Run};
 use super::section::Section;
 use super::source::{Places, SceneError, Source};
-use crate::message::number;
+use crate::text::message::number;
 
 /// The part that scenes of every kind have. A scene derefs to its head: `scene.clock`, `scene.edges()`.
 #[derive(Clone, PartialEq, Debug)]

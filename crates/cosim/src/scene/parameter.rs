@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 use std::fmt;
 
-use crate::message::number;
+use crate::text::message::number;
 
 /// A parameter of a scene, with the value that the run uses.
 #[derive(Clone, PartialEq, Debug)]

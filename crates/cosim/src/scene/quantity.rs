@@ -6,7 +6,7 @@
 
 use std::f64::consts::PI;
 
-use crate::message::number;
+use crate::text::message::number;
 
 /// Standard acceleration by gravity, by the General Conference on Weights and Measures of 1901: the default of scenes.
 pub(crate) const STANDARD_GRAVITY_M_PER_S2: f64 = 9.80665;

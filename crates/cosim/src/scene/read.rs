@@ -15,8 +15,8 @@ use super::read_model::{agree_on_model, model};
 use super::section::Section;
 use super::source::{SceneError, Source};
 use super::{Buildable, Scene};
-use crate::message::{number, number_above, number_below};
 use crate::method::{LOOPS, Loop, SCALED};
+use crate::text::message::{number, number_above, number_below};
 
 /// The head of a scene of an axis.
 const OWN: Own =

@@ -18,7 +18,7 @@ use super::read_hand::{Load, hand};
 use super::read_model::friction;
 use super::section::{Section, shown};
 use super::source::{SceneError, Source};
-use crate::message::excerpt;
+use crate::text::message::excerpt;
 
 /// The head of a scene with a design of the user's own.
 const OWN: Own =

@@ -11,7 +11,7 @@ use super::quantity as q;
 use super::quantity::Sense::{NotNegative, UpTo};
 use super::section::{Section, shown};
 use super::source::{Places, SceneError};
-use crate::message::number;
+use crate::text::message::number;
 
 /// The most random faults of one kind, and the most times in a list.
 const MOST: u64 = 100_000;

@@ -12,7 +12,7 @@ use super::replay::{self, Motion};
 use super::section::Section;
 use super::smooth::smooth;
 use super::source::SceneError;
-use crate::message::{number, utf8};
+use crate::text::message::{number, utf8};
 
 /// Reads a file that the scene names.
 pub(super) type Load<'a> = &'a mut dyn FnMut(&str) -> io::Result<Vec<u8>>;

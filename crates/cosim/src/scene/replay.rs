@@ -6,7 +6,7 @@ use std::fmt;
 
 use vcd::{Command, IdCode, ScopeItem};
 
-use crate::message::{self, excerpt};
+use crate::text::message::{self, excerpt};
 
 /// The levels of the two encoder lines from a time on.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

@@ -5,7 +5,7 @@ use toml_edit::{Item, TableLike, Value};
 use super::parameter::{Origin, Parameter, ParameterValue, Parameters};
 use super::quantity::{Axis, Dimension, SHAFT, Sense};
 use super::source::{Places, SceneError, Source, join};
-use crate::message::excerpt;
+use crate::text::message::excerpt;
 
 /// One table of the scene. A missing table reads as an empty one.
 pub(crate) struct Section<'a> {

@@ -7,7 +7,7 @@ use std::ops::Range;
 use toml_edit::{Array, Document, DocumentMut, InlineTable, Item, Key, TableLike, Value};
 
 use super::parameter::{Origin, Parameters};
-use crate::message::{Lines, excerpt};
+use crate::text::message::{Lines, excerpt};
 
 /// The reason why a scene was refused: place, key, and what is accepted instead.
 #[derive(Clone, PartialEq, Eq, Debug)]

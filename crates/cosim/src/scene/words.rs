@@ -5,9 +5,9 @@ use hpu_signal::Format;
 
 use super::source::SceneError;
 use super::{Datapath, Device, EncoderModel, Push, Scene};
-use crate::message::{number, number_above, number_below};
 use crate::method::{Loop, Setting, gain};
 use crate::schedule::{Schedule, WordRamp};
+use crate::text::message::{number, number_above, number_below};
 
 /// Bits of the magnitude of the command of a law in floats.
 pub const COMMAND_BITS: u32 = 40;

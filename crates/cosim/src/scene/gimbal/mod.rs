@@ -25,7 +25,7 @@ use super::setup::Setup;
 use super::source::SceneError;
 use super::words::Miss;
 use crate::judged::{stride, window_start};
-use crate::message::number;
+use crate::text::message::number;
 
 /// The outputs by which models of a gimbal are compared.
 pub(super) const OUTPUTS: [Output; 3] = [Output::Trace, Output::Rms, Output::Verdict];

@@ -19,8 +19,8 @@ use super::{
     ForceSensor, GimbalMethod, GimbalModel, GimbalScene, PositionGains, Posture, Probe, Servo, Shear, Target,
     TargetKind, Thresholds,
 };
-use crate::message::number;
 use crate::random::SplitMix64;
+use crate::text::message::number;
 
 /// The head of a scene of a gimbal.
 const OWN: Own = Own {

@@ -4,10 +4,10 @@ use hpu_signal::{Format, FormatError};
 use toml_edit::Item;
 
 use super::value::{Otherwise, Read, Takes, default, said};
-use crate::message::did_you_mean;
 use crate::scene::parameter::{Origin, ParameterValue};
 use crate::scene::section::{Section, shown};
 use crate::scene::source::SceneError;
+use crate::text::message::did_you_mean;
 
 /// The format of a gain. It is unsigned, and no bit is worth less than the fraction bits allow. The fields are integer
 /// and fraction bits of its default.

@@ -1,10 +1,10 @@
 //! Reads a section's keys by their rows, and refuses the keys that have none.
 
 use super::{Key, Otherwise, Quantity, Read, accepted};
-use crate::message::did_you_mean;
 use crate::scene::parameter::Origin;
 use crate::scene::section::Section;
 use crate::scene::source::SceneError;
+use crate::text::message::did_you_mean;
 
 impl Section<'_> {
     /// Refuses every key that these kinds of the section do not take.

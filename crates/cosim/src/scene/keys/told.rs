@@ -1,8 +1,8 @@
 //! A row in words, as `hpu keys` and the documentation show it.
 
 use super::{KeyRow, Otherwise, Shape, Sizes, Takes};
-use crate::message::number;
 use crate::scene::ParameterValue;
+use crate::text::message::number;
 
 impl KeyRow {
     /// Returns the unit of a quantity or width, else the type of the value.

@@ -12,7 +12,7 @@ use super::super::section::Section;
 use super::super::source::{SceneError, Source};
 use super::rows::{self, Words};
 use super::{Direction, Drop, Irregularity, PhantomMethod, PhantomModel, PhantomScene, Platform, Premium, Room};
-use crate::message::number;
+use crate::text::message::number;
 
 /// The head of a scene of a PHANToM.
 const OWN: Own = Own {

@@ -1,6 +1,5 @@
 //! The keys of a scene of a PHANToM.
 
-use crate::message::number;
 use crate::scene::accuracy::OfOutputs;
 use crate::scene::expect::OutcomeKind;
 use crate::scene::keys::Otherwise::{Is, Required, Said};
@@ -9,6 +8,7 @@ use crate::scene::model::Solver;
 use crate::scene::phantom::{Direction, OUTPUTS, PhantomLaw, Platform, Premium};
 use crate::scene::quantity::Sense::{NotNegative, Positive, UpTo, Within};
 use crate::scene::quantity::{self as q, STANDARD_GRAVITY_M_PER_S2};
+use crate::text::message::number;
 
 /// The length of one of the arm's links.
 const LINK: Quantity = Quantity::new(&q::LENGTH, Within(0.02, 0.5), Said("140 mm of a premium_1.0, else the arm's"))

@@ -1,0 +1,58 @@
+//! Reads files as text, up to a size.
+
+use std::fs::{self, File};
+use std::io::{self, Error, ErrorKind, Read};
+use std::path::Path;
+
+use crate::text::message::utf8;
+
+/// The largest size of a file, in bytes.
+const MOST_BYTES: u64 = 256 << 20;
+
+/// Reads a file that a scene names. It must be an ordinary file of at most 256 MiB, because a device or a pipe might
+/// never end.
+///
+/// # Errors
+///
+/// As [`std::fs::read`]; also when the file is no ordinary one, or larger.
+pub fn read_plain(path: &Path) -> io::Result<Vec<u8>> {
+    if !fs::metadata(path)?.is_file() {
+        return Err(Error::new(ErrorKind::InvalidInput, "not an ordinary file"));
+    }
+    read(File::open(path)?)
+}
+
+/// Reads a file of at most 256 MiB as text; it may be a pipe.
+///
+/// # Errors
+///
+/// A message with the file's name, and with line and column where the file is not UTF-8.
+pub fn read_text(path: &Path) -> Result<String, String> {
+    let bytes = File::open(path).and_then(read).map_err(|error| format!("{}: {error}", path.display()))?;
+    text(&path.display().to_string(), bytes)
+}
+
+/// Reads the standard input as text.
+///
+/// # Errors
+///
+/// As [`read_text`].
+pub fn read_stdin() -> Result<String, String> {
+    let bytes = read(io::stdin()).map_err(|error| format!("standard input: {error}"))?;
+    text("-", bytes)
+}
+
+fn text(name: &str, bytes: Vec<u8>) -> Result<String, String> {
+    utf8(&bytes).map_err(|error| format!("{name}:{error}"))?;
+    Ok(String::from_utf8(bytes).expect("it is UTF-8"))
+}
+
+fn read(from: impl Read) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    from.take(MOST_BYTES + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > MOST_BYTES {
+        let said = format!("larger than {} MiB", MOST_BYTES >> 20);
+        return Err(Error::new(ErrorKind::InvalidInput, said));
+    }
+    Ok(bytes)
+}

@@ -1,0 +1,204 @@
+//! The device of an axis's world: flowed exactly, or stepped.
+
+use hpu_plant::{Device, Drive, Energy, Event, Measured, Pace, Pulses, REALS, State};
+
+use crate::world::encoder::side_of;
+use crate::world::stepped::Stepped;
+
+/// Index of the angle in a state.
+const ANGLE: usize = 2;
+
+/// A device in motion. Both kinds have the same functions.
+#[derive(Clone)]
+#[allow(clippy::large_enum_variant, reason = "one of them exists a run, and the larger is the usual one")]
+pub(crate) enum AnyDevice<'p> {
+    /// Flowed exactly.
+    Exact(Device<'p>),
+    /// In fixed steps.
+    Stepped(Box<Stepped<'p>>),
+}
+
+macro_rules! forward {
+    ($self:ident, $body:ident => $call:expr) => {
+        match $self {
+            Self::Exact($body) => $call,
+            Self::Stepped($body) => $call,
+        }
+    };
+}
+
+impl AnyDevice<'_> {
+    /// Returns the angle at an edge that has not been left yet.
+    #[inline]
+    pub(crate) fn angle_rad(&self, edge: u64) -> f64 {
+        forward!(self, body => body.state(edge)[ANGLE])
+    }
+
+    /// Returns the outputs at an edge that has not been left yet.
+    pub(crate) fn reals(&self, edge: u64) -> [f64; REALS.len()] {
+        forward!(self, body => body.reals(edge))
+    }
+
+    /// Returns the state at an edge that has not been left yet, rounded once; of a body in steps its straight line.
+    pub(crate) fn exact_state(&self, edge: u64) -> State {
+        match self {
+            Self::Exact(body) => body.exact_state(edge),
+            Self::Stepped(body) => body.state(edge),
+        }
+    }
+
+    /// Returns the outputs of a state.
+    pub(crate) fn shown(&self, x: &State) -> [f64; REALS.len()] {
+        forward!(self, body => body.shown(x))
+    }
+
+    /// Returns the outputs at this edge and at all later ones, if the body is known to move no more as it is driven.
+    pub(crate) fn still(&self, edge: u64) -> Option<[f64; REALS.len()]> {
+        match self {
+            Self::Exact(body) => body.still(edge),
+            Self::Stepped(_) => None,
+        }
+    }
+
+    /// Returns whether the body certainly still knows its outputs at all earlier edges when it has moved to this one,
+    /// until it is driven anew.
+    #[inline(always)]
+    pub(crate) fn keeps(&self, edge: u64) -> bool {
+        match self {
+            Self::Exact(body) => body.keeps(edge),
+            Self::Stepped(_) => false,
+        }
+    }
+
+    /// Writes the outputs at the edges `first`, `first + stride` and so on; the body has not left them yet.
+    pub(crate) fn rows(&self, first: u64, stride: u64, rows: &mut [[f64; REALS.len()]]) {
+        match self {
+            Self::Exact(body) => body.rows(first, stride, rows),
+            Self::Stepped(body) => {
+                for (row, index) in rows.iter_mut().zip(0..) {
+                    *row = body.reals(first + index * stride);
+                }
+            }
+        }
+    }
+
+    /// Gathers from now on what [`measured`](Self::measured) returns, with the extremes of current and speed where they
+    /// are read.
+    pub(crate) fn measure(&mut self, pace: Pace, read: [bool; 2]) {
+        forward!(self, body => body.measure(pace, read));
+    }
+
+    /// Returns mean and extremes of current and speed between the row at an edge not left yet, at which the state is
+    /// `x`, and the row before it.
+    pub(crate) fn measured(&self, edge: u64, x: &State) -> Option<[Measured; 2]> {
+        forward!(self, body => body.measured(edge, x))
+    }
+
+    /// Returns the hand's angle and torque in a state.
+    pub(crate) fn felt(&self, x: &State) -> [f64; 2] {
+        forward!(self, body => body.felt(x))
+    }
+
+    /// Sets the angle and the speed that the hand intends from `edge` on.
+    pub(crate) fn intend(&mut self, edge: u64, angle_rad: f64, speed_rad_per_s: f64) {
+        forward!(self, body => body.intend(edge, angle_rad, speed_rad_per_s));
+    }
+
+    /// Sets the drive of the device from `edge` on.
+    #[inline(always)]
+    pub(crate) fn driven(&mut self, edge: u64, drive: Drive) {
+        forward!(self, body => body.driven(edge, drive));
+    }
+
+    /// Cruises as [`Device::cruise`] does; a body in steps never cruises and returns `None`.
+    pub(crate) fn cruise(&mut self, edge: u64, last: u64, band: (f64, f64), pulses: &Pulses) -> Option<u64> {
+        match self {
+            Self::Exact(body) => body.cruise(edge, last, band, pulses),
+            Self::Stepped(_) => None,
+        }
+    }
+
+    /// Returns the first edge in (`from`, `to`] at which the motion changes its mode or the angle leaves a band.
+    #[inline]
+    pub(crate) fn next_event(&mut self, from: u64, to: u64, band: (f64, f64)) -> Option<Event> {
+        forward!(self, body => body.next_event(from, to, band))
+    }
+
+    /// Returns for how many edges after this one, up to `edges`, nothing happens while the angle is in this band. For a
+    /// body in steps it returns 0, which promises nothing.
+    #[inline]
+    pub(crate) fn idles(&mut self, edge: u64, edges: u64, band: (f64, f64)) -> u64 {
+        match self {
+            Self::Exact(body) => body.next_event(edge, edge + edges, band).map_or(edges, |event| event.0 - edge - 1),
+            Self::Stepped(_) => 0,
+        }
+    }
+
+    /// Moves to the edge of an event and returns the angle there.
+    #[inline(always)]
+    pub(crate) fn arrive(&mut self, event: Event) -> f64 {
+        forward!(self, body => body.arrive(event)[ANGLE])
+    }
+
+    /// Moves to the next edge and returns the angle there.
+    #[inline(always)]
+    pub(crate) fn step(&mut self, edge: u64) -> f64 {
+        forward!(self, body => body.step(edge)[ANGLE])
+    }
+
+    /// Returns on which side of a band the angle lies at an edge, where its `f64` value is `angle_rad`: -1 below, 0
+    /// inside, 1 above.
+    #[inline(always)]
+    pub(crate) fn side_of_band(&mut self, edge: u64, angle_rad: f64, band: (f64, f64)) -> i8 {
+        match self {
+            Self::Exact(body) => body.side_of_band(edge, angle_rad, band),
+            Self::Stepped(_) => side_of(band, angle_rad),
+        }
+    }
+
+    /// Returns whether the angle, whose `f64` value this is, lies so far inside a band that `f64` can tell.
+    #[inline(always)]
+    pub(crate) fn is_surely_within(&mut self, edge: u64, angle_rad: f64, band: (f64, f64)) -> bool {
+        match self {
+            Self::Exact(body) => body.is_surely_within(edge, angle_rad, band),
+            Self::Stepped(_) => side_of(band, angle_rad) == 0,
+        }
+    }
+
+    /// Returns how many decisions were made again in double-double; 0 for a body in steps.
+    pub(crate) fn redecided(&self) -> u64 {
+        match self {
+            Self::Exact(body) => body.redecided(),
+            Self::Stepped(_) => 0,
+        }
+    }
+
+    pub(crate) fn energy(&self, edge: u64) -> Energy {
+        forward!(self, body => body.energy(edge))
+    }
+
+    pub(crate) fn stored_j(&self, edge: u64) -> f64 {
+        forward!(self, body => body.stored_j(edge))
+    }
+
+    pub(crate) fn mode_changes(&self) -> u64 {
+        forward!(self, body => body.mode_changes())
+    }
+
+    /// Returns why the motion cannot go on, or `None` if it can.
+    #[inline]
+    pub(crate) fn over(&self) -> Option<&'static str> {
+        match self {
+            Self::Exact(_) => None,
+            Self::Stepped(body) => body.over(),
+        }
+    }
+
+    /// Returns the steps done; 0 for a body flowed exactly.
+    pub(crate) fn steps(&self) -> u64 {
+        match self {
+            Self::Exact(_) => 0,
+            Self::Stepped(body) => body.steps(),
+        }
+    }
+}

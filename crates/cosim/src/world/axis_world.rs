@@ -1,0 +1,607 @@
+//! The world of an axis: a motor or a mass with its encoder, its bridge or amplifier and its hand, or a recording in
+//! their place; and the scheduled words of the wall (ramps).
+//!
+//! [`Plant`] holds the immutable laws of a scene, [`AxisWorld`] its state.
+
+use hpu_datapath::{LoopIn, LoopOut, Repeat};
+use hpu_plant::{Band, Device, Drive, Gates, Pace, Pulses, REALS};
+use hpu_signal::{Cycle, Observe, Real};
+
+use crate::result::columns::{AXIS_ROW, CURRENT_BETWEEN, SPEED_BETWEEN, TORQUE_BETWEEN, tell};
+use crate::result::stays::{Stay, Stays, Sums};
+use crate::result::summary::{EnergyAudit, Summary, Unheld};
+use crate::schedule::Schedule;
+use crate::world::actuator::{Actuator, Latch, Shaping};
+use crate::world::any_device::AnyDevice;
+use crate::world::encoder::{Encoder, Pins};
+use crate::world::faults::FaultState;
+use crate::world::plant::{Kind, Plant};
+use crate::world::stepped::Stepped;
+use crate::world::{EncoderState, World};
+
+/// Steps passed at a time: enough that the leaps between them cost little, few enough that a run can be stopped.
+const GLIDES: u32 = 64;
+
+/// The state of an axis and its surroundings, at one clock edge.
+#[derive(Clone)]
+pub struct AxisWorld<'p> {
+    plant: &'p Plant,
+    /// Index of the net that an averaged bridge or an amplifier follows.
+    command: usize,
+    schedule: Schedule,
+    shaping: Option<Shaping>,
+    latch: Option<Latch>,
+    device: Option<AnyDevice<'p>>,
+    /// The outputs that the device was last told; `None` if it has cruised since, without being told every change.
+    told: Option<LoopOut<i64>>,
+    /// The word of the command that an averaged bridge or an amplifier was last told.
+    commanded: Option<i64>,
+    encoder: Encoder,
+    /// The set with the net of the position counter; empty where no net counts.
+    counter: u64,
+    /// The edges inside the wall, deep inside it, and out of the position counter's reach.
+    stays: [Stay; 3],
+    /// Faults between device and logic, if the scene asks for any.
+    faults: Option<Box<FaultState<'p>>>,
+    /// Why the run cannot go on, apart from the reasons that the device itself knows.
+    over: Option<&'static str>,
+    edge: u64,
+    pins: Pins,
+    /// Index of the next knot or recorded change.
+    next: usize,
+    /// The next edge at which something is due at a time fixed beforehand: a knot, a recorded change, a word, the
+    /// shaper, a duty.
+    next_due: u64,
+    /// Scheduled words in the place of the scene's constants.
+    stiffness: Option<i64>,
+    scale: Option<i64>,
+    /// Changes of recorded pins so far.
+    recorded: u64,
+}
+
+impl<'p> AxisWorld<'p> {
+    /// Creates the world at edge 0, all gates off. `command` is the index of the net that an averaged bridge or an
+    /// amplifier follows.
+    pub fn new(plant: &'p Plant, command: usize, schedule: Schedule) -> Self {
+        let mut world = Self {
+            plant,
+            command,
+            schedule,
+            shaping: None,
+            latch: None,
+            device: None,
+            told: None,
+            commanded: None,
+            encoder: Encoder::new(plant.count_rad, 0.0),
+            counter: 0,
+            stays: plant.places.stays(0),
+            faults: plant.faults.as_ref().map(|plan| Box::new(FaultState::new(plan))),
+            over: None,
+            edge: 0,
+            pins: Pins::default(),
+            next: 0,
+            next_due: 0,
+            stiffness: None,
+            scale: None,
+            recorded: 0,
+        };
+        if let Kind::Axis { axis, current_a, speed_rad_per_s, angle_rad, .. } = &plant.kind {
+            world.device = Some(match plant.stepping {
+                None => AnyDevice::Exact(Device::new(axis, *current_a, *speed_rad_per_s, *angle_rad)),
+                Some(stepping) => {
+                    let start = [*current_a, *speed_rad_per_s, *angle_rad];
+                    AnyDevice::Stepped(Box::new(Stepped::new(axis, stepping, plant.edge_s, start)))
+                }
+            });
+            world.encoder = Encoder::new(plant.count_rad, *angle_rad);
+            world.stays = plant.places.stays(world.encoder.count());
+            world.pins = world.encoder.pins();
+            world.over = world.encoder.over();
+        }
+        match plant.actuator {
+            Actuator::Amplified { shaping, .. } => world.shaping = shaping,
+            Actuator::Averaged { latch, .. } => {
+                world.latch = latch;
+                if let Some(device) = &mut world.device {
+                    device.driven(0, Drive::Average(latch.map_or(0.0, |latch| latch.given)));
+                }
+            }
+            Actuator::Switching => {}
+        }
+        world.due();
+        world.recorded = 0;
+        world
+    }
+
+    /// Returns the world whose position counter shows its count in the net of this index.
+    #[must_use]
+    pub(crate) fn counted_by(self, net: Option<usize>) -> Self {
+        Self { counter: net.map_or(0, |net| 1 << net), ..self }
+    }
+
+    /// Returns the device, unless it is stepped or a recording stands in for it.
+    pub fn device(&self) -> Option<&Device<'p>> {
+        match &self.device {
+            Some(AnyDevice::Exact(device)) => Some(device),
+            _ => None,
+        }
+    }
+
+    /// Returns the levels of the encoder's lines.
+    pub fn pins(&self) -> Pins {
+        self.pins
+    }
+
+    /// Returns the encoder's count, from angle 0.
+    pub fn count(&self) -> i64 {
+        self.encoder.count()
+    }
+
+    /// Returns the state of the encoder.
+    pub(crate) fn encoder_state(&self) -> EncoderState {
+        let (count, faults) = (self.count(), self.faults.as_ref());
+        let shown = faults.map_or(count, |faults| faults.count(count));
+        EncoderState { count, shown, pins: self.pins, has_index: faults.is_none_or(|faults| faults.has_index()) }
+    }
+
+    /// Tells the encoder its angle at the present edge.
+    #[inline(always)]
+    fn look_at(&mut self, angle_rad: f64) {
+        let Band { low, high, .. } = self.encoder.band();
+        let device = self.device.as_mut();
+        if device.is_some_and(|device| !device.is_surely_within(self.edge, angle_rad, (low, high))) {
+            self.recount(angle_rad);
+        }
+    }
+
+    #[cold]
+    fn recount(&mut self, angle_rad: f64) {
+        let (edge, before) = (self.edge, self.encoder.count());
+        let Some(device) = &mut self.device else { return };
+        // In most cases the angle is the next count's, so far from its ends that `f64` can tell.
+        let beside = self.encoder.beside(angle_rad);
+        match beside.filter(|(_, band)| device.is_surely_within(edge, angle_rad, (band.low, band.high))) {
+            Some(beside) => self.encoder.step(beside),
+            None if self.encoder.sense_by(angle_rad, |band| device.side_of_band(edge, angle_rad, band)) => {}
+            None => return,
+        }
+        self.over = self.encoder.over();
+        self.pins = match &mut self.faults {
+            None => self.encoder.pins(),
+            Some(faults) => {
+                faults.moved(edge, before, self.encoder.count());
+                self.next_due = faults.next().map_or(self.next_due, |next| next.min(self.next_due));
+                faults.pins(self.encoder.count())
+            }
+        };
+        self.stay();
+    }
+
+    /// Takes note of where the device is from the present edge on. The position counter counts what the lines show.
+    #[inline(always)]
+    fn stay(&mut self) {
+        let count = self.encoder.count();
+        let shown = self.faults.as_ref().map_or(count, |faults| faults.count(count));
+        let [inside, deep, unheld] = &mut self.stays;
+        inside.see(self.edge, count);
+        deep.see(self.edge, count);
+        unheld.see(self.edge, shown);
+    }
+
+    /// Carries out what is due at the present edge: the hand's knot, a recorded change, a word, the shaper's output,
+    /// the duty.
+    fn due(&mut self) {
+        let edge = self.edge;
+        self.stiffness = self.schedule.stiffness.map(|ramp| ramp.word(edge));
+        self.scale = self.schedule.scale.map(|ramp| ramp.word(edge));
+        if let (Some(shaping), Some(device)) = (&mut self.shaping, &mut self.device)
+            && shaping.next <= edge
+        {
+            device.driven(edge, Drive::Current(-shaping.hand_on(edge)));
+        }
+        if let (Some(latch), Some(device)) = (&mut self.latch, &mut self.device)
+            && latch.next <= edge
+        {
+            device.driven(edge, Drive::Average(latch.take()));
+        }
+        match &self.plant.kind {
+            Kind::Axis { knots, .. } => {
+                while let Some(knot) = knots.get(self.next).filter(|knot| knot.edge <= self.edge) {
+                    self.next += 1;
+                    let device = self.device.as_mut().expect("an axis has a device");
+                    device.intend(self.edge, knot.angle_rad, knot.speed_rad_per_s);
+                    let angle_rad = device.angle_rad(self.edge);
+                    self.look_at(angle_rad);
+                }
+            }
+            Kind::Capture { pins } => {
+                while let Some(&(_, now)) = pins.get(self.next).filter(|change| change.0 <= self.edge) {
+                    self.next += 1;
+                    self.recorded += u64::from(now != self.pins);
+                    self.pins = now;
+                }
+            }
+        }
+        if let Some(faults) = self.faults.as_mut().filter(|faults| faults.next().is_some_and(|next| next <= edge)) {
+            if faults.happen(edge)
+                && let (Some(out), Some(device)) = (self.told, &mut self.device)
+            {
+                // A fault may have moved the switches although the outputs are the same.
+                device.driven(edge, Drive::Gates(gates(faults.drive(out))));
+                self.over = self.over.or(faults.over());
+            }
+            self.pins = faults.pins(self.encoder.count());
+            self.stay();
+        }
+        self.plan();
+    }
+
+    /// Tells the device outputs or a command that it was not told last.
+    #[inline(never)]
+    fn drive_anew(&mut self, out: LoopOut<i64>, words: &[i64]) {
+        let edge = self.edge;
+        let Some(device) = &mut self.device else {
+            return;
+        };
+        match self.plant.actuator {
+            Actuator::Switching => {
+                self.told = Some(out);
+                let switches = match &mut self.faults {
+                    None => out,
+                    Some(faults) => {
+                        let switches = faults.drive(out);
+                        self.over = self.over.or(faults.over());
+                        switches
+                    }
+                };
+                device.driven(edge, Drive::Gates(gates(switches)));
+            }
+            Actuator::Averaged { full_scale, .. } => {
+                let word = words[self.command];
+                self.commanded = Some(word);
+                let duty = word as f64 / full_scale;
+                match &mut self.latch {
+                    None => device.driven(edge, Drive::Average(duty)),
+                    Some(latch) => {
+                        let before = latch.next;
+                        if let Some(given) = latch.give(edge, duty) {
+                            device.driven(edge, Drive::Average(given));
+                        }
+                        if latch.next != before {
+                            self.plan();
+                        }
+                    }
+                }
+            }
+            // As with a bridge, a positive command pushes against the positive direction.
+            Actuator::Amplified { quantum_n, .. } => {
+                let word = words[self.command];
+                self.commanded = Some(word);
+                let force_n = word as f64 * quantum_n;
+                match &mut self.shaping {
+                    None => device.driven(edge, Drive::Current(-force_n)),
+                    Some(shaping) => {
+                        if let Some(shaped_n) = shaping.take(edge, force_n) {
+                            device.driven(edge, Drive::Current(-shaped_n));
+                            self.plan();
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// Passes ends of steps before `limit`, as [`glide`](World::glide) does.
+    #[inline(never)]
+    fn pass_steps(&mut self, limit: u64, mut before: impl FnMut(&Self, u64)) {
+        let last = self.next_due.max(self.edge + 1).min(limit);
+        let Band { low, high, .. } = self.encoder.band();
+        for _ in 0..GLIDES {
+            let Some(AnyDevice::Stepped(body)) = &mut self.device else { return };
+            let Some(event) = body.passes(last - 1, (low, high)) else { return };
+            before(self, event.0);
+            self.edge = event.0;
+            if let Some(AnyDevice::Stepped(body)) = &mut self.device {
+                body.arrive(event);
+            }
+        }
+    }
+
+    /// Shows rows as [`rows`](World::rows) does, up to `N` at a time.
+    #[inline(always)]
+    fn show_rows<const N: usize, O: Observe + ?Sized>(&self, first: u64, stride: u64, count: u64, observer: &mut O) {
+        let mut rows = [[0.0; REALS.len()]; N];
+        let mut from = first;
+        let mut left = count;
+        while left != 0 {
+            let some = &mut rows[..left.min(N as u64) as usize];
+            if let Some(device) = &self.device {
+                device.rows(from, stride, some);
+            }
+            observer.block(Cycle(from), stride, REALS.len(), some.as_flattened());
+            from += stride * some.len() as u64;
+            left -= some.len() as u64;
+        }
+    }
+
+    /// Returns whether nothing is planned from here on: the device and the logic alone decide.
+    #[inline]
+    fn is_left_alone(&self) -> bool {
+        self.next_due == u64::MAX && self.shaping.is_none() && self.latch.is_none() && self.faults.is_none()
+    }
+
+    /// Finds the next edge at which something is due.
+    fn plan(&mut self) {
+        let outside = match &self.plant.kind {
+            Kind::Axis { knots, .. } => knots.get(self.next).map(|knot| knot.edge),
+            Kind::Capture { pins } => pins.get(self.next).map(|&(edge, _)| edge),
+        };
+        // One after the other: the compiler must not compare what an absent part leaves uninitialised, which valgrind
+        // reports.
+        let mut due = outside.unwrap_or(u64::MAX);
+        if let Some(shaping) = &self.shaping {
+            due = due.min(shaping.next);
+        }
+        if let Some(latch) = &self.latch {
+            due = due.min(latch.next);
+        }
+        if let Some(faults) = &self.faults {
+            due = due.min(faults.next().unwrap_or(u64::MAX));
+        }
+        self.next_due = due.min(self.schedule.next(self.edge).unwrap_or(u64::MAX));
+    }
+}
+
+/// Returns the gates that a wiring's outputs drive.
+#[inline(always)]
+fn gates(out: LoopOut<i64>) -> Gates {
+    let [a_high, a_low, b_high, b_low] = [out.a_high, out.a_low, out.b_high, out.b_low].map(|gate| gate != 0);
+    Gates { a_high, a_low, b_high, b_low }
+}
+
+impl World for AxisWorld<'_> {
+    type In = LoopIn<i64>;
+    type Out = LoopOut<i64>;
+    type Row = [f64; REALS.len()];
+    const REALS: &'static [Real] = &REALS;
+
+    #[inline]
+    fn edge(&self) -> u64 {
+        self.edge
+    }
+
+    #[inline]
+    fn place(&self, input: &mut LoopIn<i64>) {
+        input.a_pin = self.pins.a;
+        input.b_pin = self.pins.b;
+        if let Some(stiffness) = self.stiffness {
+            input.stiffness = stiffness;
+        }
+        if let Some(scale) = self.scale {
+            input.scale = scale;
+        }
+    }
+
+    #[inline]
+    fn shows(&self, input: &LoopIn<i64>) -> bool {
+        let Pins { a, b } = self.pins;
+        (input.a_pin, input.b_pin) == (a, b)
+            && self.stiffness.is_none_or(|stiffness| stiffness == input.stiffness)
+            && self.scale.is_none_or(|scale| scale == input.scale)
+    }
+
+    #[inline]
+    fn sense(&mut self) {
+        self.edge += 1;
+        if let Some(device) = &mut self.device {
+            let angle_rad = device.step(self.edge);
+            self.look_at(angle_rad);
+        }
+        if self.edge >= self.next_due {
+            self.due();
+        }
+    }
+
+    #[inline]
+    fn advance(&mut self, limit: u64, before: impl FnOnce(&Self, u64)) {
+        // Whatever is due at no edge of its own takes effect at the next edge.
+        let last = self.next_due.max(self.edge + 1).min(limit);
+        let Band { low, high, .. } = self.encoder.band();
+        let event = self.device.as_mut().and_then(|device| device.next_event(self.edge, last, (low, high)));
+        let edge = event.map_or(last, |event| event.0);
+        before(self, edge);
+        self.edge = edge;
+        if let (Some(device), Some(event)) = (&mut self.device, event) {
+            let angle_rad = device.arrive(event);
+            self.look_at(angle_rad);
+        }
+        if edge >= self.next_due {
+            self.due();
+        }
+    }
+
+    #[inline(always)]
+    fn keeps(&self, edge: u64) -> bool {
+        edge < self.next_due && self.faults.is_none() && self.device.as_ref().is_some_and(|device| device.keeps(edge))
+    }
+
+    fn next_change(&mut self, limit: u64) -> u64 {
+        let last = self.next_due.max(self.edge + 1).min(limit);
+        let Band { low, high, .. } = self.encoder.band();
+        let event = self.device.as_mut().and_then(|device| device.next_event(self.edge, last, (low, high)));
+        event.map_or(last, |event| event.0)
+    }
+
+    #[inline]
+    fn idles(&mut self, edges: u64) -> u64 {
+        let edges = self.next_due.saturating_sub(self.edge + 1).min(edges);
+        let Band { low, high, .. } = self.encoder.band();
+        match &mut self.device {
+            Some(device) if edges > 0 => device.idles(self.edge, edges, (low, high)),
+            _ => 0,
+        }
+    }
+
+    #[inline]
+    fn coast(&mut self, edges: u64) {
+        self.edge += edges;
+    }
+
+    #[inline(always)]
+    fn glide(&mut self, limit: u64, before: impl FnMut(&Self, u64)) {
+        if let Some(AnyDevice::Stepped(_)) = self.device {
+            self.pass_steps(limit, before);
+        }
+    }
+
+    #[inline(always)]
+    fn drive(&mut self, out: LoopOut<i64>, words: &[i64]) {
+        if !self.is_driven_by(&out, words) {
+            self.drive_anew(out, words);
+        }
+    }
+
+    #[inline(always)]
+    fn is_driven_by(&self, out: &LoopOut<i64>, words: &[i64]) -> bool {
+        self.told == Some(*out) || self.commanded.is_some_and(|word| word == words[self.command])
+    }
+
+    fn driven_by(&self) -> u64 {
+        if self.plant.actuator == Actuator::Switching { 0 } else { 1 << self.command }
+    }
+
+    #[inline(always)]
+    fn holds_outputs(&self) -> bool {
+        self.told.is_some()
+    }
+
+    fn foresee(&mut self, repeat: &Repeat<LoopOut<i64>>) -> Option<u64> {
+        if self.plant.actuator != Actuator::Switching || self.faults.as_ref().is_some_and(|faults| faults.may_stick()) {
+            return None;
+        }
+        let last = self.edge.saturating_add(repeat.edges).saturating_add(1).min(self.next_due);
+        let Band { low, high, .. } = self.encoder.band();
+        let pulses = Pulses { period: repeat.period, duty: repeat.first, pause: gates(repeat.others) };
+        let end = self.device.as_mut()?.cruise(self.edge, last, (low, high), &pulses)?;
+        // During a cruise the device is not told every change.
+        self.told = None;
+        Some(end)
+    }
+
+    fn reals(&self, edge: u64) -> Self::Row {
+        self.device.as_ref().map_or([0.0; REALS.len()], |device| device.reals(edge))
+    }
+
+    fn rows<O: Observe + ?Sized>(&self, first: u64, stride: u64, count: u64, observer: &mut O) {
+        if count == 1 {
+            return observer.reals(Cycle(first), &self.reals(first));
+        }
+        if let Some(row) = self.device.as_ref().and_then(|device| device.still(first)) {
+            return observer.still(Cycle(first), stride, count, &row);
+        }
+        if count <= 8 {
+            self.show_rows::<8, O>(first, stride, count, observer);
+        } else {
+            self.show_rows::<64, O>(first, stride, count, observer);
+        }
+    }
+
+    fn measure(&mut self, stride: u64, observer: &dyn Observe) {
+        let period = self.plant.modulator;
+        if let Some(device) = &mut self.device {
+            // A torque is a current by another name.
+            let is_read = |columns: [usize; 3]| observer.reads(columns[0]..columns[2] + 1);
+            let current = is_read(CURRENT_BETWEEN) || is_read(TORQUE_BETWEEN);
+            device.measure(Pace { stride, period }, [current, is_read(SPEED_BETWEEN)]);
+        }
+    }
+
+    fn exact(&self, edge: u64) -> Self::Row {
+        self.device.as_ref().map_or([0.0; REALS.len()], |device| device.shown(&device.exact_state(edge)))
+    }
+
+    fn shown(&self, edge: u64, row: &mut Vec<f64>) {
+        let (Kind::Axis { axis, .. }, Some(device)) = (&self.plant.kind, &self.device) else {
+            return row.resize(AXIS_ROW.len(), 0.0);
+        };
+        let x = device.exact_state(edge);
+        row.extend(device.shown(&x));
+        if let Some(measured) = device.measured(edge, &x) {
+            tell(axis, &measured, device.felt(&x), row);
+        }
+    }
+
+    fn sums(&self, edge: u64) -> Sums {
+        let (Kind::Axis { axis, .. }, Some(device)) = (&self.plant.kind, &self.device) else { return Sums::default() };
+        let [inside, deep, unheld] = self.stays.map(|stay| stay.edges(edge));
+        Sums {
+            energy: device.energy(edge),
+            stays: Stays { inside, deep, unheld },
+            effort_per_a: axis.torque_constant_nm_per_a(),
+        }
+    }
+
+    fn overflowing(&self) -> u64 {
+        let [.., unheld] = &self.stays;
+        if unheld.is_there() { self.counter } else { 0 }
+    }
+
+    fn encoder(&self) -> Option<EncoderState> {
+        Some(self.encoder_state())
+    }
+
+    #[inline]
+    fn mark(&self) -> Option<u64> {
+        match &self.device {
+            Some(AnyDevice::Exact(device)) if self.is_left_alone() => Some(device.mark(self.edge)),
+            _ => None,
+        }
+    }
+
+    fn recurs(&self, earlier: &Self) -> bool {
+        let (Some(AnyDevice::Exact(now)), Some(AnyDevice::Exact(then))) = (&self.device, &earlier.device) else {
+            return false;
+        };
+        // All else follows from these, or from the wiring.
+        self.is_left_alone()
+            && earlier.is_left_alone()
+            && self.encoder.count() == earlier.encoder.count()
+            && now.recurs(self.edge, then, earlier.edge)
+    }
+
+    fn repeat(&mut self, [then, now]: [&Self; 2], times: u64) {
+        let edges = times * (now.edge - then.edge);
+        if let (Some(AnyDevice::Exact(device)), Some(AnyDevice::Exact(before)), Some(AnyDevice::Exact(after))) =
+            (&mut self.device, &then.device, &now.device)
+        {
+            device.repeat(edges, [before, after], times);
+        }
+        self.encoder.edges += times * (now.encoder.edges - then.encoder.edges);
+        for (stay, (before, after)) in self.stays.iter_mut().zip(then.stays.iter().zip(&now.stays)) {
+            stay.repeat(edges, [(before, then.edge), (after, now.edge)], times);
+        }
+        self.edge += edges;
+    }
+
+    fn summary(&self) -> Summary {
+        let (device, faults) = (self.device.as_ref(), self.faults.as_ref());
+        let audit = |device: &AnyDevice| EnergyAudit::of(&device.energy(self.edge), device.stored_j(self.edge));
+        let [.., unheld] = &self.stays;
+        Summary {
+            unheld: unheld.first().map(|first| Unheld { first, edges: unheld.edges(self.edge) }),
+            encoder_edges: self.encoder.edges + self.recorded,
+            mode_changes: device.map_or(0, AnyDevice::mode_changes),
+            steps: device.map_or(0, AnyDevice::steps),
+            redecided: device.map_or(0, AnyDevice::redecided),
+            energy: device.map_or_else(EnergyAudit::default, audit),
+            faults: faults.map_or_else(Vec::new, |faults| faults.marks().to_vec()),
+            faults_waiting: faults.map_or(0, |faults| faults.waiting()),
+            ..Summary::default()
+        }
+    }
+
+    #[inline]
+    fn over(&self) -> Option<&'static str> {
+        self.over.or_else(|| self.device.as_ref().and_then(AnyDevice::over))
+    }
+}

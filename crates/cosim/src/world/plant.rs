@@ -1,0 +1,232 @@
+//! The immutable laws of a scene's world: its axis and hand, or a recording in their place.
+
+use std::fmt;
+
+use hpu_plant::{Axis, Bridge, Hand, Motor, Push};
+use hpu_signal::Clock;
+
+use crate::result::stays::Places;
+use crate::scene::{self, BridgeModel, COMMAND_BITS, Datapath, Friction, PathPoint, Scene, Winding};
+use crate::world::actuator::{Actuator, Latch, Shaping};
+use crate::world::encoder::Pins;
+use crate::world::faults::FaultPlan;
+use crate::world::stepped::Stepping;
+
+/// The reason why a scene has no plant of this kind.
+#[derive(Clone, PartialEq, Debug)]
+pub struct PlantError(String);
+
+impl fmt::Display for PlantError {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for PlantError {}
+
+/// From an edge on, the hand intends to be at an angle and to move on with a speed.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) struct Knot {
+    pub(crate) edge: u64,
+    pub(crate) angle_rad: f64,
+    pub(crate) speed_rad_per_s: f64,
+}
+
+#[allow(clippy::large_enum_variant, reason = "one of them exists a run")]
+pub(crate) enum Kind {
+    Axis { axis: Axis, current_a: f64, speed_rad_per_s: f64, angle_rad: f64, knots: Vec<Knot> },
+    Capture { pins: Vec<(u64, Pins)> },
+}
+
+/// The immutable laws of a scene's world.
+pub struct Plant {
+    pub(crate) kind: Kind,
+    pub(crate) count_rad: f64,
+    pub(crate) actuator: Actuator,
+    pub(crate) edge_s: f64,
+    /// Edges of a period of the modulator, if its gates drive the device.
+    pub(crate) modulator: Option<u64>,
+    /// The stepping of the device, if it is stepped.
+    pub(crate) stepping: Option<Stepping>,
+    /// The faults between device and logic.
+    pub(crate) faults: Option<FaultPlan>,
+    /// The places of the device that are told apart.
+    pub(crate) places: Places,
+}
+
+/// The parts of a scene that make up its world.
+pub(crate) struct Around<'a> {
+    pub(crate) device: &'a scene::Device,
+    pub(crate) bridge: Bridge,
+    pub(crate) hand: &'a scene::Hand,
+    pub(crate) friction: Friction,
+    pub(crate) winding: Winding,
+    pub(crate) clock: Clock,
+    pub(crate) count_rad: f64,
+    pub(crate) actuator: Actuator,
+    /// Edges of a period of the modulator, if its gates drive the device.
+    pub(crate) modulator: Option<u64>,
+    pub(crate) stepping: Option<Stepping>,
+    pub(crate) faults: Option<FaultPlan>,
+    /// The places of the device that are told apart.
+    pub(crate) places: Places,
+    /// The farthest that the world looks, in edges.
+    pub(crate) horizon: u64,
+}
+
+impl Plant {
+    /// Creates the world of a scene.
+    ///
+    /// # Errors
+    ///
+    /// When a parameter is impossible, or a mass has no amplifier.
+    pub fn new(scene: &Scene) -> Result<Self, PlantError> {
+        Self::around(Around {
+            device: &scene.device,
+            bridge: scene.bridge,
+            hand: &scene.hand,
+            friction: scene.model.friction,
+            winding: scene.model.winding,
+            clock: scene.clock,
+            count_rad: scene.encoder.count_rad(),
+            actuator: actuator(scene)?,
+            modulator: scene.modulator_clocks(),
+            stepping: stepping(scene),
+            faults: scene.faults.as_ref().map(|all| FaultPlan::new(all, scene.clock, scene.run, scene.edges())),
+            places: Places { wall: scene.wall_count(), reach: scene.reach() },
+            // A step may be longer than the part of it that is run.
+            horizon: scene.edges().max(scene.step_clocks()),
+        })
+    }
+
+    /// Creates the world from these parts.
+    pub(crate) fn around(around: Around) -> Result<Self, PlantError> {
+        let Around { device, bridge, hand, friction, winding, clock, horizon, .. } = around;
+        let Around { count_rad, actuator, modulator, stepping, faults, places, .. } = around;
+        let edge_s = clock.period_s();
+        if let scene::Hand::Capture { edges } = hand {
+            let pins = edges
+                .iter()
+                .map(|edge| {
+                    let pins = Pins { a: i64::from(edge.a), b: i64::from(edge.b) };
+                    (clock.first_edge_at(edge.picoseconds).0, pins)
+                })
+                .collect();
+            return Ok(Self {
+                kind: Kind::Capture { pins },
+                count_rad,
+                actuator,
+                edge_s,
+                modulator,
+                stepping: None,
+                faults,
+                places,
+            });
+        }
+        let (hand, path) = match hand {
+            scene::Hand::ConstantTorque { torque_nm } => (Hand::Torque(*torque_nm), &[][..]),
+            scene::Hand::SpringDamper { stiffness_nm_per_rad, damping_nm_s_per_rad, path } => (
+                Hand::Spring(Push {
+                    stiffness_nm_per_rad: *stiffness_nm_per_rad,
+                    damping_nm_s_per_rad: *damping_nm_s_per_rad,
+                }),
+                &path[..],
+            ),
+            scene::Hand::Prescribed { path } => (Hand::Prescribed, &path[..]),
+            scene::Hand::None | scene::Hand::Capture { .. } => (Hand::Torque(0.0), &[][..]),
+        };
+        let rubs = friction != Friction::None;
+        let axis = match device {
+            scene::Device::Motor(motor) => {
+                let shaft = Motor {
+                    resistance_ohm: motor.resistance_ohm,
+                    inductance_h: motor.inductance_h,
+                    torque_constant_nm_per_a: motor.torque_constant_nm_per_a,
+                    inertia_kg_m2: motor.inertia_kg_m2(),
+                    viscous_nm_s_per_rad: motor.viscous_friction_nm_s_per_rad,
+                    coulomb_nm: if rubs { motor.coulomb_friction_nm } else { 0.0 },
+                };
+                Axis::new(shaft, bridge, hand, edge_s, horizon).map(|axis| match winding {
+                    Winding::Inductive => axis,
+                    Winding::Resistive => axis.without_inductance(),
+                })
+            }
+            scene::Device::Mass(mass) => {
+                let body =
+                    Motor::on_rail(mass.mass_kg, mass.damping_n_s_per_m, if rubs { mass.coulomb_n } else { 0.0 });
+                Axis::amplified(body, hand, edge_s, horizon)
+            }
+        }
+        .and_then(|axis| match friction {
+            Friction::Smoothed { speed_rad_per_s } => axis.with_smoothed_friction(speed_rad_per_s),
+            Friction::StickSlip | Friction::None => Ok(axis),
+        })
+        .map_err(|error| PlantError(error.to_string()))?;
+        let (current_a, mut speed_rad_per_s, mut angle_rad) = match device {
+            scene::Device::Motor(motor) => {
+                (motor.initial_current_a, motor.initial_speed_rad_per_s, motor.initial_angle_rad)
+            }
+            scene::Device::Mass(mass) => (0.0, mass.initial_speed_m_per_s, mass.initial_position_m),
+        };
+        let knots = knots(path, clock);
+        if let (Hand::Prescribed, Some(first)) = (hand, knots.first()) {
+            (angle_rad, speed_rad_per_s) = (first.angle_rad, first.speed_rad_per_s);
+        }
+        let kind = Kind::Axis { axis, current_a, speed_rad_per_s, angle_rad, knots };
+        Ok(Self { kind, count_rad, actuator, edge_s, modulator, stepping, faults, places })
+    }
+
+    /// Returns whether there is a device, not a recording in its place.
+    pub fn has_device(&self) -> bool {
+        matches!(self.kind, Kind::Axis { .. })
+    }
+}
+
+/// Returns the steps of the scene's solver.
+fn stepping(scene: &Scene) -> Option<Stepping> {
+    if scene.model.solver.is_exact() {
+        return None;
+    }
+    let edges = scene.step_clocks();
+    Some(Stepping { method: scene.model.solver.method(), first: edges, edges })
+}
+
+/// Returns the actuator of the scene's device.
+fn actuator(scene: &Scene) -> Result<Actuator, PlantError> {
+    let bits = if scene.model.datapath == Datapath::Law { COMMAND_BITS } else { scene.method.pwm.bits };
+    let full_scale = 2f64.powi(bits.cast_signed());
+    match (&scene.device, &scene.amplifier, scene.model.bridge) {
+        (scene::Device::Motor(_), _, BridgeModel::Switching) => Ok(Actuator::Switching),
+        (scene::Device::Motor(_), _, BridgeModel::Averaged) => {
+            let pwm = scene.method.pwm;
+            let latch = pwm.latched.then(|| Latch::new(1 << pwm.bits, pwm.antiphase));
+            Ok(Actuator::Averaged { full_scale, latch })
+        }
+        (scene::Device::Mass(_), Some(amplifier), _) => {
+            let shaping = amplifier
+                .shaper
+                .map(|shaper| Shaping::new(shaper.cutoff_hz, scene.clock.period_s(), scene.clock.edges(shaper.hold_s)));
+            Ok(Actuator::Amplified { quantum_n: amplifier.full_scale_n / full_scale, shaping })
+        }
+        (scene::Device::Mass(_), None, _) => Err(PlantError("a mass in words needs an amplifier".into())),
+    }
+}
+
+/// Returns the path as knots on clock edges: one at its start, and one wherever its speed changes.
+fn knots(path: &[PathPoint], clock: Clock) -> Vec<Knot> {
+    let mut knots: Vec<Knot> = Vec::with_capacity(path.len() + 1);
+    let points: Vec<(u64, f64)> = path.iter().map(|p| (clock.edges(p.time_s), p.angle_rad)).collect();
+    if let Some(&(edge, angle_rad)) = points.first()
+        && edge > 0
+    {
+        knots.push(Knot { edge: 0, angle_rad, speed_rad_per_s: 0.0 });
+    }
+    for (index, &(edge, angle_rad)) in points.iter().enumerate() {
+        let speed_rad_per_s = match points.get(index + 1) {
+            Some(&(next, there)) if next > edge => (there - angle_rad) / ((next - edge) as f64 * clock.period_s()),
+            _ => 0.0,
+        };
+        knots.push(Knot { edge, angle_rad, speed_rad_per_s });
+    }
+    knots
+}
