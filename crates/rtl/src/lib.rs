@@ -25,6 +25,7 @@ mod late;
 mod library;
 mod lifeline;
 mod lockstep;
+mod netlists;
 mod note;
 mod owned;
 mod package;

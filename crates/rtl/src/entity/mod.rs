@@ -13,11 +13,12 @@ use std::time::Instant;
 
 use hpu_cosim::dut::{Change, Design, Fault, Port};
 use hpu_cosim::scene::{self, Dut, DutClock, Engine, Identifier, SourceFile, Standard};
-use hpu_datapath::{AnyBlock, ConfigError, Generic, block_names, configured, variants_of};
+use hpu_datapath::{AnyBlock, Generic, block_names, configured, variants_of};
 use hpu_signal::Clock;
 
 use crate::check::all_stimuli;
 use crate::dut::{DutError, Model, Simulators, is_vhdl};
+pub use crate::formal::EntityError;
 use crate::report::{CheckRow, Tally};
 use crate::tool::Tool;
 use crate::vector::{Vectors, literal};
@@ -83,44 +84,6 @@ pub enum Link {
     /// An output that is not compared.
     Open,
 }
-
-/// Why the comparison could not be made.
-#[derive(Debug)]
-pub enum EntityError {
-    /// The request is not possible; the text says why.
-    Refused(String),
-    /// The design does not compile, a tool is missing, or the simulation failed.
-    Simulator(Fault),
-}
-
-impl From<DutError> for EntityError {
-    fn from(error: DutError) -> Self {
-        Self::Simulator(error.into())
-    }
-}
-
-impl From<Fault> for EntityError {
-    fn from(fault: Fault) -> Self {
-        Self::Simulator(fault)
-    }
-}
-
-impl From<ConfigError> for EntityError {
-    fn from(error: ConfigError) -> Self {
-        Self::Refused(error.to_string())
-    }
-}
-
-impl std::fmt::Display for EntityError {
-    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        match self {
-            Self::Refused(why) => f.write_str(why),
-            Self::Simulator(fault) => fault.fmt(f),
-        }
-    }
-}
-
-impl std::error::Error for EntityError {}
 
 /// The ports of a design, connected to those of a block of ours.
 struct Connected {

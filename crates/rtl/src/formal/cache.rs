@@ -18,15 +18,17 @@ use crate::vector::literal;
 
 /// The sources by which a proof is made. If one of them changes, earlier proofs no longer count, because questions or
 /// netlist may differ.
-const FLOW: [&str; 10] = [
+const FLOW: [&str; 12] = [
     include_str!("mod.rs"),
-    include_str!("cells.rs"),
-    include_str!("clocking.rs"),
+    include_str!("error.rs"),
+    include_str!("../netlists/mod.rs"),
+    include_str!("../netlists/cells.rs"),
+    include_str!("../netlists/clocking.rs"),
     include_str!("netlist.rs"),
     include_str!("query.rs"),
     include_str!("solver.rs"),
     include_str!("tried.rs"),
-    include_str!("wiring.rs"),
+    include_str!("../netlists/wiring.rs"),
     include_str!("../cost/verilog.rs"),
     include_str!("../check.rs"),
 ];

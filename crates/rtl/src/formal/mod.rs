@@ -10,14 +10,12 @@
 //! emulator states ([`AnyBlock::parts`]), and proves each block inside once.
 
 mod cache;
-mod cells;
-pub(crate) mod clocking;
+mod error;
 mod netlist;
 mod prover;
 mod query;
 mod solver;
 mod tried;
-mod wiring;
 
 use std::fmt;
 use std::time::Duration;
@@ -26,7 +24,6 @@ use hpu_datapath::{AnyBlock, AnyStep};
 use hpu_wave::Around;
 
 use crate::cost::CostError;
-use crate::entity::EntityError;
 use crate::hdl::Setup;
 use crate::tool::{Tool, ToolError};
 
@@ -34,7 +31,8 @@ use query::Query;
 use solver::Answer;
 
 pub use cache::Proofs;
-pub(crate) use netlist::{FLAT, Links, Netlist, TRANSITION};
+pub use error::EntityError;
+pub(crate) use netlist::{Links, Netlist};
 pub use prover::{Part, Prover};
 pub(crate) use query::{Edge, Question};
 

@@ -10,21 +10,16 @@ use hpu_cosim::script::{Fixed, Script, Yosys};
 use hpu_datapath::AnyBlock;
 
 use super::ProofError;
-use super::cells::plain;
-use super::clocking::{self, Timing, Unfit};
 use crate::cost::{self, NO_DPI, verilog::verilog};
 use crate::ghdl::{GhdlError, Library};
 use crate::hdl::Setup;
+use crate::netlists::cells::plain;
+use crate::netlists::clocking::{self, Timing, Unfit};
+use crate::netlists::{FLAT, TRANSITION};
 use crate::sources::library;
 
 /// A net of the VHDL, and the number of bits, including the sign, of the number on it.
 pub(crate) type Net = (String, u32);
-
-/// Yosys passes that make one module, in which tables are selections.
-pub(crate) const FLAT: &str = "flatten; memory_map; opt_clean";
-/// Yosys passes that write the transition of one module. Unknown bits may have any value; clock enables and
-/// asynchronous resets become selections.
-pub(crate) const TRANSITION: &str = "setundef -undriven -anyseq; async2sync; dffunmap; write_smt2";
 
 /// A netlist as Yosys writes it.
 pub(crate) struct Netlist {

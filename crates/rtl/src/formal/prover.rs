@@ -6,11 +6,11 @@ use std::time::Duration;
 
 use hpu_datapath::{AnyBlock, Generic, Parts};
 
-use super::cells::Modules;
-use super::wiring::{Leaf, leaves, other_generics};
 use super::{ProofError, Proofs, Verdict, prove};
 use crate::cost::CostError;
 use crate::hdl::Setup;
+use crate::netlists::cells::Modules;
+use crate::netlists::wiring::{Leaf, leaves, other_generics};
 use crate::sources::library;
 
 /// An instance on which a wiring rests.
@@ -92,7 +92,9 @@ impl Prover {
     fn leaves(&self, block: &dyn AnyBlock, parts: Parts) -> Result<Result<Vec<Leaf>, String>, ProofError> {
         let library = library(block.name(), &self.setup).map_err(CostError::from)?;
         let modules = Modules::new(block, &library)?;
-        let leaves = match leaves(&modules.wired(block.name(), &library)?, block, parts) {
+        let unread = || ProofError::Netlist(format!("the netlist of {} by Yosys is not understood", block.name()));
+        let wired = modules.wired(block.name(), &library)?.ok_or_else(unread)?;
+        let leaves = match leaves(&wired, block, parts) {
             Ok(leaves) => leaves,
             Err(why) => return Ok(Err(why)),
         };

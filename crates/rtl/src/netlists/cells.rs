@@ -8,18 +8,17 @@ use hpu_cosim::script::Yosys;
 use hpu_datapath::AnyBlock;
 use serde_json::Value;
 
-use super::ProofError;
 use crate::cost::{self, CostError, NO_DPI, verilog::verilog};
 use crate::ghdl::{GhdlError, Library};
 
 /// The modules of an entity by name: the entity's own module, and those that it instantiates.
-pub(super) struct Modules {
+pub(crate) struct Modules {
     texts: BTreeMap<String, Vec<String>>,
 }
 
 /// A bit that is connected to a port.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) enum Bit {
+pub(crate) enum Bit {
     /// The bit with this number among the module's nets.
     Net(u64),
     /// `0`, `1`, `x` (unknown) or `z` (high impedance).
@@ -27,34 +26,34 @@ pub(super) enum Bit {
 }
 
 /// A port of a module.
-pub(super) struct Port {
-    pub(super) is_input: bool,
-    pub(super) bits: Vec<Bit>,
+pub(crate) struct Port {
+    pub(crate) is_input: bool,
+    pub(crate) bits: Vec<Bit>,
 }
 
 /// An instance of a module, or logic.
-pub(super) struct Cell {
+pub(crate) struct Cell {
     /// Name of the module; for logic, Yosys's name for it, which begins with `$`.
-    pub(super) module: String,
+    pub(crate) module: String,
     /// The connected bits by port, the least bit first.
-    pub(super) connections: BTreeMap<String, Vec<Bit>>,
+    pub(crate) connections: BTreeMap<String, Vec<Bit>>,
     /// The ports that are outputs.
-    pub(super) outputs: Vec<String>,
+    pub(crate) outputs: Vec<String>,
     /// The parameters: numbers as their bits, the highest first.
-    pub(super) parameters: BTreeMap<String, String>,
+    pub(crate) parameters: BTreeMap<String, String>,
 }
 
 /// The ports, cells and nets of a module.
-pub(super) struct Module {
-    pub(super) ports: BTreeMap<String, Port>,
-    pub(super) cells: BTreeMap<String, Cell>,
+pub(crate) struct Module {
+    pub(crate) ports: BTreeMap<String, Port>,
+    pub(crate) cells: BTreeMap<String, Cell>,
     /// The nets that have names in the source, the least bit first.
-    pub(super) nets: BTreeMap<String, Vec<Bit>>,
+    pub(crate) nets: BTreeMap<String, Vec<Bit>>,
 }
 
 impl Modules {
     /// Reads the modules of an entity in the configuration of a block.
-    pub(super) fn new(block: &dyn AnyBlock, library: &Library) -> Result<Self, ProofError> {
+    pub(crate) fn new(block: &dyn AnyBlock, library: &Library) -> Result<Self, CostError> {
         Ok(Self::split(&verilog(block, library)?))
     }
 
@@ -81,7 +80,7 @@ impl Modules {
     /// Returns the text of the module and of the modules that it instantiates. Two modules that differ only in names of
     /// modules and numbers of nets have the same text: GHDL numbers the nets of a design through, and makes the names
     /// of modules from generics.
-    pub(super) fn netlist(&self, module: &str) -> String {
+    pub(crate) fn netlist(&self, module: &str) -> String {
         let mut order = vec![module];
         let mut text = String::new();
         let mut at = 0;
@@ -120,7 +119,8 @@ impl Modules {
 
     /// Returns the ports of all modules, and the cells of modules that instantiate others. Of modules that instantiate
     /// none, Yosys reads only the ports. Nothing is optimised: each assignment becomes one net, each operation a cell.
-    pub(super) fn wired(&self, top: &str, library: &Library) -> Result<BTreeMap<String, Module>, ProofError> {
+    /// `None` if what Yosys writes is not understood.
+    pub(crate) fn wired(&self, top: &str, library: &Library) -> Result<Option<BTreeMap<String, Module>>, CostError> {
         let mut text = String::new();
         for (name, lines) in &self.texts {
             let is_whole = name == top || lines.iter().any(|line| self.instance(line).is_some());
@@ -134,7 +134,7 @@ impl Modules {
         let script = script!(Yosys: "read_verilog{} wiring.v; proc -noopt; write_json wiring.json", NO_DPI);
         cost::run_yosys(library, top, &script)?;
         let json = fs::read_to_string(library.dir().join("wiring.json")).map_err(io)?;
-        read(&json).ok_or_else(|| ProofError::Netlist(format!("the netlist of {top} by Yosys is not understood")))
+        Ok(read(&json))
     }
 }
 
@@ -178,7 +178,7 @@ fn renumber<'t>(line: &'t str, numbers: &mut HashMap<&'t str, usize>, text: &mut
 }
 
 /// Returns the name of a net without GHDL's prefix for a variable: `n`, a number and `_`.
-pub(super) fn plain(net: &str) -> &str {
+pub(crate) fn plain(net: &str) -> &str {
     let numbered = net.strip_prefix('n').map(|rest| rest.trim_start_matches(|c: char| c.is_ascii_digit()));
     match numbered.and_then(|rest| rest.strip_prefix('_')) {
         Some(name) if net.as_bytes()[1].is_ascii_digit() => name,
@@ -187,7 +187,7 @@ pub(super) fn plain(net: &str) -> &str {
 }
 
 /// Reads the modules of a netlist that Yosys has written as JSON.
-pub(super) fn read(json: &str) -> Option<BTreeMap<String, Module>> {
+pub(crate) fn read(json: &str) -> Option<BTreeMap<String, Module>> {
     let whole: Value = serde_json::from_str(json).ok()?;
     let modules = whole["modules"].as_object()?.iter();
     modules.map(|(name, module)| Some((name.clone(), self::module(module)?))).collect()

@@ -12,15 +12,15 @@ use hpu_datapath::{AnyBlock, Generic, Instance, Parts};
 use super::cells::{Bit, Cell, Module, Port};
 
 /// An instance that is not made of blocks: the emulator's block, and its module in the netlist.
-pub(super) struct Leaf {
+pub(crate) struct Leaf {
     /// Its label behind those of the instances around it.
-    pub(super) place: String,
-    pub(super) model: Box<dyn AnyBlock>,
-    pub(super) module: String,
+    pub(crate) place: String,
+    pub(crate) model: Box<dyn AnyBlock>,
+    pub(crate) module: String,
 }
 
 /// Returns the leaves of a wiring whose netlist equals a block with these parts, or the first difference.
-pub(super) fn leaves(
+pub(crate) fn leaves(
     modules: &BTreeMap<String, Module>,
     block: &dyn AnyBlock,
     parts: Parts,
@@ -176,11 +176,11 @@ fn same_nets(
 }
 
 /// The driver of each bit of a module's nets: a port, the index of the bit and the port's width.
-pub(super) struct Drivers(HashMap<u64, (String, usize, usize)>);
+pub(crate) struct Drivers(HashMap<u64, (String, usize, usize)>);
 
 impl Drivers {
     /// Reads the drivers of a module; refuses a bit that is driven twice, and a driven constant.
-    pub(super) fn new(module: &Module) -> Result<Self, String> {
+    pub(crate) fn new(module: &Module) -> Result<Self, String> {
         let mut drivers = HashMap::new();
         let mut drive = |by: &str, bits: &[Bit]| {
             for (index, bit) in bits.iter().enumerate() {
@@ -227,7 +227,7 @@ impl Drivers {
 }
 
 /// Returns how the module of a leaf differs from the block: the generics in the module's name, if its netlist differs.
-pub(super) fn other_generics(leaf: &Leaf) -> String {
+pub(crate) fn other_generics(leaf: &Leaf) -> String {
     let Leaf { place, model, module } = leaf;
     let is_of = |rest: &str| rest.is_empty() || rest.starts_with('_');
     let Some(values) = module.strip_prefix(model.name()).filter(|rest| is_of(rest)) else {
