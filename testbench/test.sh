@@ -37,7 +37,7 @@ if [ "$(cat "$venv/installed" 2>/dev/null)" != "$solvers" ]; then
         echo "error: $solvers could not be installed from PyPI into $venv, which takes python3-venv too" >&2
         exit 3
     fi
-    { echo "#!$venv/bin/python" && cat crates/rtl/src/bitwuzla.py; } >"$venv/bin/bitwuzla"
+    { echo "#!$venv/bin/python" && cat crates/rtl/src/engines/bitwuzla.py; } >"$venv/bin/bitwuzla"
     chmod +x "$venv/bin/bitwuzla"
     echo "$solvers" >"$venv/installed"
 fi

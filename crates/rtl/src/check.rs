@@ -10,18 +10,18 @@ use std::time::{Duration, Instant};
 use hpu_cosim::Control;
 use hpu_datapath::{AnyBlock, block_by_name, block_names, variants_of};
 
-use crate::around;
 use crate::closed_loop::{LoopJob, LoopScene, Loops};
-use crate::coverage::Coverage;
-use crate::ghdl::{GhdlError, Library};
-use crate::hdl::Setup;
-use crate::package::package;
-use crate::report::{CheckReport, CheckRow, Tally, tally};
-use crate::sources::sources;
-use crate::stimuli;
-use crate::testbench::{VECTOR_READER, testbench};
-use crate::tool::{Fault, Tool, ToolError};
-use crate::vector::{Stimulus, Vectors, literal};
+use crate::engines::ghdl::{GhdlError, Library};
+use crate::engines::hdl::Setup;
+use crate::engines::sources::sources;
+use crate::engines::tool::{Fault, Tool, ToolError};
+use crate::vectors::around;
+use crate::vectors::coverage::Coverage;
+use crate::vectors::package::package;
+use crate::vectors::report::{CheckReport, CheckRow, Tally, tally};
+use crate::vectors::stimuli;
+use crate::vectors::testbench::{VECTOR_READER, testbench};
+use crate::vectors::vector::{Stimulus, Vectors, literal};
 
 /// The longest time that any simulation needs for a row: one that takes longer hangs.
 const LONGEST_ROW: Duration = Duration::from_millis(20);

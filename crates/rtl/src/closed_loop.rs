@@ -13,16 +13,16 @@ use hpu_cosim::{Control, NetUse, SceneFile, Simulation, Summary, Trace, Wired, W
 use hpu_signal::{Clock, Observe, SignalUse};
 use hpu_wave::Around;
 
-use crate::around;
 use crate::dut::{ANSWER, DutError, Model, Process, bench, bridge, interface, simulate};
-use crate::ghdl::{GhdlError, Library};
-use crate::hdl::Setup;
-use crate::library::place_library;
+use crate::engines::ghdl::{GhdlError, Library};
+use crate::engines::hdl::Setup;
+use crate::engines::library::place_library;
+use crate::engines::sources::sources;
+use crate::engines::tool::{Fault, Tool, ToolError};
 use crate::lockstep::{Lockstep, Played};
-use crate::report::{CheckRow, Tally};
-use crate::sources::sources;
-use crate::tool::{Fault, Tool, ToolError};
-use crate::vector::literal;
+use crate::vectors::around;
+use crate::vectors::report::{CheckRow, Tally};
+use crate::vectors::vector::literal;
 
 /// A scene to run in VHDL.
 #[derive(Clone, PartialEq, Eq, Debug)]

@@ -13,14 +13,14 @@ use hpu_cosim::{Control, Summary, Sums, Wired};
 use hpu_signal::{Cycle, Format, Observe, Signal, SignalUse, UNKNOWN};
 use hpu_wave::{Around, ComparedRow};
 
-use crate::around::{AFTER, BEFORE};
-use crate::coverage::Coverage;
 use crate::dut::DutError;
-use crate::late::{Late, touching};
-use crate::report::{Contact, Mismatch, Tally};
-use crate::side::{Pair, Sides};
-use crate::tool::{Fault, Tool, ToolError};
-use crate::vector::{digits, hex};
+use crate::engines::tool::{Fault, Tool, ToolError};
+use crate::vectors::around::{AFTER, BEFORE};
+use crate::vectors::coverage::Coverage;
+use crate::vectors::late::{Late, touching};
+use crate::vectors::report::{Contact, Mismatch, Tally};
+use crate::vectors::side::{Pair, Sides};
+use crate::vectors::vector::{digits, hex};
 
 /// The largest number of edges that the emulator runs ahead. With it the simulator answers within a fraction of a
 /// second.

@@ -8,10 +8,10 @@ use hpu_cosim::script::Fixed;
 use hpu_datapath::AnyBlock;
 
 use super::{Cost, CostError, Counts, DEVICE, SEEDS, bench, ecp5_script, ice40_script, tool_versions};
-use crate::entry::{self, Content, Entries};
-use crate::hdl::Setup;
-use crate::sources::vhdl;
-use crate::vector::literal;
+use crate::engines::entry::{self, Content, Entries};
+use crate::engines::hdl::Setup;
+use crate::engines::sources::vhdl;
+use crate::vectors::vector::literal;
 
 /// Version of the flow. Raise it when the flow gives other numbers from the same VHDL, tools, scripts and bench.
 const FLOW: &str = "1";

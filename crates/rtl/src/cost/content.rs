@@ -1,7 +1,7 @@
 //! A cost as one line of text.
 
 use super::{Cost, Counts, Placed, SEEDS};
-use crate::entry::Content;
+use crate::engines::entry::Content;
 
 impl Content for Counts {
     const EXTENSION: &'static str = "counts";
@@ -80,7 +80,7 @@ fn counted<'a>(words: &mut impl Iterator<Item = &'a str>) -> Option<Counts> {
 #[cfg(test)]
 mod tests {
     use crate::cost::{Cost, Counts, Placed};
-    use crate::entry::{read, write};
+    use crate::engines::entry::{read, write};
 
     const SOME: Counts = Counts { lut4: 5, ff: 4, carry: 3, bram: 2, dsp: 0 };
 

@@ -2,8 +2,8 @@
 
 use std::fmt;
 
-use crate::ghdl::GhdlError;
-use crate::tool::{Tool, ToolError};
+use crate::engines::ghdl::GhdlError;
+use crate::engines::tool::{Tool, ToolError};
 
 /// Why a block's cost could not be determined.
 #[derive(Debug)]

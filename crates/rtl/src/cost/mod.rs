@@ -29,10 +29,10 @@ use hpu_cosim::script;
 use hpu_cosim::script::{Fixed, Script, Yosys};
 use hpu_datapath::AnyBlock;
 
-use crate::ghdl::{GhdlError, Library};
-use crate::hdl::Setup;
-use crate::sources::library;
-use crate::tool::{self, Fault, Tool, ToolError};
+use crate::engines::ghdl::{GhdlError, Library};
+use crate::engines::hdl::Setup;
+use crate::engines::sources::library;
+use crate::engines::tool::{self, Fault, Tool, ToolError};
 pub(crate) use said::{cell_counts, is_full, used_cells};
 use said::{fmax, sum};
 

@@ -5,9 +5,9 @@ use std::collections::BTreeSet;
 use hpu_datapath::AnyBlock;
 
 use super::{CostError, run};
-use crate::ghdl::Library;
-use crate::tool::Tool;
-use crate::vector::literal;
+use crate::engines::ghdl::Library;
+use crate::engines::tool::Tool;
+use crate::vectors::vector::literal;
 
 /// Returns the Verilog of the block and of the blocks that it instantiates.
 pub fn verilog(block: &dyn AnyBlock, library: &Library) -> Result<String, CostError> {

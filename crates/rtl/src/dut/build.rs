@@ -1,5 +1,5 @@
 //! Folders of built models. The name of a folder is the SHA-256 of everything that the model is built from. A folder is
-//! [sealed](crate::sealed), so that no model runs and no cost is believed that is not as it was made.
+//! [sealed](crate::engines::sealed), so that no model runs and no cost is believed that is not as it was made.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsStr;
@@ -17,10 +17,10 @@ use hpu_signal::Clock;
 use sha2::{Digest, Sha256};
 
 use super::{DutError, Simulators};
-use crate::entry::hexadecimal;
-use crate::temporary::Temporary;
-use crate::tool::TIMEOUT;
-use crate::{owned, sealed};
+use crate::engines::entry::hexadecimal;
+use crate::engines::temporary::Temporary;
+use crate::engines::tool::TIMEOUT;
+use crate::{engines::owned, engines::sealed};
 
 /// Version of the build. Raise it when the same tools build something else from the same design.
 const FLOW: &str = "11";

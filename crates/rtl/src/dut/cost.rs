@@ -16,7 +16,7 @@ use super::{DutError, Simulators, is_vhdl};
 use crate::cost::{
     Counts, DEVICE, HX8K_BRAM, HX8K_CELLS, NO_DPI, SEEDS, cell_counts, ecp5_counts, ice40_counts, is_full, used_cells,
 };
-use crate::tool::{Fault, Tool, ToolError, numbers, run};
+use crate::engines::tool::{Fault, Tool, ToolError, numbers, run};
 
 /// The file in which a cost is kept.
 const COST: &str = "cost";

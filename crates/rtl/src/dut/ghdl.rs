@@ -15,10 +15,10 @@ use super::build::{Model, carries_clock, common_cycle, plain_names, write, write
 use super::interface::{Interface, Item, entities, interface};
 use super::process::{ANSWER, Process};
 use super::{DutError, Simulators, allowed};
-use crate::ghdl::writes_programs;
-use crate::library::{LIBRARY, place_library};
-use crate::temporary::Temporary;
-use crate::tool::{Tool, run};
+use crate::engines::ghdl::writes_programs;
+use crate::engines::library::{LIBRARY, place_library};
+use crate::engines::temporary::Temporary;
+use crate::engines::tool::{Tool, run};
 
 /// The bench's entity, and the package through which it talks to hpu.
 const BENCH: &str = "hpu_dut_bench";

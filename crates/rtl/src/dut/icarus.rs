@@ -11,8 +11,8 @@ use super::build::{Model, write, write_files};
 use super::process::ANSWER;
 use super::verilator::sources;
 use super::{DutError, Simulators};
-use crate::temporary::Temporary;
-use crate::tool::{Tool, run};
+use crate::engines::temporary::Temporary;
+use crate::engines::tool::{Tool, run};
 
 /// The bench's module.
 const BENCH: &str = "hpu_bench";

@@ -21,9 +21,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use hpu_cosim::dut::{Design, Designs, Fault, Port};
 use hpu_cosim::scene::{Dut, DutScene, Engine, Language, SourceFile};
 
-use crate::cache_folder::CacheFolder;
-use crate::hdl::Setup;
-use crate::tool::{Fault as ToolFault, Tool, ToolError};
+use crate::engines::cache_folder::CacheFolder;
+use crate::engines::hdl::Setup;
+use crate::engines::tool::{Fault as ToolFault, Tool, ToolError};
 
 pub(crate) use build::Model;
 pub use cost::DutCost;

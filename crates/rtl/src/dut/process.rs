@@ -13,8 +13,8 @@ use hpu_cosim::dut::{Change, Fault, RunningDesign};
 use hpu_vhpi::{DESCRIPTOR, put, take};
 
 use super::DutError;
-use crate::group::{Group, is_stopping};
-use crate::tool::{Fault as ToolFault, Tool, ToolError};
+use crate::engines::group::{Group, is_stopping};
+use crate::engines::tool::{Fault as ToolFault, Tool, ToolError};
 
 /// The longest time for an answer, unless the tools have another time limit. A request has at most some ten thousand
 /// edges.

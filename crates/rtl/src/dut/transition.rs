@@ -9,9 +9,9 @@ use hpu_cosim::script::{Fixed, Yosys};
 use super::build::{write, write_files};
 use super::{DutError, Simulators};
 use crate::cost::NO_DPI;
+use crate::engines::temporary::Temporary;
 use crate::netlists::clocking::{self, Clocked, Timing, Unfit};
 use crate::netlists::{FLAT, TRANSITION};
-use crate::temporary::Temporary;
 
 /// A design in SMT-LIB, as Yosys writes it.
 pub(crate) struct Transition {

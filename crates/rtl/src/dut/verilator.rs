@@ -17,10 +17,10 @@ use super::build::{Built, Model, PlainName, carries_clock, common_cycle, plain_n
 use super::process::{ANSWER, Process};
 use super::{DutError, Simulators};
 use crate::cost::verilog::{UNTOLD, repaired};
-use crate::entry::key;
-use crate::sealed;
-use crate::temporary::Temporary;
-use crate::tool::{Said, Tool, run};
+use crate::engines::entry::key;
+use crate::engines::sealed;
+use crate::engines::temporary::Temporary;
+use crate::engines::tool::{Said, Tool, run};
 
 /// The file that lists the ports of a built model.
 const PORTS: &str = "ports";

@@ -9,10 +9,10 @@ use hpu_wave::{Around, Column, ComparedRow};
 
 use super::ours::Ours;
 use super::wires::{What, Wire, same};
-use crate::around::{self, AFTER, BEFORE};
-use crate::coverage::Coverage;
-use crate::report::{Mismatch, Tally};
-use crate::vector::{Vectors, digits, hex};
+use crate::vectors::around::{self, AFTER, BEFORE};
+use crate::vectors::coverage::Coverage;
+use crate::vectors::report::{Mismatch, Tally};
+use crate::vectors::vector::{Vectors, digits, hex};
 
 /// The answers of theirs so far.
 pub(super) struct BlockComparison<'a> {

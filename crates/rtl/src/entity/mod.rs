@@ -18,10 +18,10 @@ use hpu_signal::Clock;
 
 use crate::check::all_stimuli;
 use crate::dut::{DutError, Model, Simulators, is_vhdl};
+use crate::engines::tool::Tool;
 pub use crate::formal::EntityError;
-use crate::report::{CheckRow, Tally};
-use crate::tool::Tool;
-use crate::vector::{Vectors, literal};
+use crate::vectors::report::{CheckRow, Tally};
+use crate::vectors::vector::{Vectors, literal};
 use block_comparison::BlockComparison;
 use ours::Ours;
 use wires::{What, Wire, not_taken, same, there_are};

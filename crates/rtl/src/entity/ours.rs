@@ -1,6 +1,6 @@
 //! The answers of the project's own block, with which those of somebody else's are compared.
 
-use crate::vector::Vectors;
+use crate::vectors::vector::Vectors;
 
 /// The answers of our block.
 pub(super) struct Ours {

@@ -11,10 +11,10 @@ use hpu_signal::{Format, Term};
 
 use super::{Proof, ProofError, TOOLS, Verdict, prove};
 use crate::cost::CostError;
-use crate::entry::{self, Content, Entries};
-use crate::hdl::Setup;
-use crate::sources::vhdl;
-use crate::vector::literal;
+use crate::engines::entry::{self, Content, Entries};
+use crate::engines::hdl::Setup;
+use crate::engines::sources::vhdl;
+use crate::vectors::vector::literal;
 
 /// The sources by which a proof is made. If one of them changes, earlier proofs no longer count, because questions or
 /// netlist may differ.
@@ -152,7 +152,7 @@ mod tests {
     use std::fs;
 
     use super::{FLOW, Solvers};
-    use crate::entry::Content;
+    use crate::engines::entry::Content;
 
     #[test]
     fn every_source_of_a_proof_is_in_its_key() {

@@ -24,8 +24,8 @@ use hpu_datapath::{AnyBlock, AnyStep};
 use hpu_wave::Around;
 
 use crate::cost::CostError;
-use crate::hdl::Setup;
-use crate::tool::{Tool, ToolError};
+use crate::engines::hdl::Setup;
+use crate::engines::tool::{Tool, ToolError};
 
 use query::Query;
 use solver::Answer;

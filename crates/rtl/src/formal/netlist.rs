@@ -11,12 +11,12 @@ use hpu_datapath::AnyBlock;
 
 use super::ProofError;
 use crate::cost::{self, NO_DPI, verilog::verilog};
-use crate::ghdl::{GhdlError, Library};
-use crate::hdl::Setup;
+use crate::engines::ghdl::{GhdlError, Library};
+use crate::engines::hdl::Setup;
+use crate::engines::sources::library;
 use crate::netlists::cells::plain;
 use crate::netlists::clocking::{self, Timing, Unfit};
 use crate::netlists::{FLAT, TRANSITION};
-use crate::sources::library;
 
 /// A net of the VHDL, and the number of bits, including the sign, of the number on it.
 pub(crate) type Net = (String, u32);

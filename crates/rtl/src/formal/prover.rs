@@ -8,10 +8,10 @@ use hpu_datapath::{AnyBlock, Generic, Parts};
 
 use super::{ProofError, Proofs, Verdict, prove};
 use crate::cost::CostError;
-use crate::hdl::Setup;
+use crate::engines::hdl::Setup;
+use crate::engines::sources::library;
 use crate::netlists::cells::Modules;
 use crate::netlists::wiring::{Leaf, leaves, other_generics};
-use crate::sources::library;
 
 /// An instance on which a wiring rests.
 #[derive(Clone, PartialEq, Debug)]

@@ -9,7 +9,7 @@ use hpu_wave::{Around, Column, ComparedRow};
 
 use super::ProofError;
 use super::netlist::{Net, Netlist};
-use crate::vector::hex;
+use crate::vectors::vector::hex;
 
 /// A question.
 pub(crate) struct Query {

@@ -8,8 +8,8 @@ use std::time::{Duration, Instant};
 
 use super::ProofError;
 use super::query::Query;
-use crate::temporary::Temporary;
-use crate::tool::{Fault, Said, Tool, ToolError, run_unless};
+use crate::engines::temporary::Temporary;
+use crate::engines::tool::{Fault, Said, Tool, ToolError, run_unless};
 
 /// The solvers in the race, and the delay after which each begins. Yices starts fastest and answers most questions
 /// before the second one begins; each of the others decides some that Yices does not.

@@ -15,8 +15,8 @@ use super::query::{Edge, Question};
 use super::{Proof, ProofError, Verdict};
 use crate::check::{benches, held};
 use crate::cost::CostError;
-use crate::hdl::Setup;
-use crate::vector::{Header, Vectors};
+use crate::engines::hdl::Setup;
+use crate::vectors::vector::{Header, Vectors};
 
 /// The most bits of inputs that are tried.
 const MOST_BITS: u32 = 18;

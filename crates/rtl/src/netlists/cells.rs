@@ -9,7 +9,7 @@ use hpu_datapath::AnyBlock;
 use serde_json::Value;
 
 use crate::cost::{self, CostError, NO_DPI, verilog::verilog};
-use crate::ghdl::{GhdlError, Library};
+use crate::engines::ghdl::{GhdlError, Library};
 
 /// The modules of an entity by name: the entity's own module, and those that it instantiates.
 pub(crate) struct Modules {

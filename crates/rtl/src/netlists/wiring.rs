@@ -244,7 +244,7 @@ pub(crate) fn other_generics(leaf: &Leaf) -> String {
     let pairs = whole.iter().zip(&values).filter(|((_, here), there)| here != *there);
     let pairs: Vec<_> = pairs.map(|((name, here), there)| format!("{name} {here} here, {there} in the VHDL")).collect();
     let told = if pairs.is_empty() || whole.len() != values.len() {
-        let literal = |(name, value): (_, Generic)| format!("{name} {}", crate::vector::literal(value));
+        let literal = |(name, value): (_, Generic)| format!("{name} {}", crate::vectors::vector::literal(value));
         let all: Vec<_> = generics.into_iter().map(literal).collect();
         format!("not {} with {}", model.name(), all.join(", "))
     } else {

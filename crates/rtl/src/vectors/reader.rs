@@ -6,7 +6,7 @@ use hpu_signal::Format;
 
 use hpu_wave::Column;
 
-use crate::vector::{Header, Stimulus, Vectors, digits};
+use crate::vectors::vector::{Header, Stimulus, Vectors, digits};
 
 /// Why a vector or stimulus file was refused, and in which line.
 #[derive(Clone, PartialEq, Eq, Debug)]

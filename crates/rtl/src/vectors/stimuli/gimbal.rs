@@ -7,7 +7,7 @@ use hpu_signal::Signal;
 
 use super::{corners, draw, edge, generic, reset};
 use crate::Stimulus;
-use crate::postures::unit;
+use crate::vectors::stimuli::postures::unit;
 
 /// Words of a loop that stay for one or more sample periods.
 pub(super) struct Samples {

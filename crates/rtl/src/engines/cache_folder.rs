@@ -8,9 +8,9 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use crate::note::note;
-use crate::owned;
-use crate::temporary::Temporary;
+use crate::engines::note::note;
+use crate::engines::owned;
+use crate::engines::temporary::Temporary;
 
 /// Room that a folder must have to be no reason for a tool's failure: much more than a built model takes.
 const ROOM: usize = 32 << 20;

@@ -1,6 +1,7 @@
 //! Stimuli for any block: corner cases, random words from a seed, and products in strata.
 
 mod gimbal;
+pub(crate) mod postures;
 mod sequences;
 mod walls;
 
@@ -13,7 +14,7 @@ use hpu_signal::{Format, Signal};
 use self::sequences::{computations, is_estimator, motions, strobed};
 use self::walls::{Walker, gain, grounded, is_law};
 use crate::Stimulus;
-use crate::postures::{is_posed, pose};
+use crate::vectors::stimuli::postures::{is_posed, pose};
 
 /// Gray code of an encoder's phase: the words of lines (a, b) in forward order.
 const FORWARD: [[i64; 2]; 4] = [[0, 0], [0, 1], [1, 1], [1, 0]];

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::{env, fs};
 
-use crate::ghdl::GhdlError;
-use crate::hdl::Setup;
+use crate::engines::ghdl::GhdlError;
+use crate::engines::hdl::Setup;
 
 /// Name of the shared library.
 pub(crate) const LIBRARY: &str = "libhpu_vhpi.so";

@@ -75,7 +75,7 @@ mod tests {
     use std::process::Command;
 
     use super::*;
-    use crate::temporary::Temporary;
+    use crate::engines::temporary::Temporary;
 
     #[test]
     fn a_file_is_read_and_a_fifo_a_link_and_what_others_can_write_are_not() {

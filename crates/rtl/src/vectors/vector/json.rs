@@ -13,7 +13,7 @@ use sha2::{Digest, Sha256};
 use hpu_wave::Column;
 
 use super::{Header, Vectors};
-use crate::entry::hexadecimal;
+use crate::engines::entry::hexadecimal;
 
 /// The source of the inputs of a set.
 #[derive(Clone, PartialEq, Eq, Debug)]

@@ -10,8 +10,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use std::{env, fmt, thread};
 
-use crate::fault::Fault;
-use crate::lifeline;
+use crate::engines::fault::Fault;
+use crate::engines::lifeline;
 
 /// The time in which a program must end its jobs.
 const PATIENCE: Duration = Duration::from_secs(1);

@@ -4,9 +4,9 @@ use std::fmt;
 
 use hpu_wave::Around;
 
-use crate::around;
-use crate::coverage::Coverage;
-use crate::late::Late;
+use crate::vectors::around;
+use crate::vectors::coverage::Coverage;
+use crate::vectors::late::Late;
 
 /// The first row, or the first edge of a closed loop, in which VHDL and emulator disagree.
 #[derive(Clone, PartialEq, Eq, Debug)]

@@ -6,7 +6,7 @@
 use hpu_signal::{Format, Signal};
 use hpu_wave::Column;
 
-use crate::vector::Header;
+use crate::vectors::vector::Header;
 
 /// The place of a signal in a comparison.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

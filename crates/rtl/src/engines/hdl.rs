@@ -5,7 +5,7 @@ use std::fmt;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::ghdl_error::GhdlError;
+use crate::engines::ghdl_error::GhdlError;
 
 /// The carried VHDL: name and text of each block, as `hdl/` had it when the program was built.
 static CARRIED: &[(&str, &str)] = include!(concat!(env!("OUT_DIR"), "/carried.rs"));

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::report::{CheckReport, CheckRow};
+use crate::vectors::report::{CheckReport, CheckRow};
 
 /// A test case.
 #[derive(Clone, PartialEq, Debug)]

@@ -2,9 +2,9 @@
 
 use std::io;
 
-use crate::ghdl::GhdlError;
-use crate::ghdl::Library;
-use crate::hdl::{Hdl, Setup};
+use crate::engines::ghdl::GhdlError;
+use crate::engines::ghdl::Library;
+use crate::engines::hdl::{Hdl, Setup};
 
 /// Returns the VHDL of a block and of the entities that it instantiates, in the order of analysis, as one text.
 ///

@@ -14,7 +14,7 @@ use std::thread;
 use std::time::Duration;
 use std::{mem, process};
 
-use crate::owned;
+use crate::engines::owned;
 
 /// Prefix of the folders' names.
 const FOLDERS: &str = "hpu-ghdl-work-";

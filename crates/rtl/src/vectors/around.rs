@@ -3,7 +3,7 @@
 use hpu_signal::{Clock, Signal};
 use hpu_wave::{Around, Column, ComparedRow};
 
-use crate::vector::{Header, Vectors, hex};
+use crate::vectors::vector::{Header, Vectors, hex};
 
 /// Rows of a waveform up to the mismatch, and after it. `testbench/vhdl/vector_reader.vhd` keeps the same numbers.
 pub(crate) const BEFORE: usize = 64;

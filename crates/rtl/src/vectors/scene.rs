@@ -3,7 +3,7 @@
 use hpu_cosim::{TheLoop, Wired};
 use hpu_datapath::{AnyBlock, Instance, configured};
 
-use crate::vector::{Stimulus, Vectors};
+use crate::vectors::vector::{Stimulus, Vectors};
 
 /// Returns golden vectors over a scene's first edges, after one edge of reset: first those of the wiring, then those of
 /// each instance in it, by label. The vectors of a combinational block have only the rows in which an input has

@@ -6,10 +6,10 @@ use std::process::Command;
 use std::sync::{Mutex, OnceLock, PoisonError};
 use std::time::Duration;
 
-pub use crate::ghdl_error::GhdlError;
-use crate::hdl::{Hdl, Setup};
-use crate::temporary::Temporary;
-use crate::tool::{Fault, TIMEOUT, Tool, ToolError, run};
+pub use crate::engines::ghdl_error::GhdlError;
+use crate::engines::hdl::{Hdl, Setup};
+use crate::engines::temporary::Temporary;
+use crate::engines::tool::{Fault, TIMEOUT, Tool, ToolError, run};
 
 /// A work directory with analysed VHDL, removed when dropped.
 #[derive(Debug)]

@@ -12,8 +12,8 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
-pub use crate::fault::Fault;
-use crate::group::{Group, folders, is_stopping};
+pub use crate::engines::fault::Fault;
+use crate::engines::group::{Group, folders, is_stopping};
 
 /// The time limit of a tool, unless it is given another limit or has more to do.
 pub const TIMEOUT: Duration = Duration::from_secs(30 * 60);

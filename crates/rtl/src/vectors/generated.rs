@@ -6,12 +6,12 @@ use std::{fs, io};
 
 use hpu_datapath::{registry, variants};
 
-use crate::around_law::around_a_law;
-use crate::package::package;
-use crate::stimuli;
-use crate::temporary::{self, Temporary, sweep_files};
-use crate::testbench::testbench;
-use crate::vector::Vectors;
+use crate::engines::temporary::{self, Temporary, sweep_files};
+use crate::vectors::around_law::around_a_law;
+use crate::vectors::package::package;
+use crate::vectors::stimuli;
+use crate::vectors::testbench::testbench;
+use crate::vectors::vector::Vectors;
 
 /// Rows of a committed set: as many as a person can read.
 const COMMITTED_ROWS: usize = 96;

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use hpu_datapath::{AnyBlock, Instance, Parts};
 
-use crate::hdl::Hdl;
+use crate::engines::hdl::Hdl;
 
 /// Returns the VHDL of a block, if it is a loop around a law.
 pub(crate) fn around_a_law(block: &dyn AnyBlock) -> Option<String> {

@@ -6,7 +6,7 @@ use hpu_cosim::{AnyWorld, Summary, Sums, Wired};
 use hpu_datapath::{AnyWiring, Repeat};
 use hpu_signal::{Observe, Signal, SignalUse};
 
-use crate::late::{Begin, Homing, Late};
+use crate::vectors::late::{Begin, Homing, Late};
 
 /// A world, and the outputs that drive it.
 struct Driven<'s> {

@@ -6,9 +6,9 @@ use std::path::Path;
 
 use sha2::{Digest, Sha256};
 
-use crate::entry::hexadecimal;
-use crate::owned;
-use crate::temporary::Temporary;
+use crate::engines::entry::hexadecimal;
+use crate::engines::owned;
+use crate::engines::temporary::Temporary;
 
 /// The file with the seal.
 const SEAL: &str = "whole";

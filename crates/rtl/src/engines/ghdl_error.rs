@@ -4,7 +4,7 @@ use std::fmt;
 use std::io;
 use std::path::PathBuf;
 
-use crate::tool::{Tool, ToolError};
+use crate::engines::tool::{Tool, ToolError};
 
 /// Why VHDL could not be run.
 #[derive(Debug)]

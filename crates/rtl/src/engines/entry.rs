@@ -10,10 +10,10 @@ use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
 
-use crate::ghdl::GhdlError;
-use crate::note::note;
-use crate::owned;
-use crate::temporary::{self, Temporary, sweep_files};
+use crate::engines::ghdl::GhdlError;
+use crate::engines::note::note;
+use crate::engines::owned;
+use crate::engines::temporary::{self, Temporary, sweep_files};
 
 const FIRST: &str = "hpu entry 3";
 
