@@ -4,12 +4,14 @@
 
 pub mod answers;
 
+mod beside;
 mod block;
 mod cache;
 mod chart;
 mod check;
 mod cost;
 mod diff;
+mod document;
 mod exit;
 mod explore;
 mod files;

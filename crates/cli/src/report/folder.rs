@@ -7,7 +7,7 @@ use std::path::Path;
 use hpu_study::page::escaped;
 use serde_json::{Value, json};
 
-use super::document::{Content, Document, Section, data, picture};
+use crate::document::{Content, Document, Section, data, picture};
 use crate::exit::Failure;
 use crate::input::read_text;
 

@@ -1,6 +1,5 @@
 //! `hpu report`: one page of a scene, of two beside each other, or of a folder of results.
 
-pub mod document;
 mod folder;
 mod parts;
 mod pieces;
@@ -17,7 +16,7 @@ use crate::scene::{Named, Set, source};
 use crate::terminal::print;
 use crate::units::si;
 
-use document::Document;
+use crate::document::Document;
 use scene::SceneReport;
 
 /// Make one page of a scene: to look at, to mail, to print

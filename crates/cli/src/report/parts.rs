@@ -8,10 +8,10 @@ use hpu_cosim::scene::Experiment;
 use hpu_study::page::Page;
 
 use super::Part;
-use super::document::Content;
 use super::folder;
 use super::scene::SceneReport;
 use crate::answers;
+use crate::document::Content;
 use crate::exit::Failure;
 use crate::page::Answer;
 use crate::progress::{Watch, doing};

@@ -219,7 +219,7 @@ impl Pieces {
             "spans": spans.into_iter().collect::<Vec<_>>(),
             "left_out": left_out,
         });
-        (told, base64(&gzip(&bytes)))
+        (told, crate::document::base64(&gzip(&bytes)))
     }
 }
 
@@ -290,18 +290,4 @@ fn differences(bytes: &mut Vec<u8>, words: &[i64]) {
 fn gzip(bytes: &[u8]) -> Vec<u8> {
     let mut out = GzEncoder::new(Vec::new(), Compression::best());
     out.write_all(bytes).and_then(|()| out.finish()).expect("a vector takes all bytes")
-}
-
-/// Returns bytes in the letters of base64.
-pub fn base64(bytes: &[u8]) -> String {
-    const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
-    for three in bytes.chunks(3) {
-        let word = three.iter().fold(0u32, |word, byte| word << 8 | u32::from(*byte)) << (8 * (3 - three.len()));
-        for letter in 0..4 {
-            let at = (word >> (18 - 6 * letter)) as usize & 63;
-            text.push(if letter <= three.len() { char::from(LETTERS[at]) } else { '=' });
-        }
-    }
-    text
 }

@@ -8,9 +8,9 @@ use hpu_study::page::{Cell, Column, Page, Table, escaped};
 use serde_json::Value;
 
 use super::Part;
-use super::document::{Content, Document, Section, data};
 use super::pieces::Pieces;
 use crate::diff;
+use crate::document::{Content, Document, Section, data};
 use crate::exit::Failure;
 use crate::hdl::Vhdl;
 use crate::parameters::as_json;

@@ -1,6 +1,5 @@
 //! `hpu reproduce`: runs a published study again.
 
-pub mod beside;
 mod cost;
 pub mod drop;
 mod words;
@@ -44,7 +43,7 @@ enum Study {
     Ladder(drop::Args),
     /// Which lags of the amplifier put PMOS-1 where it was seen, by the transmission that is assumed
     #[command(name = LAG)]
-    Lag(beside::Args),
+    Lag(crate::beside::Args),
     /// What is proved and measured of the words, and what (1,9,22) everywhere cannot hold
     #[command(name = FORMATS)]
     Formats(words::Args),
@@ -56,19 +55,19 @@ enum Study {
     Cost(cost::Args),
     /// The hybrid loop against the conventional one (Vasudevan et al. 2007)
     #[command(name = "hybrid-loop")]
-    Hybrid(beside::Args),
+    Hybrid(crate::beside::Args),
     /// Stable stiffness with the analog input shaper and with energy bounding
     #[command(name = "input-shaper")]
-    Shaper(beside::Args),
+    Shaper(crate::beside::Args),
     /// On which side each criterion of stability errs, for five devices
     #[command(name = "criteria")]
-    Criteria(beside::Args),
+    Criteria(crate::beside::Args),
     /// Two figures of a power-scaled spring, by both readings of its law
     #[command(name = "power-scaling")]
-    Scaling(beside::Args),
+    Scaling(crate::beside::Args),
     /// Shape, stiffness, shear and texture of a 3-DOF device, and where the switch of its control fails
     #[command(name = "three-dof")]
-    ThreeDof(beside::Args),
+    ThreeDof(crate::beside::Args),
 }
 
 impl Args {
@@ -88,14 +87,14 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     match &args.study {
         Study::Table2(args) => drop::run(Name::Table2, args),
         Study::Ladder(args) => drop::run(Name::Ladder, args),
-        Study::Lag(args) => beside::reproduce(&lag::comparison(), args),
+        Study::Lag(args) => crate::beside::reproduce(&lag::comparison(), args),
         Study::Formats(args) => words::formats(args),
         Study::Sines(args) => words::sines(args),
         Study::Cost(args) => cost::run(args),
-        Study::Hybrid(args) => beside::reproduce(&shipped("hybrid-loop"), args),
-        Study::Shaper(args) => beside::reproduce(&shipped("input-shaper"), args),
-        Study::Criteria(args) => beside::reproduce(&shipped("criteria"), args),
-        Study::Scaling(args) => beside::reproduce(&shipped("power-scaling"), args),
-        Study::ThreeDof(args) => beside::reproduce(&shipped("three-dof"), args),
+        Study::Hybrid(args) => crate::beside::reproduce(&shipped("hybrid-loop"), args),
+        Study::Shaper(args) => crate::beside::reproduce(&shipped("input-shaper"), args),
+        Study::Criteria(args) => crate::beside::reproduce(&shipped("criteria"), args),
+        Study::Scaling(args) => crate::beside::reproduce(&shipped("power-scaling"), args),
+        Study::ThreeDof(args) => crate::beside::reproduce(&shipped("three-dof"), args),
     }
 }

@@ -9,12 +9,12 @@ use hpu_study::phantom::sines::{self, Sine, sines_csv, sines_text};
 use hpu_study::phantom::workspace::Workspace;
 use serde_json::{Value, json};
 
+use crate::beside::claim;
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
 use crate::notation::Written;
 use crate::notation::triple;
 use crate::pictures;
-use crate::reproduce::beside::claim;
 use crate::terminal::{print, print_json};
 
 /// Where to.

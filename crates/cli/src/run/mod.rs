@@ -1,11 +1,15 @@
 //! `hpu run`: runs a scene, and writes its summary and its files.
 
+mod axis;
 mod contact;
 mod device;
+mod dut;
+mod gimbal;
 mod junit;
 mod nets;
 pub mod overflow;
 pub mod page;
+mod phantom;
 mod pictures;
 mod rows;
 mod suspect;

@@ -13,8 +13,8 @@ use hpu_study::sweep::{Points, Schema};
 use hpu_study::units;
 
 use super::{Args, VERBS, command_of};
+use crate::beside;
 use crate::exit::{Exit, Failure};
-use crate::reproduce::beside;
 use crate::work::{Find, Rows, Take, Work};
 
 /// The scenes that a study has read, by the names that it has for them.

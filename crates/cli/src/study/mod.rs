@@ -12,9 +12,9 @@ use hpu_papers::studies::{Section, Study, shipped_texts};
 use hpu_study::map::SceneText;
 use serde_json::json;
 
+use crate::beside;
 use crate::exit::{Exit, Failure};
 use crate::input::read_text;
-use crate::reproduce::beside;
 use crate::scene::quoted;
 use crate::terminal::{gathered, print_json};
 use crate::work::on_disk;

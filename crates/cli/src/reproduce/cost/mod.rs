@@ -13,11 +13,11 @@ use hpu_study::phantom::bounds;
 use hpu_study::units;
 use serde_json::json;
 
+use crate::beside::claim;
 use crate::block::find;
 use crate::exit::{Exit, Failure};
 use crate::files::Folder;
 use crate::jobs::Jobs;
-use crate::reproduce::beside::claim;
 use crate::terminal::{print, print_json, with_progress};
 use crate::{hdl, interrupt, journal};
 use claims::sums;

@@ -6,8 +6,8 @@ use hpu_papers::phantom::{Agreement, Class, Repeated, Tables};
 use serde_json::{Value, json};
 
 use super::Outcome;
+use crate::beside::claim;
 use crate::exit::{Exit, Failure};
-use crate::reproduce::beside::claim;
 use crate::terminal::{print, print_json};
 
 /// A study that was stopped.

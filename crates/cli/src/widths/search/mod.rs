@@ -1,7 +1,9 @@
 //! `hpu widths SCENE --search`: finds the effect of the widths, on one machine or as a sweep.
 
+mod axis;
 mod device;
 mod page;
+mod phantom;
 mod shown;
 
 use std::num::NonZeroUsize;

@@ -12,9 +12,9 @@ use hpu_study::widths::Field;
 use hpu_study::widths::search::{Design, Line, RatedDesign};
 use serde_json::{Map, Value, json};
 
-use super::super::Searched;
-use super::super::shown::{Shown, cut, filed, said, told};
-use super::Device;
+use super::Searched;
+use super::device::Device;
+use super::shown::{Shown, cut, filed, said, told};
 use crate::exit::Failure;
 
 pub struct Axis;

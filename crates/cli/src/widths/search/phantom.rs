@@ -9,9 +9,9 @@ use hpu_study::phantom::proved;
 use hpu_study::widths::search::RatedDesign;
 use serde_json::{Map, Value, json};
 
-use super::super::shown::{Shown, filed, said, told};
-use super::super::{Asked, Search, Searched};
-use super::Device;
+use super::device::Device;
+use super::shown::{Shown, filed, said, told};
+use super::{Asked, Search, Searched};
 use crate::exit::Failure;
 
 /// Heads and least widths of the words in the text.

@@ -8,7 +8,7 @@ use hpu_study::page::Page;
 use hpu_study::told::ANGLE;
 use serde_json::{Value, json};
 
-use super::{Shown, named, of_words};
+use super::device::{Shown, named, of_words};
 use crate::parameters;
 use crate::run::Ran;
 use crate::run::pictures::chart_run;

@@ -7,7 +7,7 @@ use hpu_signal::{Notation, Signal};
 use hpu_study::page::Page;
 use serde_json::{Value, json};
 
-use super::{Shown, named, of_words};
+use super::device::{Shown, named, of_words};
 use crate::parameters;
 use crate::run::Ran;
 use crate::units::si;

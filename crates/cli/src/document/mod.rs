@@ -6,8 +6,6 @@ use hpu_chart::web::{PLOT_CSS, PLOT_JS, ROWS_JS};
 use hpu_cosim::printable_json;
 use hpu_study::page::{Page, escaped};
 
-use super::pieces::base64;
-
 /// A part of a report.
 pub struct Section {
     /// The name of its place in the file.
@@ -101,4 +99,18 @@ impl Document {
         let _ = writeln!(html, "</main>\n<script>\n{PLOT_JS}\n{ROWS_JS}\n{}</script>", include_str!("report.js"));
         html + "</body>\n</html>\n"
     }
+}
+
+/// Returns bytes in the letters of base64.
+pub fn base64(bytes: &[u8]) -> String {
+    const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
+    for three in bytes.chunks(3) {
+        let word = three.iter().fold(0u32, |word, byte| word << 8 | u32::from(*byte)) << (8 * (3 - three.len()));
+        for letter in 0..4 {
+            let at = (word >> (18 - 6 * letter)) as usize & 63;
+            text.push(if letter <= three.len() { char::from(LETTERS[at]) } else { '=' });
+        }
+    }
+    text
 }

@@ -7,8 +7,8 @@ use hpu_signal::Signal;
 use hpu_study::page::Page;
 use serde_json::{Value, json};
 
-use super::Shown;
 use super::axis::motion;
+use super::device::Shown;
 use crate::run::Ran;
 
 impl Shown for DutSimulation<'_> {

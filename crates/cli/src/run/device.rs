@@ -1,10 +1,5 @@
 //! The devices of a run, as its page, its files and its pictures show them.
 
-mod axis;
-mod dut;
-mod gimbal;
-mod phantom;
-
 use hpu_chart::Picture;
 use hpu_cosim::scene::Units;
 use hpu_cosim::{AnySimulation, AxisSimulation, EnergyAudit, WiredSimulation};
@@ -62,12 +57,12 @@ pub fn shown<'r>(simulation: &'r AnySimulation) -> &'r dyn Shown {
 }
 
 /// Adds the lines on the words, and a warning where the word of the stiffness misses it.
-fn of_words(page: &mut Page, words: impl IntoIterator<Item = String>, missed: Option<String>) {
+pub fn of_words(page: &mut Page, words: impl IntoIterator<Item = String>, missed: Option<String>) {
     words.into_iter().for_each(|said| _ = page.line("words", said));
     missed.into_iter().for_each(|said| _ = page.line("warning", said));
 }
 
 /// Returns those of all nets that have these names, in the order of the names.
-fn named(all: Vec<Signal>, names: &[&str]) -> Vec<Signal> {
+pub fn named(all: Vec<Signal>, names: &[&str]) -> Vec<Signal> {
     names.iter().filter_map(|name| all.iter().find(|net| net.name == *name).cloned()).collect()
 }

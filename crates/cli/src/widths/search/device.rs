@@ -1,8 +1,5 @@
 //! The devices of a search over widths, as its page and its files show them.
 
-mod axis;
-mod phantom;
-
 use hpu_chart::Picture;
 use hpu_cosim::scene::Experiment;
 use hpu_datapath::AnyBlock;
@@ -33,7 +30,7 @@ pub trait Device {
 /// Returns the device of a scene.
 pub fn device(scene: &Experiment) -> &'static dyn Device {
     match scene {
-        Experiment::Phantom(_) => &phantom::Phantom,
-        _ => &axis::Axis,
+        Experiment::Phantom(_) => &super::phantom::Phantom,
+        _ => &super::axis::Axis,
     }
 }
