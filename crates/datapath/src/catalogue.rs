@@ -1,9 +1,9 @@
 //! The catalogue of all blocks.
 
+use crate::base::listed::{Given, Listed};
 use crate::gimbal::{
     ControlSwitch, CrankTable, GimbalInverse, GimbalLoop, GimbalShearLoop, ImpedanceControl, ServoControl,
 };
-use crate::listed::{Given, Listed};
 use crate::phantom::{
     CommandRegister, CommandScaler, CubeRoom, PhantomEngine, PhantomForward, PhantomIo, PhantomLoop, PhantomSharedLoop,
     PhantomTorque, SampleRegister, TrigCordic, TrigInterpolated, TrigQuarter, TrigTable,

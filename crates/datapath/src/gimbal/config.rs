@@ -2,8 +2,8 @@
 
 use hpu_signal::Format;
 
-use crate::config::{NATURAL, within};
-use crate::listed::Given;
+use crate::base::config::{NATURAL, within};
+use crate::base::listed::Given;
 use crate::{ConfigError, CordicConfig, Generic};
 
 /// Lengths and words of the device. A length is a whole number of least significant bits of a length word.

@@ -23,10 +23,10 @@
 
 use hpu_signal::{Format, Machine, Narrowed, Narrowing, Overflow, Rounding, Signal, Word};
 
-use crate::config::within;
-use crate::law::ZERO;
-use crate::listed::{Given, Listed};
-use crate::words::natural;
+use crate::base::config::within;
+use crate::base::law::ZERO;
+use crate::base::listed::{Given, Listed};
+use crate::base::words::natural;
 use crate::{Block, ConfigError, Generic, Register, Step};
 
 hpu_signal::ports! {
@@ -200,11 +200,11 @@ impl Step for ControlSwitch {
     }
 }
 
-crate::block::data_sheet!(ControlSwitch = Self::new(SwitchConfig::default()));
+crate::base::block::data_sheet!(ControlSwitch = Self::new(SwitchConfig::default()));
 
 impl Block for ControlSwitch {
     const NAME: &'static str = "control_switch";
-    crate::block::clocked!();
+    crate::base::block::clocked!();
 
     fn inputs(&self) -> In<Signal> {
         let SwitchConfig { drive_width, force_width, length, .. } = self.config;
@@ -310,7 +310,7 @@ impl Listed for ControlSwitch {
     }
 }
 
-crate::part::registers!(ControlSwitch, self => {
+crate::circuit::part::registers!(ControlSwitch, self => {
     let State { drive, mode, equilibrium, .. } = self.state;
     Out { drive, mode, equilibrium }
 });

@@ -18,8 +18,8 @@ use std::sync::Arc;
 use hpu_signal::{Format, Machine, Signal, Word};
 
 use super::GimbalConfig;
-use crate::config::{NATURAL, within};
-use crate::listed::{Given, Listed};
+use crate::base::config::{NATURAL, within};
+use crate::base::listed::{Given, Listed};
 use crate::{Block, ConfigError, Generic, Register, Rom, Step};
 
 hpu_signal::ports! {
@@ -94,11 +94,11 @@ impl Step for CrankTable {
     }
 }
 
-crate::block::data_sheet!(CrankTable = Self::new(GimbalConfig::default()));
+crate::base::block::data_sheet!(CrankTable = Self::new(GimbalConfig::default()));
 
 impl Block for CrankTable {
     const NAME: &'static str = "crank_table";
-    crate::block::clocked!();
+    crate::base::block::clocked!();
 
     fn inputs(&self) -> In<Signal> {
         let count = Format::signed(self.config.count_width);
@@ -162,4 +162,4 @@ impl Listed for CrankTable {
     }
 }
 
-crate::part::registers!(CrankTable);
+crate::circuit::part::registers!(CrankTable);

@@ -28,11 +28,13 @@ use std::f64::consts::PI;
 use hpu_signal::{Format, Machine, Signal, Word};
 
 use super::GimbalConfig;
-use crate::computation::Computation;
-use crate::config::within;
-use crate::listed::{Given, Listed};
+use crate::base::computation::Computation;
+use crate::base::config::within;
+use crate::base::listed::{Given, Listed};
 use crate::step::{equal, loads_first};
-use crate::{Block, ConfigError, Cordic, Generic, Lemma, Register, SquareRoot, Step, cordic, square_root};
+use crate::{
+    Block, ConfigError, Cordic, Generic, Lemma, Register, SquareRoot, Step, arithmetic::cordic, arithmetic::square_root,
+};
 
 hpu_signal::ports! {
     /// Inputs of the kinematics.
@@ -318,11 +320,11 @@ impl Step for GimbalInverse {
     }
 }
 
-crate::block::data_sheet!(GimbalInverse = Self::new(GimbalConfig::default()));
+crate::base::block::data_sheet!(GimbalInverse = Self::new(GimbalConfig::default()));
 
 impl Block for GimbalInverse {
     const NAME: &'static str = "gimbal_inverse";
-    crate::block::computing!(NONE);
+    crate::base::block::computing!(NONE);
 
     fn inputs(&self) -> In<Signal> {
         let length = |name, doc| Signal::new(name, self.config.length, "m", doc);
@@ -366,4 +368,4 @@ impl Listed for GimbalInverse {
     }
 }
 
-crate::part::registers!(GimbalInverse);
+crate::circuit::part::registers!(GimbalInverse);

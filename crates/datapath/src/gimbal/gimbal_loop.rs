@@ -22,10 +22,12 @@ use super::{
     ControlSwitch, CrankTable, GimbalInverse, GimbalLoopConfig, ImpedanceControl, ServoControl, control_switch,
     crank_table, gimbal_inverse, impedance_control, servo_control,
 };
+use crate::base::listed::{Given, Listed};
 use crate::circuit::circuit;
-use crate::circuit_loop::{CircuitLoop, LoopCircuit};
-use crate::listed::{Given, Listed};
-use crate::{Block, ConfigError, FractionalDifference, Generic, SampleTimer, fractional_difference, sample_timer};
+use crate::circuit::circuit_loop::{CircuitLoop, LoopCircuit};
+use crate::{
+    Block, ConfigError, FractionalDifference, Generic, SampleTimer, gimbal::fractional_difference, gimbal::sample_timer,
+};
 
 hpu_signal::ports! {
     /// Inputs of a gimbal's loop: the servos' counts, the finger's force, and the words that the scene sets.

@@ -21,10 +21,10 @@
 
 use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal, Word};
 
-use crate::config::{NATURAL, within};
-use crate::listed::{Given, Listed};
+use crate::base::config::{NATURAL, within};
+use crate::base::listed::{Given, Listed};
+use crate::base::words::{accept, limited, natural};
 use crate::step::in_machine;
-use crate::words::{accept, limited, natural};
 use crate::{Block, Combinational, ConfigError, Generic, Step};
 
 hpu_signal::ports! {
@@ -141,7 +141,7 @@ impl Combinational for ImpedanceControl {
     }
 }
 
-crate::block::data_sheet!(ImpedanceControl = Self::new(ImpedanceConfig::default()));
+crate::base::block::data_sheet!(ImpedanceControl = Self::new(ImpedanceConfig::default()));
 
 impl Block for ImpedanceControl {
     const NAME: &'static str = "impedance_control";
@@ -187,7 +187,7 @@ impl Block for ImpedanceControl {
         .to_vec()
     }
 
-    crate::block::combinational!(self, input => self.eval(input).map(|port| port.word));
+    crate::base::block::combinational!(self, input => self.eval(input).map(|port| port.word));
 }
 
 impl ImpedanceConfig {
@@ -244,4 +244,4 @@ impl Listed for ImpedanceControl {
     }
 }
 
-crate::part::telling!(ImpedanceControl);
+crate::circuit::part::telling!(ImpedanceControl);

@@ -3,8 +3,8 @@
 use hpu_signal::Format;
 
 use super::{GimbalConfig, ImpedanceConfig, ServoConfig, SwitchConfig};
-use crate::listed::Given;
-use crate::words::natural;
+use crate::base::listed::Given;
+use crate::base::words::natural;
 use crate::{ConfigError, FractionalConfig, Generic};
 
 /// The device and the blocks of its loop.

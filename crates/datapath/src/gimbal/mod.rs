@@ -4,7 +4,9 @@
 //! The joints are pitch, roll and crank, in this order. Angles are binary angles: the value 1 is half a turn.
 
 mod config;
+pub mod fractional_difference;
 mod loop_config;
+pub mod sample_timer;
 
 pub mod control_switch;
 pub mod crank_table;

@@ -22,11 +22,11 @@
 
 use hpu_signal::{Format, Machine, Narrowed, Narrowing, Overflow, Rounding, Signal, Word};
 
-use crate::config::{NATURAL, within};
-use crate::history::History;
-use crate::law::ZERO;
-use crate::listed::{Given, Listed};
-use crate::words::{accept, natural};
+use crate::base::config::{NATURAL, within};
+use crate::base::history::History;
+use crate::base::law::ZERO;
+use crate::base::listed::{Given, Listed};
+use crate::base::words::{accept, natural};
 use crate::{Block, ConfigError, Generic, Register, Step};
 
 hpu_signal::ports! {
@@ -217,11 +217,11 @@ impl Step for ServoControl {
     }
 }
 
-crate::block::data_sheet!(ServoControl = Self::new(ServoConfig::default()));
+crate::base::block::data_sheet!(ServoControl = Self::new(ServoConfig::default()));
 
 impl Block for ServoControl {
     const NAME: &'static str = "servo_control";
-    crate::block::clocked!();
+    crate::base::block::clocked!();
 
     fn inputs(&self) -> In<Signal> {
         let ServoConfig { count_width, proportional, derivative, .. } = self.config;
@@ -351,4 +351,4 @@ impl Listed for ServoControl {
     }
 }
 
-crate::part::registers!(ServoControl, self => Out { drive: self.latest });
+crate::circuit::part::registers!(ServoControl, self => Out { drive: self.latest });

@@ -16,11 +16,11 @@
 
 use hpu_signal::{Format, Signal, Word};
 
-use crate::config::{COUNTER, WORD, within};
-use crate::countdown::Countdown;
-use crate::listed::{Given, Listed};
+use crate::base::config::{COUNTER, WORD, within};
+use crate::base::countdown::Countdown;
+use crate::base::listed::{Given, Listed};
+use crate::base::words::natural;
 use crate::step::counted_down;
-use crate::words::natural;
 use crate::{Block, ConfigError, Generic, Register, Step};
 
 hpu_signal::ports! {
@@ -80,11 +80,11 @@ impl Step for CommandRegister {
     }
 }
 
-crate::block::data_sheet!(CommandRegister = Self::new(16, 24, 8));
+crate::base::block::data_sheet!(CommandRegister = Self::new(16, 24, 8));
 
 impl Block for CommandRegister {
     const NAME: &'static str = "command_register";
-    crate::block::clocked!();
+    crate::base::block::clocked!();
 
     fn inputs(&self) -> In<Signal> {
         let command = |name, doc| Signal::new(name, self.command, "DAC count", doc);
@@ -141,7 +141,7 @@ impl Block for CommandRegister {
     }
 }
 
-crate::part::registers!(CommandRegister);
+crate::circuit::part::registers!(CommandRegister);
 
 impl Listed for CommandRegister {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {

@@ -14,10 +14,10 @@ use hpu_signal::{Format, Narrowed, Signal, Word};
 
 use super::Config;
 use super::variants::paths;
-use crate::config::{NATURAL, within};
-use crate::listed::{Given, Listed};
+use crate::base::config::{NATURAL, within};
+use crate::base::listed::{Given, Listed};
+use crate::base::words::{accept, limited, natural, parts};
 use crate::step::in_machine;
-use crate::words::{accept, limited, natural, parts};
 use crate::{Block, Combinational, ConfigError, Generic, Step};
 
 hpu_signal::ports! {
@@ -108,10 +108,10 @@ impl Block for CommandScaler {
         all
     }
 
-    crate::block::combinational!(self, input => self.eval(input).map(|port| port.word));
+    crate::base::block::combinational!(self, input => self.eval(input).map(|port| port.word));
 }
 
-crate::part::telling!(CommandScaler);
+crate::circuit::part::telling!(CommandScaler);
 
 impl Listed for CommandScaler {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {

@@ -2,8 +2,8 @@
 
 use hpu_signal::{Format, Rounding};
 
-use crate::listed::Given;
-use crate::words::{natural, parts};
+use crate::base::listed::Given;
+use crate::base::words::{natural, parts};
 use crate::{ConfigError, Generic};
 
 /// The formats along the path from an angle to a torque.

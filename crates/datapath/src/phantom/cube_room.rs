@@ -17,10 +17,10 @@ use hpu_signal::{Format, Narrowed, Signal, Word};
 
 use super::Formats;
 use super::variants::paths;
-use crate::config::{NATURAL, within};
-use crate::listed::{Given, Listed};
+use crate::base::config::{NATURAL, within};
+use crate::base::listed::{Given, Listed};
+use crate::base::words::{accept, limited, natural, parts};
 use crate::step::in_machine;
-use crate::words::{accept, limited, natural, parts};
 use crate::{Block, Combinational, ConfigError, Generic, Step};
 
 hpu_signal::ports! {
@@ -105,7 +105,7 @@ fn depth<W: Word>(at: W, low: W, high: W) -> W {
     depth
 }
 
-crate::block::data_sheet!(CubeRoom = Self::new(&Formats::default(), 557_056));
+crate::base::block::data_sheet!(CubeRoom = Self::new(&Formats::default(), 557_056));
 
 impl Block for CubeRoom {
     const NAME: &'static str = "cube_room";
@@ -145,10 +145,10 @@ impl Block for CubeRoom {
         all
     }
 
-    crate::block::combinational!(self, input => self.eval(input).map(|port| port.word));
+    crate::base::block::combinational!(self, input => self.eval(input).map(|port| port.word));
 }
 
-crate::part::telling!(CubeRoom);
+crate::circuit::part::telling!(CubeRoom);
 
 impl Listed for CubeRoom {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {

@@ -25,11 +25,11 @@ use hpu_signal::{Format, Narrowed, Ports, Signal};
 use super::Config;
 use super::force_path::{self, ForcePath, path};
 use super::variants::paths;
-use crate::config::{COUNTER, within};
-use crate::countdown::{Countdown, edges};
-use crate::listed::{Given, Listed};
-use crate::part::exact;
-use crate::words::natural;
+use crate::base::config::{COUNTER, within};
+use crate::base::countdown::{Countdown, edges};
+use crate::base::listed::{Given, Listed};
+use crate::base::words::natural;
+use crate::circuit::part::exact;
 use crate::{Block, ConfigError, Generic, Instance};
 
 hpu_signal::ports! {
@@ -100,7 +100,7 @@ impl In<i64> {
     }
 }
 
-crate::block::data_sheet!(PhantomEngine = Self::new(Config::default().shared()));
+crate::base::block::data_sheet!(PhantomEngine = Self::new(Config::default().shared()));
 
 impl Block for PhantomEngine {
     const NAME: &'static str = "phantom_engine";
@@ -231,7 +231,7 @@ impl Block for PhantomEngine {
     }
 }
 
-crate::part::registers!(PhantomEngine, self => *self.latest());
+crate::circuit::part::registers!(PhantomEngine, self => *self.latest());
 
 impl Listed for PhantomEngine {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {

@@ -16,10 +16,10 @@ use hpu_signal::{Format, Narrowed, Signal, Word};
 
 use super::Formats;
 use super::variants::paths;
-use crate::config::{NATURAL, within};
-use crate::listed::{Given, Listed};
+use crate::base::config::{NATURAL, within};
+use crate::base::listed::{Given, Listed};
+use crate::base::words::{accept, accept_trig, aligned_sum, natural, nearest, parts};
 use crate::step::in_machine;
-use crate::words::{accept, accept_trig, aligned_sum, natural, nearest, parts};
 use crate::{Block, Combinational, ConfigError, Generic, Step};
 
 hpu_signal::ports! {
@@ -131,10 +131,10 @@ impl Block for PhantomForward {
         all
     }
 
-    crate::block::combinational!(self, input => self.eval(input).map(|port| port.word));
+    crate::base::block::combinational!(self, input => self.eval(input).map(|port| port.word));
 }
 
-crate::part::telling!(PhantomForward);
+crate::circuit::part::telling!(PhantomForward);
 
 impl Listed for PhantomForward {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {

@@ -17,13 +17,13 @@ use hpu_signal::Signal;
 
 use super::phantom_loop::{in_order, of_joint, pins};
 use super::{CommandRegister, command_register};
+use crate::base::listed::{Given, Listed};
+use crate::base::words::natural;
 use crate::circuit::circuit;
-use crate::circuit_loop::{CircuitLoop, LoopCircuit};
-use crate::listed::{Given, Listed};
-use crate::words::natural;
+use crate::circuit::circuit_loop::{CircuitLoop, LoopCircuit};
 use crate::{
-    Block, ConfigError, Generic, PositionCounter, QuadratureDecoder, Synchronizer, position_counter,
-    quadrature_decoder, synchronizer,
+    Block, ConfigError, Generic, PositionCounter, QuadratureDecoder, Synchronizer, pins::position_counter,
+    pins::quadrature_decoder, pins::synchronizer,
 };
 
 hpu_signal::ports! {
@@ -86,7 +86,7 @@ impl PhantomIo {
     }
 }
 
-crate::block::data_sheet!(PhantomIo = Self::new(16, 16));
+crate::base::block::data_sheet!(PhantomIo = Self::new(16, 16));
 
 impl LoopCircuit<27> for PhantomIoCircuit {
     const NAME: &'static str = "phantom_io";

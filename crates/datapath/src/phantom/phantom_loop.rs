@@ -20,12 +20,12 @@ use super::{
     TrigTable, command_register, command_scaler, cube_room, phantom_engine, phantom_forward, phantom_torque,
     sample_register,
 };
+use crate::base::listed::{Given, Listed};
 use crate::circuit::circuit;
-use crate::circuit_loop::{CircuitLoop, LoopCircuit};
-use crate::listed::{Given, Listed};
+use crate::circuit::circuit_loop::{CircuitLoop, LoopCircuit};
 use crate::{
-    Block, ConfigError, Generic, PositionCounter, QuadratureDecoder, Synchronizer, flatten, position_counter,
-    quadrature_decoder, synchronizer,
+    Block, ConfigError, Generic, PositionCounter, QuadratureDecoder, Synchronizer, flatten, pins::position_counter,
+    pins::quadrature_decoder, pins::synchronizer,
 };
 
 hpu_signal::ports! {

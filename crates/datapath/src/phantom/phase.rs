@@ -6,9 +6,9 @@ use std::sync::Arc;
 use hpu_signal::{Format, Word};
 
 use super::{Config, Turn};
-use crate::config::{NATURAL, within};
-use crate::listed::Given;
-use crate::words::{accept_trig, natural, parts};
+use crate::base::config::{NATURAL, within};
+use crate::base::listed::Given;
+use crate::base::words::{accept_trig, natural, parts};
 use crate::{ConfigError, Generic};
 
 /// The phase of a count, in turns of `2^PHASE_WIDTH`, and the formats of the count and of the sines.

@@ -13,11 +13,11 @@
 
 use hpu_signal::{Format, Signal, Word};
 
-use crate::config::{COUNTER, WORD, within};
-use crate::countdown::Countdown;
-use crate::listed::{Given, Listed};
+use crate::base::config::{COUNTER, WORD, within};
+use crate::base::countdown::Countdown;
+use crate::base::listed::{Given, Listed};
+use crate::base::words::natural;
 use crate::step::counted_down;
-use crate::words::natural;
 use crate::{Block, ConfigError, Generic, Register, Step};
 
 hpu_signal::ports! {
@@ -79,11 +79,11 @@ impl Step for SampleRegister {
     }
 }
 
-crate::block::data_sheet!(SampleRegister = Self::new(16, 24));
+crate::base::block::data_sheet!(SampleRegister = Self::new(16, 24));
 
 impl Block for SampleRegister {
     const NAME: &'static str = "sample_register";
-    crate::block::clocked!();
+    crate::base::block::clocked!();
 
     fn inputs(&self) -> In<Signal> {
         let position = |name, doc| Signal::new(name, Format::unsigned(self.count.width()), "count", doc);
@@ -134,7 +134,7 @@ impl Block for SampleRegister {
     }
 }
 
-crate::part::registers!(SampleRegister);
+crate::circuit::part::registers!(SampleRegister);
 
 impl Listed for SampleRegister {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {

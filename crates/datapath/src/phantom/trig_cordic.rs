@@ -20,9 +20,9 @@ use hpu_signal::{Format, Word};
 
 use super::phase::Phase;
 use super::trig::{Trig, TrigOut, Wave};
-use crate::config::within;
-use crate::listed::{Given, Listed};
-use crate::words::{natural, nearest};
+use crate::base::config::within;
+use crate::base::listed::{Given, Listed};
+use crate::base::words::{natural, nearest};
 use crate::{ConfigError, Generic};
 
 /// See the [module](self).
@@ -60,7 +60,7 @@ impl TrigCordic {
     }
 }
 
-crate::block::data_sheet!(TrigCordic = Self::new(Phase::default(), 24, 4));
+crate::base::block::data_sheet!(TrigCordic = Self::new(Phase::default(), 24, 4));
 
 impl Wave for Rotations {
     const NAME: &'static str = "trig_cordic";

@@ -18,9 +18,9 @@ use hpu_signal::{Format, Word};
 
 use super::phase::{Phase, Quarter};
 use super::trig::{Trig, TrigOut, Wave};
-use crate::config::within;
-use crate::listed::{Given, Listed};
-use crate::words::natural;
+use crate::base::config::within;
+use crate::base::listed::{Given, Listed};
+use crate::base::words::natural;
 use crate::{ConfigError, Generic, Rom};
 
 /// See the [module](self).
@@ -52,7 +52,7 @@ impl TrigInterpolated {
     }
 }
 
-crate::block::data_sheet!(TrigInterpolated = Self::new(Phase::default(), 9, 14));
+crate::base::block::data_sheet!(TrigInterpolated = Self::new(Phase::default(), 9, 14));
 
 impl Chords {
     /// Returns the sine in a quadrant, at a fraction of it.

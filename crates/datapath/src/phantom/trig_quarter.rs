@@ -16,9 +16,9 @@ use hpu_signal::{Format, Word};
 
 use super::phase::{Phase, Quarter};
 use super::trig::{Trig, TrigOut, Wave};
-use crate::config::within;
-use crate::listed::{Given, Listed};
-use crate::words::natural;
+use crate::base::config::within;
+use crate::base::listed::{Given, Listed};
+use crate::base::words::natural;
 use crate::{ConfigError, Generic, Rom};
 
 /// See the [module](self).
@@ -47,7 +47,7 @@ impl TrigQuarter {
     }
 }
 
-crate::block::data_sheet!(TrigQuarter = Self::new(Phase::default(), 11));
+crate::base::block::data_sheet!(TrigQuarter = Self::new(Phase::default(), 11));
 
 impl Nearest {
     /// Returns the sine at an address.

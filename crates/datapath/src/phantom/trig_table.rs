@@ -16,9 +16,9 @@ use hpu_signal::{Format, Sine, Word};
 use super::phase::sine;
 use super::trig::{Trig, TrigOut, Wave};
 use super::{Config, Formats, Turn};
-use crate::config::{NATURAL, within};
-use crate::listed::{Given, Listed};
-use crate::words::{accept_trig, natural, parts};
+use crate::base::config::{NATURAL, within};
+use crate::base::listed::{Given, Listed};
+use crate::base::words::{accept_trig, natural, parts};
 use crate::{ConfigError, Generic, Rom};
 
 /// See the [module](self).
@@ -115,7 +115,7 @@ impl Wave for Table {
     }
 }
 
-crate::part::registers!(TrigTable);
+crate::circuit::part::registers!(TrigTable);
 
 impl Listed for TrigTable {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {

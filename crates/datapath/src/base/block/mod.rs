@@ -1,0 +1,279 @@
+//! The interface of every block: `Block` with its port types, and `AnyBlock` without them for tools that list, feed and
+//! print blocks.
+
+mod parts;
+pub(crate) mod step;
+
+use hpu_signal::{Format, Ports, Signal};
+
+use step::AnyStep;
+
+pub(crate) use parts::renamed;
+pub use parts::{Connection, Instance, Parts};
+
+/// A value of a VHDL generic.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Generic {
+    /// `natural` or `positive`.
+    Integer(i64),
+    /// `boolean`.
+    Boolean(bool),
+}
+
+/// A lookup table inside a block, as the constant of its VHDL twin holds it.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Rom {
+    /// Name of the constant, in small letters.
+    pub name: &'static str,
+    /// Format of its words.
+    pub format: Format,
+    /// The word at each address, from 0 on.
+    pub words: Vec<i64>,
+}
+
+/// A clocked or combinational block of the datapath. Every block and wiring implements it, so that drivers, vectors,
+/// waveforms and proofs can use all of them in the same way.
+///
+/// The law of [`quiet`](Block::quiet) and [`skip`](Block::skip): for any `n <= quiet(input)`, `skip(n, input)` leaves
+/// the state that `n` ticks with that input leave, and no output changes.
+pub trait Block {
+    /// Name of the module, the VHDL entity, the vector folder and the waveform scope.
+    const NAME: &'static str;
+    /// Whether the VHDL entity has `clk` and `rst`.
+    const CLOCKED: bool;
+    /// Input ports.
+    type In<T>: Ports<T>;
+    /// Output ports.
+    type Out<T>: Ports<T>;
+
+    /// Describes the input ports.
+    fn inputs(&self) -> Self::In<Signal>;
+    /// Describes the output ports.
+    fn outputs(&self) -> Self::Out<Signal>;
+    /// Returns the VHDL generics of this configuration, by name, in the order of the entity.
+    fn generics(&self) -> Vec<(&'static str, Generic)>;
+    /// Returns the lookup tables of the block itself. The tables of blocks inside a wiring belong to those blocks.
+    fn roms(&self) -> Vec<Rom> {
+        Vec::new()
+    }
+    /// Returns its clock edge as equations, if the block has them.
+    fn equations(&self) -> Option<&dyn AnyStep> {
+        None
+    }
+    /// Returns the blocks inside, if the block is made of blocks alone. Proofs compare them with the VHDL.
+    fn parts(&self) -> Option<Parts> {
+        None
+    }
+    /// Returns the output that counts up and down modulo its width, if there is one. The number of steps has no limit.
+    fn counts(&self) -> Option<&'static str> {
+        None
+    }
+    /// Returns the combinational blocks with which a block without equations of its own computes. They are connected by
+    /// its ports: the nets are its inputs, then its outputs.
+    fn inside(&self) -> Vec<Instance> {
+        Vec::new()
+    }
+    /// Returns the edge after reset that first shows the results of the blocks [`inside`](Block::inside), if they are
+    /// shown once a `period`; `None` if they are shown at once.
+    fn first_shown(&self) -> Option<u64> {
+        None
+    }
+    /// Computes one edge with `rst = '1'`. An output that an input reaches without a register sees that input as 0.
+    fn reset(&mut self) -> Self::Out<i64>;
+    /// Computes one edge with `rst = '0'` and returns the outputs as seen after it. A combinational block answers its
+    /// inputs.
+    fn tick(&mut self, input: Self::In<i64>) -> Self::Out<i64>;
+    /// Returns for how many further edges with this input the outputs certainly stay; 0 promises nothing.
+    fn quiet(&self, input: &Self::In<i64>) -> u64;
+    /// Does `edges` ticks at once, in constant time. The number must not exceed [`quiet`](Block::quiet).
+    fn skip(&mut self, edges: u64, input: &Self::In<i64>);
+}
+
+/// A block whose port bundles are slices, in port order. Every [`Block`] implements it; tools use it for any block.
+pub trait AnyBlock {
+    /// See [`Block::NAME`].
+    fn name(&self) -> &'static str;
+    /// See [`Block::CLOCKED`].
+    fn clocked(&self) -> bool;
+    /// Returns the inputs in port order.
+    fn inputs(&self) -> Vec<Signal>;
+    /// Returns the outputs in port order.
+    fn outputs(&self) -> Vec<Signal>;
+    /// See [`Block::generics`].
+    fn generics(&self) -> Vec<(&'static str, Generic)>;
+    /// See [`Block::roms`].
+    fn roms(&self) -> Vec<Rom>;
+    /// See [`Block::equations`].
+    fn equations(&self) -> Option<&dyn AnyStep>;
+    /// See [`Block::counts`].
+    fn counts(&self) -> Option<&'static str>;
+    /// See [`Block::inside`].
+    fn inside(&self) -> Vec<Instance>;
+    /// See [`Block::first_shown`].
+    fn first_shown(&self) -> Option<u64>;
+    /// See [`Block::parts`].
+    fn parts(&self) -> Option<Parts>;
+    /// See [`Block::reset`].
+    fn reset(&mut self) -> Vec<i64>;
+    /// See [`Block::tick`].
+    fn tick(&mut self, input: &[i64]) -> Vec<i64>;
+    /// See [`Block::quiet`].
+    fn quiet(&self, input: &[i64]) -> u64;
+    /// See [`Block::skip`].
+    fn skip(&mut self, edges: u64, input: &[i64]);
+}
+
+/// Returns the bundle's content in port order.
+pub fn flatten<T: Clone, P: Ports<T>>(bundle: &P) -> Vec<T> {
+    // Few bundles have more ports, so one allocation suffices.
+    let mut all = Vec::with_capacity(16);
+    bundle.each(|port| all.push(port.clone()));
+    all
+}
+
+/// Makes a bundle from words in port order.
+///
+/// # Panics
+///
+/// When there are fewer words than ports.
+pub fn bundle<P: Ports<i64>>(words: &[i64]) -> P {
+    let mut next = words.iter();
+    P::build(|| *next.next().expect("one word a port"))
+}
+
+impl<B: Block> AnyBlock for B {
+    fn name(&self) -> &'static str {
+        B::NAME
+    }
+    fn clocked(&self) -> bool {
+        B::CLOCKED
+    }
+    fn inputs(&self) -> Vec<Signal> {
+        flatten(&Block::inputs(self))
+    }
+    fn outputs(&self) -> Vec<Signal> {
+        flatten(&Block::outputs(self))
+    }
+    fn generics(&self) -> Vec<(&'static str, Generic)> {
+        Block::generics(self)
+    }
+    fn roms(&self) -> Vec<Rom> {
+        Block::roms(self)
+    }
+    fn equations(&self) -> Option<&dyn AnyStep> {
+        Block::equations(self)
+    }
+    fn counts(&self) -> Option<&'static str> {
+        Block::counts(self)
+    }
+    fn inside(&self) -> Vec<Instance> {
+        Block::inside(self)
+    }
+    fn first_shown(&self) -> Option<u64> {
+        Block::first_shown(self)
+    }
+    fn parts(&self) -> Option<Parts> {
+        Block::parts(self)
+    }
+    fn reset(&mut self) -> Vec<i64> {
+        flatten(&Block::reset(self))
+    }
+    fn tick(&mut self, input: &[i64]) -> Vec<i64> {
+        flatten(&Block::tick(self, bundle(input)))
+    }
+    fn quiet(&self, input: &[i64]) -> u64 {
+        Block::quiet(self, &bundle(input))
+    }
+    fn skip(&mut self, edges: u64, input: &[i64]) {
+        Block::skip(self, edges, &bundle(input));
+    }
+}
+
+/// Implements `Default`: the configuration of the data sheet, which the block accepts.
+macro_rules! data_sheet {
+    ($Block:ty = $made:expr) => {
+        impl Default for $Block {
+            fn default() -> Self {
+                $made.expect("the data sheet's default")
+            }
+        }
+    };
+}
+
+/// The part of `impl Block` that is alike in the clocked blocks whose ports are `In` and `Out` and whose clock edge is
+/// written as equations.
+macro_rules! clocked {
+    () => {
+        const CLOCKED: bool = true;
+        type In<T> = In<T>;
+        type Out<T> = Out<T>;
+
+        fn equations(&self) -> Option<&dyn $crate::AnyStep> {
+            Some(self)
+        }
+    };
+}
+
+/// The part of `impl Block` that is alike in the blocks that compute for many edges after a start: a computation from
+/// what `started` returns, which begins with `$idle`.
+macro_rules! computing {
+    ($idle:expr) => {
+        crate::base::block::clocked!();
+
+        fn reset(&mut self) -> Out<i64> {
+            self.computation.reset($idle);
+            self.shown()
+        }
+
+        #[inline]
+        fn tick(&mut self, input: In<i64>) -> Out<i64> {
+            let started = self.started(&input);
+            self.computation.tick(started);
+            self.shown()
+        }
+
+        #[inline]
+        fn quiet(&self, input: &In<i64>) -> u64 {
+            self.computation.quiet(input.start != 0)
+        }
+
+        #[inline]
+        fn skip(&mut self, edges: u64, input: &In<i64>) {
+            debug_assert!(edges <= self.quiet(input));
+            let started = self.started(input);
+            self.computation.skip(edges, started);
+        }
+    };
+}
+
+/// The part of `impl Block` that is alike in all blocks without registers: they answer their inputs, and nothing else.
+macro_rules! combinational {
+    ($self:ident, $input:ident => $answer:expr) => {
+        const CLOCKED: bool = false;
+        type In<T> = In<T>;
+        type Out<T> = Out<T>;
+
+        fn equations(&self) -> Option<&dyn $crate::AnyStep> {
+            Some(self)
+        }
+
+        fn reset(&mut self) -> Self::Out<i64> {
+            self.tick(hpu_signal::Ports::build(|| 0))
+        }
+
+        #[inline]
+        fn tick(&mut $self, $input: Self::In<i64>) -> Self::Out<i64> {
+            $answer
+        }
+
+        #[inline]
+        fn quiet(&self, _: &Self::In<i64>) -> u64 {
+            u64::MAX
+        }
+
+        #[inline]
+        fn skip(&mut self, _: u64, _: &Self::In<i64>) {}
+    };
+}
+
+pub(crate) use {clocked, combinational, computing, data_sheet};

@@ -1,0 +1,10 @@
+//! Methods: laws of a wall, and the loops around them.
+
+pub mod braking_pulse;
+pub mod energy_bounding;
+pub mod method_loop;
+pub(crate) mod method_variants;
+pub mod passive_spring;
+pub mod passivity_controller;
+pub mod sampled_wall;
+pub mod virtual_coupling;
