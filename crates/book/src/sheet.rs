@@ -177,7 +177,7 @@ fn rust(name: &str) -> Result<String> {
     let folders = fs::read_dir(root().join(source))?.flatten().filter(|entry| entry.path().is_dir());
     let folders = folders.map(|entry| format!("{source}/{}", entry.file_name().display()));
     let mut places = [source.to_string()].into_iter().chain(folders).map(|folder| format!("{folder}/{name}.rs"));
-    let law = || name.strip_suffix("_loop").map(|_| "crates/datapath/src/method_loop.rs".to_string());
+    let law = || name.strip_suffix("_loop").map(|_| "crates/datapath/src/methods/method_loop.rs".to_string());
     let found = places.find(|place| root().join(place).is_file()).or_else(law);
     found.ok_or_else(|| Error::msg(format!("no Rust of {name}")))
 }

@@ -21,6 +21,7 @@ mod circuit;
 mod loops;
 mod methods;
 mod pins;
+mod trig;
 mod velocity;
 
 mod distinct;

@@ -4,6 +4,7 @@ use hpu_signal::{Format, Rounding};
 
 use crate::base::listed::Given;
 use crate::base::words::{natural, parts};
+use crate::trig::Turn;
 use crate::{ConfigError, Generic};
 
 /// The formats along the path from an angle to a torque.
@@ -21,15 +22,6 @@ pub struct Formats {
     pub force: Format,
     /// Torques about the joints, in N.m.
     pub torque: Format,
-}
-
-/// The angle of one count as an exact fraction of a turn.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Turn {
-    /// Numerator.
-    pub num: u32,
-    /// Denominator.
-    pub den: u32,
 }
 
 /// An arm and the datapath that drives it; the default is the Premium 1.0.
@@ -75,12 +67,11 @@ impl Default for Formats {
 
 impl Default for Config {
     fn default() -> Self {
-        let joint = Turn { num: 1, den: 28_000 };
         Self {
             position_width: 16,
             period_width: 24,
             depth_width: 13,
-            turns: [Turn { num: 3, den: 92_000 }, joint, joint],
+            turns: Turn::PREMIUM_1_0,
             formats: Formats::default(),
             lengths: [2_348_810; 2],
             force_limit: 557_056,
@@ -96,9 +87,8 @@ impl Config {
     /// Returns the Premium 1.5: 0.215 m and 0.170 m, encoders of 4096 counts behind ratios of 13.3, 11.2 and 11.2, the
     /// motors and amplifiers of the 1.0 (0.17 N.m at the motor for a full scale of `2^15` DAC counts).
     pub fn premium_1_5() -> Self {
-        let joint = Turn { num: 5, den: 229_376 };
         Self {
-            turns: [Turn { num: 5, den: 272_384 }, joint, joint],
+            turns: Turn::PREMIUM_1_5,
             lengths: [3_607_101, 2_852_127],
             gains: [115_942, 137_681, 137_681],
             ..Self::default()

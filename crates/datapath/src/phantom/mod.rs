@@ -7,8 +7,6 @@
 
 mod config;
 mod force_path;
-mod phase;
-mod trig;
 mod variants;
 
 pub mod command_register;
@@ -21,14 +19,14 @@ pub mod phantom_loop;
 pub mod phantom_shared_loop;
 pub mod phantom_torque;
 pub mod sample_register;
-pub mod trig_cordic;
-pub mod trig_interpolated;
-pub mod trig_quarter;
-pub mod trig_table;
 
+pub use crate::trig::{
+    Phase, Trig, TrigCordic, TrigIn, TrigInterpolated, TrigOut, TrigQuarter, TrigTable, Turn, Wave, trig_cordic,
+    trig_interpolated, trig_quarter, trig_table,
+};
 pub use command_register::CommandRegister;
 pub use command_scaler::CommandScaler;
-pub use config::{Config, Formats, Turn};
+pub use config::{Config, Formats};
 pub use cube_room::CubeRoom;
 pub use phantom_engine::PhantomEngine;
 pub use phantom_forward::PhantomForward;
@@ -36,13 +34,7 @@ pub use phantom_io::{PhantomIo, PhantomIoCircuit, PhantomIoIn, PhantomIoOut};
 pub use phantom_loop::{PhantomCircuit, PhantomIn, PhantomLoop, PhantomOut, PhantomWiring};
 pub use phantom_shared_loop::PhantomSharedLoop;
 pub use phantom_torque::PhantomTorque;
-pub use phase::Phase;
 pub use sample_register::SampleRegister;
-pub use trig::{Trig, TrigIn, TrigOut, Wave};
-pub use trig_cordic::TrigCordic;
-pub use trig_interpolated::TrigInterpolated;
-pub use trig_quarter::TrigQuarter;
-pub use trig_table::TrigTable;
 pub use variants::loop_variants;
 
 use crate::{AnyWiring, ConfigError};

@@ -15,7 +15,7 @@
 use hpu_signal::{Format, Word};
 
 use super::phase::{Phase, Quarter};
-use super::trig::{Trig, TrigOut, Wave};
+use super::{Trig, TrigOut, Wave};
 use crate::base::config::within;
 use crate::base::listed::{Given, Listed};
 use crate::base::words::natural;

@@ -1,5 +1,17 @@
 //! The common part of the four sources of sine and cosine: a wave that is registered at every edge.
 
+mod phase;
+pub mod trig_cordic;
+pub mod trig_interpolated;
+pub mod trig_quarter;
+pub mod trig_table;
+
+pub use phase::{Phase, Turn};
+pub use trig_cordic::TrigCordic;
+pub use trig_interpolated::TrigInterpolated;
+pub use trig_quarter::TrigQuarter;
+pub use trig_table::TrigTable;
+
 use hpu_signal::{Format, Machine, Signal, Word};
 
 use crate::{AnyStep, Block, Generic, Register, Rom, Step};

@@ -13,9 +13,8 @@ use std::sync::Arc;
 
 use hpu_signal::{Format, Sine, Word};
 
-use super::phase::sine;
-use super::trig::{Trig, TrigOut, Wave};
-use super::{Config, Formats, Turn};
+use super::phase::{Turn, sine};
+use super::{Trig, TrigOut, Wave};
 use crate::base::config::{NATURAL, within};
 use crate::base::listed::{Given, Listed};
 use crate::base::words::{accept_trig, natural, parts};
@@ -68,7 +67,8 @@ impl TrigTable {
 impl Default for TrigTable {
     fn default() -> Self {
         let turn = Turn { num: 1, den: 28_000 };
-        Self::new(16, 13, turn, Formats::default().trig).expect("the data sheet's default")
+        let word = Format::new(true, 9, 22).expect("a constant");
+        Self::new(16, 13, turn, word).expect("the data sheet's default")
     }
 }
 
@@ -126,8 +126,8 @@ impl Listed for TrigTable {
 
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         let trig = |int, frac| Format::new(true, int, frac).expect("at most 32 bits");
-        let [joint_1, ..] = Config::default().turns;
-        let [_, premium_1_5, _] = Config::premium_1_5().turns;
+        let [joint_1, ..] = Turn::PREMIUM_1_0;
+        let [_, premium_1_5, _] = Turn::PREMIUM_1_5;
         Ok(vec![
             ("joint_1", Self::new(16, 13, joint_1, trig(9, 22))?),
             ("premium_1_5", Self::new(16, 13, premium_1_5, trig(9, 22))?),

@@ -19,7 +19,7 @@ use std::sync::Arc;
 use hpu_signal::{Format, Word};
 
 use super::phase::Phase;
-use super::trig::{Trig, TrigOut, Wave};
+use super::{Trig, TrigOut, Wave};
 use crate::base::config::within;
 use crate::base::listed::{Given, Listed};
 use crate::base::words::{natural, nearest};

@@ -5,11 +5,28 @@ use std::sync::Arc;
 
 use hpu_signal::{Format, Word};
 
-use super::{Config, Turn};
 use crate::base::config::{NATURAL, within};
 use crate::base::listed::Given;
 use crate::base::words::{accept_trig, natural, parts};
 use crate::{ConfigError, Generic};
+
+/// The angle of one count as an exact fraction of a turn.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Turn {
+    /// Numerator.
+    pub num: u32,
+    /// Denominator.
+    pub den: u32,
+}
+
+impl Turn {
+    /// The three joints of the PHANToM Premium 1.0.
+    pub const PREMIUM_1_0: [Self; 3] =
+        [Self { num: 3, den: 92_000 }, Self { num: 1, den: 28_000 }, Self { num: 1, den: 28_000 }];
+    /// The three joints of the PHANToM Premium 1.5: encoders of 4096 counts behind ratios of 13.3, 11.2 and 11.2.
+    pub const PREMIUM_1_5: [Self; 3] =
+        [Self { num: 5, den: 272_384 }, Self { num: 5, den: 229_376 }, Self { num: 5, den: 229_376 }];
+}
 
 /// The phase of a count, in turns of `2^PHASE_WIDTH`, and the formats of the count and of the sines.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -135,8 +152,8 @@ impl Phase {
     /// narrow sines, and a long phase with fine sines.
     pub(crate) fn variants() -> [Self; 4] {
         let trig = |frac| Format::new(true, 1, frac).expect("at most 32 bits");
-        let [joint_1, joint_2, _] = Config::default().turns;
-        let [_, premium_1_5, _] = Config::premium_1_5().turns;
+        let [joint_1, joint_2, _] = Turn::PREMIUM_1_0;
+        let [_, premium_1_5, _] = Turn::PREMIUM_1_5;
         let short = Self { count_width: 10, width: 12, step: 5, trig: trig(14) };
         let long = Self { width: 44, trig: trig(30), ..Self::default() }.of(joint_2);
         [Self::default().of(joint_1), Self::default().of(premium_1_5), short, long]
