@@ -2,10 +2,10 @@
 
 use hpu_cosim::NetUse;
 
-use crate::canvas::{Anchor, Canvas, GRID, HEIGHT, INK, QUIET, WIDTH, text_width};
-use crate::panel::{Panel, around};
-use crate::series::{BLUE, Look, RUST, SAND};
-use crate::words::COMMAND;
+use crate::drawing::canvas::{Anchor, Canvas, GRID, HEIGHT, INK, QUIET, WIDTH, text_width};
+use crate::drawing::panel::{Panel, around};
+use crate::drawing::series::{BLUE, Look, RUST, SAND};
+use crate::drawing::words::COMMAND;
 use crate::{Picture, Run, conditions, nets, page};
 
 const RIGHT: i32 = WIDTH - 520;

@@ -9,7 +9,7 @@ use hpu_datapath::Instance;
 use hpu_signal::{Notation, Signal};
 use hpu_study::page::escaped;
 
-use crate::canvas::text_width;
+use crate::drawing::canvas::text_width;
 
 const SIZE: i32 = 11;
 const HEAD: i32 = 30;

@@ -5,9 +5,9 @@ use std::ops::Range;
 use hpu_cosim::scene::PhantomScene;
 use hpu_cosim::{PhantomSimulation, Simulation, Summary, Trace, Verdict};
 
-use crate::canvas::{Canvas, HEIGHT, QUIET, WIDTH};
-use crate::panel::{Panel, around};
-use crate::series::{BLUE, Look, ORANGE, SHADE};
+use crate::drawing::canvas::{Canvas, HEIGHT, QUIET, WIDTH};
+use crate::drawing::panel::{Panel, around};
+use crate::drawing::series::{BLUE, Look, ORANGE, SHADE};
 use crate::{Picture, page, rate, thinned};
 
 /// Length of the close-up of the end, in s.

@@ -4,10 +4,10 @@
 use hpu_study::widths::Field;
 use hpu_study::widths::search::{Found, Line};
 
-use crate::canvas::{Anchor, Canvas, GRID, HEIGHT, INK, QUIET, WIDTH};
-use crate::log_panel::through;
-use crate::panel::Panel;
-use crate::series::{BLACK, BLUE, GREEN, LILAC, Look, ORANGE, PURPLE, RUST, SHADE, Style, entry};
+use crate::drawing::canvas::{Anchor, Canvas, GRID, HEIGHT, INK, QUIET, WIDTH};
+use crate::drawing::log_panel::through;
+use crate::drawing::panel::Panel;
+use crate::drawing::series::{BLACK, BLUE, GREEN, LILAC, Look, ORANGE, PURPLE, RUST, SHADE, Style, entry};
 use crate::stiffness_by_cost::widths;
 use crate::{Picture, page};
 

@@ -2,9 +2,9 @@
 
 use hpu_study::fit::{Fit, percent};
 
-use crate::canvas::{Anchor, HEIGHT, INK, WIDTH};
-use crate::log_panel::{decades, log_panel};
-use crate::series::{BLUE, LILAC, Look, ORANGE, SHADE, entry, mark};
+use crate::drawing::canvas::{Anchor, HEIGHT, INK, WIDTH};
+use crate::drawing::log_panel::{decades, log_panel};
+use crate::drawing::series::{BLUE, LILAC, Look, ORANGE, SHADE, entry, mark};
 use crate::{Picture, page};
 
 /// The least error that has a place of its own, in percent; smaller ones stand at the foot.

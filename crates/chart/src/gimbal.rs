@@ -7,10 +7,10 @@ use hpu_cosim::scene::GimbalScene;
 use hpu_cosim::{FORCE, GimbalSimulation, RADIUS, Summary, Trace};
 use hpu_plant::arm::Gimbal;
 
-use crate::canvas::{Anchor, Canvas, HEIGHT, INK, QUIET, WIDTH};
+use crate::drawing::canvas::{Anchor, Canvas, HEIGHT, INK, QUIET, WIDTH};
+use crate::drawing::panel::{Panel, around, ticks};
+use crate::drawing::series::{BLACK, BLUE, GREEN, LILAC, Look, ORANGE, PURPLE, SAND, SKY, Style, TAUPE, mark};
 use crate::drop::column;
-use crate::panel::{Panel, around, ticks};
-use crate::series::{BLACK, BLUE, GREEN, LILAC, Look, ORANGE, PURPLE, SAND, SKY, Style, TAUPE, mark};
 use crate::{Picture, page, rate, thinned, verdict};
 
 /// The nets of a gimbal's loop that a trace must hold for its pictures, in this order; a run also writes them to its

@@ -3,31 +3,21 @@
 //! Texts use DejaVu Sans, which is embedded, so a picture is the same on every machine.
 
 mod bits;
-mod canvas;
 mod diagram;
+mod drawing;
 mod drop;
 mod error_by_width;
 mod fit;
-mod formats;
 mod gimbal;
-mod labels;
-mod ladder;
 mod limits;
-mod log_panel;
 mod map;
-mod map_frame;
 mod motion;
-mod panel;
+mod papers;
 mod ranges;
-mod series;
 mod side_by_side;
-mod sines;
 mod speed;
 mod stiffness_by_cost;
-mod table_2;
-mod velocities;
 pub mod web;
-mod words;
 
 use hpu_cosim::dut::DutSimulation;
 use hpu_cosim::scene::{Datapath, Loop, LoopWords, Scene};
@@ -38,24 +28,24 @@ use hpu_study::map::{Unseen, product_wraps, unseen_contact};
 
 use motion::Motion;
 
-use canvas::{Anchor, Canvas, HEIGHT, INK, QUIET, WIDTH, text_width};
+use drawing::canvas::{Anchor, Canvas, HEIGHT, INK, QUIET, WIDTH, text_width};
 
 pub use diagram::Diagram;
 pub use drop::drop_pictures;
 pub use error_by_width::error_by_width;
 pub use fit::fit;
-pub use formats::formats;
 pub use gimbal::{GIMBAL_NETS, gimbal_pictures};
-pub use ladder::ladder;
 pub use limits::limits;
 pub use map::map_pictures;
+pub use papers::formats::formats;
+pub use papers::ladder::ladder;
+pub use papers::sines::sines;
+pub use papers::table_2::{rms, table_2};
+pub use papers::velocities::{Estimate, velocities};
 pub use ranges::ranges;
 pub use side_by_side::side_by_side;
-pub use sines::sines;
 pub use speed::{shares, speed};
 pub use stiffness_by_cost::stiffness_by_cost;
-pub use table_2::{rms, table_2};
-pub use velocities::{Estimate, velocities};
 
 /// Returns the nets that a run's trace must hold for its pictures, in this order.
 pub fn nets(scene: &Scene) -> &'static [&'static str] {

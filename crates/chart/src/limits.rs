@@ -8,9 +8,9 @@ use hpu_study::criteria::Criterion;
 use hpu_study::limits::{Group, Limits, Unknown, WordsSet};
 use hpu_study::map::Axis;
 
-use crate::canvas::{Anchor, Canvas, GRID, HEIGHT, INK, QUIET, WIDTH};
-use crate::map_frame::marks;
-use crate::series::{BLACK, BLANK, BLUE, Look, MAROON, RUST, SAND, SKY, Style, entry, mark};
+use crate::drawing::canvas::{Anchor, Canvas, GRID, HEIGHT, INK, QUIET, WIDTH};
+use crate::drawing::map_frame::marks;
+use crate::drawing::series::{BLACK, BLANK, BLUE, Look, MAROON, RUST, SAND, SKY, Style, entry, mark};
 use crate::{Picture, dotted, page};
 
 const LEFT: i32 = 470;

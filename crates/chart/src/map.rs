@@ -8,9 +8,9 @@ use hpu_study::map::{
     predicted, unseen, wrapped,
 };
 
-use crate::canvas::{Anchor, Canvas, INK, QUIET, WIDTH, text_width};
-use crate::map_frame::frames;
-use crate::series::{
+use crate::drawing::canvas::{Anchor, Canvas, INK, QUIET, WIDTH, text_width};
+use crate::drawing::map_frame::frames;
+use crate::drawing::series::{
     BLACK, BLANK, BLUE, GREEN, LILAC, Look, MAROON, MAUVE, MINT, ORANGE, PURPLE, ROSE, RUST, SAND, SKY, Style, TAUPE,
     entry,
 };

@@ -1,9 +1,9 @@
 //! The pictures of the motion before the wall, and of the torque that pushes back.
 
-use crate::canvas::{Anchor, Canvas, HEIGHT, INK, QUIET, WIDTH};
-use crate::panel::{Panel, around};
-use crate::series::{BLUE, Look, ORANGE, PURPLE, RUST, SHADE, SKY, mark};
-use crate::words::{COMMAND, PENETRATION};
+use crate::drawing::canvas::{Anchor, Canvas, HEIGHT, INK, QUIET, WIDTH};
+use crate::drawing::panel::{Panel, around};
+use crate::drawing::series::{BLUE, Look, ORANGE, PURPLE, RUST, SHADE, SKY, mark};
+use crate::drawing::words::{COMMAND, PENETRATION};
 use crate::{Picture, Run, conditions, outcome, page};
 use std::ops::Range;
 

@@ -3,9 +3,9 @@
 use hpu_prove::ranges::Bound;
 use hpu_study::widths::{Measured, SignalRow};
 
-use crate::canvas::{Anchor, Canvas, GRID, INK, QUIET, WIDTH};
-use crate::panel::Panel;
-use crate::series::{BLUE, Look, ORANGE, RUST, SKY, entry};
+use crate::drawing::canvas::{Anchor, Canvas, GRID, INK, QUIET, WIDTH};
+use crate::drawing::panel::Panel;
+use crate::drawing::series::{BLUE, Look, ORANGE, RUST, SKY, entry};
 use crate::{Picture, page};
 
 const LEFT: i32 = 210;

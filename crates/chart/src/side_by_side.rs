@@ -2,12 +2,12 @@
 
 use hpu_signal::Format;
 
-use crate::canvas::{Anchor, HEIGHT, INK, WIDTH};
-use crate::labels::{self, Label, Surroundings};
+use crate::drawing::canvas::{Anchor, HEIGHT, INK, WIDTH};
+use crate::drawing::labels::{self, Label, Surroundings};
+use crate::drawing::panel::{Panel, around};
+use crate::drawing::series::{BLUE, Look, ORANGE, SAND, SHADE};
+use crate::drawing::words::{PENETRATION, SPRING};
 use crate::motion::{ANGLE, angle_label, wall};
-use crate::panel::{Panel, around};
-use crate::series::{BLUE, Look, ORANGE, SAND, SHADE};
-use crate::words::{PENETRATION, SPRING};
 use crate::{Picture, Run, outcome, page};
 
 /// Returns how hard the wall pushes, in PWM counts, over time.

@@ -5,7 +5,7 @@ mod plane;
 use hpu_study::accuracy::{Chart, Contestant, Entry, Grade, Share, Speed, front_of_shares, time};
 use hpu_study::map::{Map, outcome_name};
 
-use crate::series::{BLACK, BLUE, GREEN, LILAC, MAROON, ORANGE, PURPLE, Style, TAUPE};
+use crate::drawing::series::{BLACK, BLUE, GREEN, LILAC, MAROON, ORANGE, PURPLE, Style, TAUPE};
 use crate::{Picture, page};
 use plane::{Height, Inside, Spot, Words};
 

@@ -2,9 +2,9 @@
 
 use hpu_study::widths::search::{Found, RatedDesign};
 
-use crate::canvas::{Anchor, Canvas, HEIGHT, INK, QUIET, WIDTH, text_width};
-use crate::panel::{Panel, around};
-use crate::series::{BLUE, GREEN, Look, ORANGE, Style, TAUPE, mark};
+use crate::drawing::canvas::{Anchor, Canvas, HEIGHT, INK, QUIET, WIDTH, text_width};
+use crate::drawing::panel::{Panel, around};
+use crate::drawing::series::{BLUE, GREEN, Look, ORANGE, Style, TAUPE, mark};
 use crate::{Picture, dotted, page};
 
 /// Error, relative, that separates two colours.

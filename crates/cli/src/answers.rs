@@ -6,13 +6,13 @@
 use clap::Args;
 use serde_json::Value;
 
-pub use crate::exit::Failure;
 pub use crate::page::Answer;
-pub use crate::progress::Watch;
 pub use crate::run::{Finished, Recorded, finished as run, table, unseen};
 pub use crate::scene::{Named, first_sentence};
+pub use crate::shell::exit::Failure;
+pub use crate::shell::progress::Watch;
 pub use crate::waves::layout;
-use crate::{fit as fits, keys as all_keys, limits as sets, map as maps, modes, widths as bits};
+use crate::{fit as fits, keys as all_keys, limits as sets, map as maps, shell::modes, widths as bits};
 pub use hpu_study::told::energies;
 
 /// Maps a scene over two of its keys, as `hpu map`; `None` when stopped. `words` are the options.

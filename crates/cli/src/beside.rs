@@ -9,13 +9,13 @@ use hpu_papers::studies::summing::Sum;
 use hpu_study::units;
 use serde_json::{Value, json};
 
-use crate::exit::{Exit, Failure};
-use crate::files::Folder;
-use crate::interrupt;
-use crate::jobs::Jobs;
 use crate::journal;
 use crate::pictures::put;
-use crate::terminal::{print, print_json, tell, with_progress};
+use crate::shell::exit::{Exit, Failure};
+use crate::shell::files::Folder;
+use crate::shell::interrupt;
+use crate::shell::jobs::Jobs;
+use crate::shell::terminal::{print, print_json, tell, with_progress};
 use crate::work::Rows;
 
 /// Where to.

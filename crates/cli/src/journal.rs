@@ -10,10 +10,10 @@ use std::path::{Path, PathBuf};
 use hpu_rtl::temporary::{self, Temporary};
 use hpu_study::units::{self, JournalError, UnitResult};
 
-use crate::exit::{Failure, refused};
-use crate::files::not_a_link;
-use crate::program;
-use crate::terminal;
+use crate::shell::exit::{Failure, refused};
+use crate::shell::files::not_a_link;
+use crate::shell::program;
+use crate::shell::terminal;
 
 /// A journal that only this process writes to; without a folder, rows are not kept.
 pub struct Journal(Option<Kept>);

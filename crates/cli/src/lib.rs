@@ -3,46 +3,34 @@
 //! [`main`] is the command. [`answers`] gives the results of its verbs to programs that have no terminal.
 
 pub mod answers;
+mod shell;
 
 mod beside;
 mod block;
-mod cache;
 mod chart;
 mod check;
 mod cost;
 mod diff;
 mod document;
-mod exit;
 mod explore;
-mod files;
 mod fit;
-mod hdl;
-mod input;
-mod interrupt;
-mod jobs;
 mod journal;
 mod keys;
 mod limits;
-mod manual;
 mod map;
-mod modes;
 mod new;
 mod notation;
 mod page;
 mod parameters;
 mod pictures;
 mod price;
-mod program;
-mod progress;
 mod report;
 mod reproduce;
 mod run;
 mod scene;
-mod sha256;
 mod show;
 mod study;
 mod sweep;
-mod terminal;
 mod vectors;
 mod waves;
 mod widths;
@@ -54,7 +42,8 @@ use std::process::ExitCode;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
-use exit::{Exit, Failure};
+use crate::shell::exit::{Exit, Failure, refused};
+use crate::shell::{interrupt, manual, modes, progress, terminal};
 use hpu_rtl::temporary;
 use hpu_study::quantities as units;
 
@@ -183,7 +172,7 @@ fn again(words: &[String]) -> Result<study::Call, clap::Error> {
 
 fn ended(done: Result<Exit, Failure>) -> ExitCode {
     // Where a part of a result is a refusal alone, there is no result.
-    let done = match (done, exit::refused()) {
+    let done = match (done, refused()) {
         (Ok(_), Some(refusal)) => Err(refusal),
         (Err(failure), Some(_)) => Err(Failure::usage(failure)),
         (done, None) => done,

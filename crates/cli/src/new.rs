@@ -7,10 +7,10 @@ use hpu_cosim::scene::keys::{Takes, rows};
 use hpu_cosim::scene::{BEGINNINGS, Begin, Experiment, Resolved, ValueSource, WRITTEN_BY_NEW, as_scene, resolved};
 use hpu_cosim::{PlainName, excerpt};
 
-use crate::exit::{Exit, Failure};
-use crate::files::Folder;
 use crate::scene::quoted;
-use crate::terminal::print;
+use crate::shell::exit::{Exit, Failure};
+use crate::shell::files::Folder;
+use crate::shell::terminal::print;
 
 /// Write a scene to begin with
 ///

@@ -6,8 +6,8 @@ use hpu_chart::Picture;
 use hpu_study::page::Page;
 use serde_json::json;
 
-use crate::exit::Failure;
-use crate::terminal::{print, print_json, verdict};
+use crate::shell::exit::Failure;
+use crate::shell::terminal::{print, print_json, verdict};
 
 /// A page, and the pictures of the same result.
 pub struct Answer {

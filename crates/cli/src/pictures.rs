@@ -2,8 +2,8 @@
 
 use hpu_chart::Picture;
 
-use crate::exit::Failure;
-use crate::files::Folder;
+use crate::shell::exit::Failure;
+use crate::shell::files::Folder;
 
 /// Writes a picture as SVG and as PNG.
 pub fn put(Picture { name, svg, png, .. }: &Picture, folder: &mut Folder) -> Result<(), Failure> {

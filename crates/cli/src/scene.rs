@@ -8,8 +8,8 @@ use serde_json::json;
 
 pub use hpu_study::command::{quoted, set_options};
 
-use crate::exit::{Exit, Failure};
-use crate::terminal::{print, print_file, print_json};
+use crate::shell::exit::{Exit, Failure};
+use crate::shell::terminal::{print, print_file, print_json};
 
 /// List the shipped scenes
 #[derive(Args)]

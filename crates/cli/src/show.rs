@@ -4,10 +4,10 @@ use hpu_cosim::SceneFile;
 use hpu_cosim::scene::{ChangedDefault, Experiment, Resolved, ValueSource, as_scene, changed_defaults, resolved};
 use serde_json::{Value, json};
 
-use crate::exit::{Exit, Failure};
 use crate::parameters::as_json;
 use crate::scene::{Set, quoted, set_options, source};
-use crate::terminal::{print_file, print_json, tell};
+use crate::shell::exit::{Exit, Failure};
+use crate::shell::terminal::{print_file, print_json, tell};
 
 /// Look into a scene
 #[derive(clap::Args)]

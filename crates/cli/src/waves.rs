@@ -8,8 +8,8 @@ use hpu_rtl::Around;
 use hpu_signal::{Clock, Cycle, Observe, UNKNOWN};
 use hpu_wave::{Layout, WaveFile, fst_aside, gtkw, mismatch_gtkw, mismatch_vcd, sucl, vcd_aside};
 
-use crate::exit::Failure;
-use crate::files::Folder;
+use crate::shell::exit::Failure;
+use crate::shell::files::Folder;
 
 const FST: &str = "wave.fst";
 const VCD: &str = "wave.vcd";

@@ -10,8 +10,8 @@ use hpu_study::page::Value;
 use hpu_study::sweep::{Points, Schema};
 use hpu_study::units::UnitResult;
 
-use crate::exit::Failure;
 use crate::scene;
+use crate::shell::exit::Failure;
 
 /// Rows by the numbers of their points.
 pub type Rows = BTreeMap<usize, UnitResult>;

@@ -18,12 +18,12 @@ use std::fmt;
 use std::sync::OnceLock;
 
 use crate::Bridge;
-use crate::double::Double;
-use crate::guard::Guard;
-use crate::linear::Linear;
-use crate::matrix::{CURRENT, Matrix, SPEED};
-use crate::period::Period;
-use crate::reversal::Reversal;
+use crate::flow::double::Double;
+use crate::flow::guard::Guard;
+use crate::flow::linear::Linear;
+use crate::flow::matrix::{CURRENT, Matrix, SPEED};
+use crate::flow::period::Period;
+use crate::flow::reversal::Reversal;
 
 /// A brushed DC motor with everything that turns with it.
 #[derive(Clone, Copy, PartialEq, Debug)]

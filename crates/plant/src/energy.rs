@@ -1,9 +1,9 @@
 //! The energy audit: every flow is integrated by itself, and none is computed as a difference of others.
 
-use crate::double::{Doubles, two_sum};
-use crate::lanes::{Array, Four, Lanes};
-use crate::leap::Integrals;
-use crate::matrix::{ANGLE, CURRENT, INTENT, SPEED, State};
+use crate::flow::double::{Doubles, two_sum};
+use crate::flow::lanes::{Array, Four, Lanes};
+use crate::flow::leap::Integrals;
+use crate::flow::matrix::{ANGLE, CURRENT, INTENT, SPEED, State};
 
 const SOURCE: usize = 0;
 const HAND: usize = 1;
@@ -278,7 +278,7 @@ pub(crate) fn stored_j(inductance_h: f64, inertia_kg_m2: f64, x: &State) -> f64 
 #[cfg(test)]
 mod tests {
     use super::Sums;
-    use crate::lanes::{Array, Lanes};
+    use crate::flow::lanes::{Array, Lanes};
 
     /// Terms of very different sizes, summed beside them as integers: multiples of 2⁻⁷².
     #[test]

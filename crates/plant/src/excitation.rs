@@ -3,7 +3,7 @@
 use crate::axis::{Axis, Hand};
 use crate::device::{Device, Drive, REALS};
 use crate::energy::{Energy, stored_j};
-use crate::matrix::{ANGLE, CURRENT, INTENT, SPEED, State};
+use crate::flow::matrix::{ANGLE, CURRENT, INTENT, SPEED, State};
 use crate::{Bridge, Circuit};
 
 /// The drive of an axis over one step: its circuit at the step's start, and the hand's speed.

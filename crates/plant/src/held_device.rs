@@ -6,12 +6,12 @@
 //! of any other length.
 
 use crate::axis::Shaft;
-use crate::double::{Double, Product, versions};
 use crate::energy::{Energy, Powers};
-use crate::guard::dyadic;
-use crate::leap::{Integrals, Leap, Quadrature};
-use crate::linear::{Linear, Stride};
-use crate::matrix::{ANGLE, CURRENT, SPEED, State, dot, plus, sizes};
+use crate::flow::double::{Double, Product, versions};
+use crate::flow::guard::dyadic;
+use crate::flow::leap::{Integrals, Leap, Quadrature};
+use crate::flow::linear::{Linear, Stride};
+use crate::flow::matrix::{ANGLE, CURRENT, SPEED, State, dot, plus, sizes};
 use crate::{Bridge, Circuit, Device, Drive};
 
 /// The map of a step in one mode.

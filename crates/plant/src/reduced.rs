@@ -3,7 +3,7 @@
 //! Without inductance the current is `i = (V - K ω) / R`, a function of the speed. In the exact flow it stays a state:
 //! its row of `A` is `-K / R` times the speed's, and it jumps when the voltage does.
 
-use crate::double::Double;
+use crate::flow::double::Double;
 use crate::{Axis, AxisError};
 
 impl Axis {

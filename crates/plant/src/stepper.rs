@@ -17,7 +17,7 @@
 use crate::axis::{Axis, Hand};
 use crate::energy::Energy;
 use crate::excitation::Excitation;
-use crate::matrix::{ANGLE, CURRENT, INTENT, SPEED, State};
+use crate::flow::matrix::{ANGLE, CURRENT, INTENT, SPEED, State};
 
 /// A method of integration.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

@@ -5,10 +5,10 @@ use std::ops::Range;
 use plotters::style::WHITE;
 
 use crate::Marker;
-use crate::canvas::{Anchor, Canvas, GRID, HEIGHT, INK, QUIET, WIDTH, text_width};
-use crate::labels::{self, Area, Label, Surroundings};
-use crate::panel::Panel;
-use crate::series::{BLACK, Look, SAND, SHADE, Style, entry, mark};
+use crate::drawing::canvas::{Anchor, Canvas, GRID, HEIGHT, INK, QUIET, WIDTH, text_width};
+use crate::drawing::labels::{self, Area, Label, Surroundings};
+use crate::drawing::panel::Panel;
+use crate::drawing::series::{BLACK, Look, SAND, SHADE, Style, entry, mark};
 
 /// Vertical position of a spot.
 #[derive(Clone, Copy, PartialEq, Debug)]

@@ -6,7 +6,7 @@ use hpu_datapath::AnyBlock;
 use hpu_signal::Signal;
 use hpu_study::page::csv_line;
 
-use crate::exit::Failure;
+use crate::shell::exit::Failure;
 
 /// A table with its columns.
 #[derive(Debug)]

@@ -11,11 +11,11 @@ use hpu_signal::{Notation, Signal};
 use hpu_study::page::{Cell, Column, Page, Table};
 use serde_json::{Value, json};
 
-use crate::exit::{Exit, Failure};
-use crate::input::{read_stdin, read_text};
 use crate::notation::{Written, triple};
 use crate::page::show;
-use crate::terminal::{print_file, print_json};
+use crate::shell::exit::{Exit, Failure};
+use crate::shell::input::{read_stdin, read_text};
+use crate::shell::terminal::{print_file, print_json};
 
 use csv::Ticked;
 

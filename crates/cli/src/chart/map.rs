@@ -11,12 +11,12 @@ use serde_json::json;
 
 use crate::chart::Args;
 use crate::chart::page::{named, speed};
-use crate::exit::{Exit, Failure};
-use crate::files::Folder;
 use crate::journal;
 use crate::page::show;
-use crate::terminal::with_progress;
-use crate::{interrupt, page, pictures};
+use crate::shell::exit::{Exit, Failure};
+use crate::shell::files::Folder;
+use crate::shell::terminal::with_progress;
+use crate::{page, pictures, shell::interrupt};
 
 /// Runs `hpu chart --x --y`.
 pub fn run(args: &Args, source: &SceneFile, race: Race, axes: (Axis, Axis)) -> Result<Exit, Failure> {

@@ -10,13 +10,13 @@ use hpu_cosim::SceneFile;
 use hpu_study::accuracy::{Chart, Entry, Plan, Race, RaceError};
 use hpu_study::map::Axis;
 
-use crate::exit::{Exit, Failure};
-use crate::files::Folder;
-use crate::jobs::Jobs;
 use crate::page::show;
 use crate::scene::{self, quoted, set_options};
-use crate::terminal::with_progress;
-use crate::{interrupt, pictures};
+use crate::shell::exit::{Exit, Failure};
+use crate::shell::files::Folder;
+use crate::shell::jobs::Jobs;
+use crate::shell::terminal::with_progress;
+use crate::{pictures, shell::interrupt};
 
 /// Chart speed against accuracy for every way to run a scene
 ///

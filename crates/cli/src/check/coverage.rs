@@ -8,8 +8,8 @@ use hpu_rtl::formal::Proofs;
 use hpu_rtl::{CheckReport, CheckRow, Moved, Setup};
 use hpu_study::page::{Cell, Column, Field, Page, Table, escaped};
 
-use crate::cache::cache_folder;
 use crate::document::{Content, Document, Section};
+use crate::shell::cache::cache_folder;
 
 /// The names of blocks and configurations that are proved for all inputs and states, with the solvers; or why that is
 /// not known.

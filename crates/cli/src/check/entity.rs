@@ -9,10 +9,10 @@ use hpu_rtl::CheckReport;
 use hpu_rtl::entity::{Entity, EntityError, Link};
 
 use crate::check::{Args, Shown, fields};
-use crate::exit::{Exit, Failure};
-use crate::interrupt;
 use crate::scene::pair;
-use crate::terminal::tell;
+use crate::shell::exit::{Exit, Failure};
+use crate::shell::interrupt;
+use crate::shell::terminal::tell;
 
 /// A block of your own, held against one of these: its files stand in the place of BLOCKS
 #[derive(clap::Args)]

@@ -15,13 +15,13 @@ use hpu_study::page::{Cell, Column, Field, Page, Table};
 use serde_json::{Value, json};
 
 use crate::block::{find, known, known_to_proofs};
-use crate::exit::{Exit, Failure};
-use crate::files::{Folder, Single};
-use crate::jobs::Jobs;
 use crate::scene::{self, Loaded};
-use crate::terminal::{print, print_json, tell, verdict, with_progress};
+use crate::shell::exit::{Exit, Failure};
+use crate::shell::files::{Folder, Single};
+use crate::shell::jobs::Jobs;
+use crate::shell::terminal::{print, print_json, tell, verdict, with_progress};
 use crate::waves::waveform;
-use crate::{hdl, interrupt};
+use crate::{shell::hdl, shell::interrupt};
 
 use entity::Theirs;
 

@@ -13,14 +13,14 @@ use hpu_rtl::formal::{Part, Proof, ProofError, Proofs, Prover, Verdict};
 use hpu_study::page::{Cell, Column, Field, Page, Table};
 use serde_json::{Value, json};
 
-use crate::cache::{cache_folder, path};
 use crate::check::Args;
 use crate::check::entity;
-use crate::exit::{Exit, Failure};
-use crate::files::Folder;
-use crate::interrupt;
 use crate::scene::Loaded;
-use crate::terminal::{print, print_json, tell, verdict, with_progress};
+use crate::shell::cache::{cache_folder, path};
+use crate::shell::exit::{Exit, Failure};
+use crate::shell::files::Folder;
+use crate::shell::interrupt;
+use crate::shell::terminal::{print, print_json, tell, verdict, with_progress};
 use crate::waves::waveform;
 
 /// The time that a solver has for a question, unless another time for tools is given.

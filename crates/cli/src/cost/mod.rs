@@ -11,15 +11,15 @@ use hpu_study::units;
 use serde_json::{Value, json};
 
 use crate::block::{find, known, labels};
-use crate::cache::{Remember, or_reason};
-use crate::exit::{Exit, Failure};
-use crate::files::Folder;
-use crate::jobs::Jobs;
 use crate::page::show;
 use crate::price::{self, placed};
 use crate::scene::{self, Loaded};
-use crate::terminal::{print, print_json, verdict, with_progress};
-use crate::{hdl, interrupt};
+use crate::shell::cache::{Remember, or_reason};
+use crate::shell::exit::{Exit, Failure};
+use crate::shell::files::Folder;
+use crate::shell::jobs::Jobs;
+use crate::shell::terminal::{print, print_json, verdict, with_progress};
+use crate::{shell::hdl, shell::interrupt};
 
 /// Synthesise a block with Yosys and place it with nextpnr: cells and speed in an iCE40 HX8K
 ///

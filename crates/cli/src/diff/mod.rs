@@ -7,9 +7,9 @@ use hpu_study::fit::percent;
 use hpu_study::page::{Cell, Column, Page, Table, Value};
 use serde_json::Value as Json;
 
-use crate::exit::{Exit, Failure};
-use crate::input::read_text;
 use crate::page::show;
+use crate::shell::exit::{Exit, Failure};
+use crate::shell::input::read_text;
 use crate::{fit, run};
 
 /// Compare two results, value by value

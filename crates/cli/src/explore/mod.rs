@@ -7,10 +7,10 @@ use std::path::{Path, PathBuf};
 use hpu_study::map::SceneText;
 use serde_json::{Map, Value, json};
 
-use crate::exit::{Exit, Failure};
-use crate::files::Single;
 use crate::scene::{self, Set};
-use crate::terminal::print;
+use crate::shell::exit::{Exit, Failure};
+use crate::shell::files::Single;
+use crate::shell::terminal::print;
 
 /// Write a page that runs scenes in a browser
 ///

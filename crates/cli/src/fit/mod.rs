@@ -10,15 +10,15 @@ use hpu_study::page::{Column, Field, Page, Table};
 use hpu_study::timing::Spread;
 use serde_json::{Value, json};
 
-use crate::exit::{Exit, Failure};
-use crate::files::Folder;
 use crate::page::{self as pages, show};
 use crate::parameters::{missed_object, stiffness_missed};
-use crate::progress::{self, Watch};
 use crate::scene::{self, set_options};
-use crate::terminal::{print, print_json, verdict};
+use crate::shell::exit::{Exit, Failure};
+use crate::shell::files::Folder;
+use crate::shell::progress::{self, Watch};
+use crate::shell::terminal::{print, print_json, verdict};
 use crate::units::si;
-use crate::{interrupt, pictures};
+use crate::{pictures, shell::interrupt};
 
 /// Find the least model of a scene whose outputs stay within a tolerance of the scene's own
 ///

@@ -7,10 +7,10 @@ use hpu_cosim::scene::keys::{KeyRow, Otherwise, Takes, grouped, markdown, rows};
 use hpu_study::page::{Cell, Column, Field, Page, Table};
 use serde_json::{Value, json};
 
-use crate::exit::{Exit, Failure};
 use crate::page::show;
 use crate::parameters::as_json;
-use crate::terminal::{print_file, print_json};
+use crate::shell::exit::{Exit, Failure};
+use crate::shell::terminal::{print_file, print_json};
 
 use schema::schema;
 

@@ -13,13 +13,13 @@ use hpu_study::map::{CellError, SceneText};
 use hpu_study::page::Page;
 use hpu_study::{ToldLimits, device};
 
-use crate::exit::{Exit, Failure};
-use crate::files::Folder;
-use crate::jobs::Jobs;
 use crate::page::{self as pages, Answer, show};
-use crate::progress::Watch;
 use crate::scene::{self, quoted, set_options};
-use crate::{hdl, interrupt, pictures};
+use crate::shell::exit::{Exit, Failure};
+use crate::shell::files::Folder;
+use crate::shell::jobs::Jobs;
+use crate::shell::progress::Watch;
+use crate::{pictures, shell::hdl, shell::interrupt};
 
 /// Tell at which stiffnesses a scene's wall settles: by its linear loop, in words, and by published criteria
 ///

@@ -8,7 +8,7 @@ use hpu_study::page::Value;
 use hpu_study::sweep::{Points, Schema};
 
 use super::Args;
-use crate::exit::Failure;
+use crate::shell::exit::Failure;
 use crate::work::{Find, Rows, Take, Work};
 
 /// The cells of a map.

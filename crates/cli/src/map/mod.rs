@@ -17,15 +17,15 @@ use hpu_cosim::scene::{Experiment, Loop};
 use hpu_study::map::{self as study, Axis, CellLimits, Curves, Found, Map, Method, Plan};
 use hpu_study::units::UnitResult;
 
-use crate::exit::{Exit, Failure};
-use crate::files::Folder;
-use crate::jobs::Jobs;
 use crate::journal;
 use crate::page::{Answer, show};
-use crate::progress::Watch;
 use crate::scene::{self, quoted, set_options};
+use crate::shell::exit::{Exit, Failure};
+use crate::shell::files::Folder;
+use crate::shell::jobs::Jobs;
+use crate::shell::progress::Watch;
 use crate::work::Rows;
-use crate::{hdl, interrupt, pictures};
+use crate::{pictures, shell::hdl, shell::interrupt};
 
 pub use cells::Cells;
 

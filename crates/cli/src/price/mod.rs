@@ -14,9 +14,9 @@ use hpu_signal::Format;
 use hpu_study::units::on_threads;
 use hpu_study::widths::settling::{Settling, settling};
 
-use crate::cache::or_reason;
-use crate::exit::Failure;
-use crate::terminal::with_progress;
+use crate::shell::cache::or_reason;
+use crate::shell::exit::Failure;
+use crate::shell::terminal::with_progress;
 
 /// The price of a loop in the widths of its scene.
 pub struct Price {

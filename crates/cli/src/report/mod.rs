@@ -9,11 +9,11 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 
-use crate::exit::{Exit, Failure};
-use crate::files::Single;
-use crate::interrupt;
 use crate::scene::{Named, Set, source};
-use crate::terminal::print;
+use crate::shell::exit::{Exit, Failure};
+use crate::shell::files::Single;
+use crate::shell::interrupt;
+use crate::shell::terminal::print;
 use crate::units::si;
 
 use crate::document::Document;

@@ -12,10 +12,10 @@ use super::folder;
 use super::scene::SceneReport;
 use crate::answers;
 use crate::document::Content;
-use crate::exit::Failure;
 use crate::page::Answer;
-use crate::progress::{Watch, doing};
 use crate::scene::quoted;
+use crate::shell::exit::Failure;
+use crate::shell::progress::{Watch, doing};
 use crate::{check, cost};
 
 /// Returns the parts of a scene: those in the folder, and those that were asked for; `None` when interrupted.

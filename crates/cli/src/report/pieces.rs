@@ -11,9 +11,9 @@ use hpu_cosim::{AnySimulation, Simulation, Wired, WiredSimulation};
 use hpu_signal::{Cycle, Observe, Real, Signal, UNKNOWN};
 use serde_json::{Value, json};
 
-use crate::progress::Watch;
 use crate::run::drawn_nets;
 use crate::run::overflow::Overflows;
+use crate::shell::progress::Watch;
 
 /// Most changes of a signal that a report holds.
 const CHANGES: usize = 60_000;

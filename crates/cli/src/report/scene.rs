@@ -11,13 +11,13 @@ use super::Part;
 use super::pieces::Pieces;
 use crate::diff;
 use crate::document::{Content, Document, Section, data};
-use crate::exit::Failure;
-use crate::hdl::Vhdl;
 use crate::parameters::as_json;
-use crate::progress::Watch;
 use crate::run::{Finished, finished, unseen};
 use crate::scene::{Named, quoted, set_options};
-use crate::sha256;
+use crate::shell::exit::Failure;
+use crate::shell::hdl::Vhdl;
+use crate::shell::progress::Watch;
+use crate::shell::sha256;
 
 /// A scene that was run, with all that the report tells of it.
 pub struct SceneReport {

@@ -10,12 +10,12 @@ use hpu_study::phantom::workspace::Workspace;
 use serde_json::{Value, json};
 
 use crate::beside::claim;
-use crate::exit::{Exit, Failure};
-use crate::files::Folder;
 use crate::notation::Written;
 use crate::notation::triple;
 use crate::pictures;
-use crate::terminal::{print, print_json};
+use crate::shell::exit::{Exit, Failure};
+use crate::shell::files::Folder;
+use crate::shell::terminal::{print, print_json};
 
 /// Where to.
 #[derive(clap::Args)]

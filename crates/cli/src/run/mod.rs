@@ -31,16 +31,16 @@ use hpu_study::page::Page;
 use hpu_wave::differs;
 use serde_json::{Value, json};
 
-use crate::exit::{Exit, Failure};
-use crate::files::{Folder, Single};
 use crate::notation::Written;
 use crate::page::show;
 use crate::parameters::{self, Said};
-use crate::progress::Watch;
 use crate::scene::{self, Loaded, quoted};
-use crate::terminal::verdict;
+use crate::shell::exit::{Exit, Failure};
+use crate::shell::files::{Folder, Single};
+use crate::shell::progress::Watch;
+use crate::shell::terminal::verdict;
 use crate::waves::Waves;
-use crate::{fit, hdl, interrupt};
+use crate::{fit, shell::hdl, shell::interrupt};
 
 use device::shown;
 use nets::{NetComparison, Pairs};

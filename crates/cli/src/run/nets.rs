@@ -10,8 +10,8 @@ use hpu_signal::{Cycle, Observe, Signal, UNKNOWN};
 use hpu_study::page::{Cell, Column, Page, Table};
 use serde_json::{Value, json};
 
-use crate::exit::Failure;
-use crate::terminal::verdict;
+use crate::shell::exit::Failure;
+use crate::shell::terminal::verdict;
 use crate::units::si;
 
 /// Rows that are shown before a difference.

@@ -16,7 +16,7 @@ use crate::notation::triple;
 use crate::run::contact;
 use crate::run::device::shown;
 use crate::run::{Ran, table};
-use crate::terminal::verdict;
+use crate::shell::terminal::verdict;
 use crate::units::{percent, si};
 use crate::{fit, page as pages, parameters};
 

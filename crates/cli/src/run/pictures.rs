@@ -3,11 +3,11 @@
 use hpu_chart as chart;
 use hpu_cosim::{AnySimulation, AxisSimulation, WiredSimulation};
 
-use crate::exit::Failure;
-use crate::files::Folder;
 use crate::pictures::put;
 use crate::run::Ran;
 use crate::run::device::shown;
+use crate::shell::exit::Failure;
+use crate::shell::files::Folder;
 
 /// Draws the pictures, and writes each as SVG and as PNG.
 pub fn write(ran: &Ran, command: &str, folder: &mut Folder) -> Result<(), Failure> {

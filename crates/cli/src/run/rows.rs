@@ -14,9 +14,9 @@ use hpu_signal::{Cycle, Observe, Signal};
 use hpu_study::trace_table::{TraceColumns, TraceTable};
 use hpu_wave::differs;
 
-use crate::exit::Failure;
-use crate::files::Folder;
-use crate::terminal;
+use crate::shell::exit::Failure;
+use crate::shell::files::Folder;
+use crate::shell::terminal;
 use crate::units::si;
 
 const CSV: &str = "trace.csv";

@@ -13,10 +13,10 @@ use hpu_study::map::SceneText;
 use serde_json::json;
 
 use crate::beside;
-use crate::exit::{Exit, Failure};
-use crate::input::read_text;
 use crate::scene::quoted;
-use crate::terminal::{gathered, print_json};
+use crate::shell::exit::{Exit, Failure};
+use crate::shell::input::read_text;
+use crate::shell::terminal::{gathered, print_json};
 use crate::work::on_disk;
 
 pub use lines::study as read;

@@ -10,7 +10,7 @@ use hpu_study::page::{Column, ParquetFile};
 use hpu_study::sweep::{Damage, Schema, unseal};
 
 use super::manifest::Planned;
-use crate::exit::Failure;
+use crate::shell::exit::Failure;
 use crate::work::{Rows, Work};
 
 /// The name of the gathered file.

@@ -10,9 +10,9 @@ use hpu_study::sweep::{GROUP_ROWS, SEAL, Schema, UNSEALED, seal};
 
 use super::files::{GATHERED, Unusable, check, said};
 use super::manifest::{Planned, put};
-use crate::exit::{Exit, Failure};
-use crate::interrupt;
 use crate::page::show;
+use crate::shell::exit::{Exit, Failure};
+use crate::shell::interrupt;
 use crate::work::Work;
 
 /// The name of the gathered rows as CSV, where they are few.

@@ -19,9 +19,9 @@ use super::manifest::Planned;
 use super::plan::{self, Asked};
 use super::shard::{journal_of, not_started, own_shard, told};
 use super::status::progress;
-use crate::exit::{Exit, Failure};
-use crate::interrupt;
-use crate::progress::with_progress;
+use crate::shell::exit::{Exit, Failure};
+use crate::shell::interrupt;
+use crate::shell::progress::with_progress;
 
 /// How often a shard's process may end without a new row before the command gives up.
 const DEATHS: u32 = 8;

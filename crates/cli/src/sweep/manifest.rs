@@ -14,9 +14,9 @@ use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 
 use super::work::work;
-use crate::exit::Failure;
-use crate::program;
-use crate::sha256::{self, hex};
+use crate::shell::exit::Failure;
+use crate::shell::program;
+use crate::shell::sha256::{self, hex};
 use crate::work::{Find, Source, Work};
 
 /// The version of the manifest's format.

@@ -14,10 +14,10 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 use crate::answers::read_words;
-use crate::exit::{Exit, Failure};
-use crate::jobs::Jobs;
 use crate::map::Cells;
 use crate::reproduce::drop::{self, Name, Trials};
+use crate::shell::exit::{Exit, Failure};
+use crate::shell::jobs::Jobs;
 use crate::study::Lines;
 use crate::{map, study, widths};
 use clap::{Command, Subcommand};

@@ -13,10 +13,10 @@ use hpu_study::sweep::Points;
 use super::files::gathered;
 use super::manifest::{MOST_POINTS, Manifest, Planned};
 use super::work::{self, LINES, SECTIONS, splittable};
-use crate::exit::{Exit, Failure};
 use crate::page::show;
+use crate::shell::exit::{Exit, Failure};
 use crate::work::{Rows, Work, on_disk};
-use crate::{interrupt, program, study};
+use crate::{shell::interrupt, shell::program, study};
 
 /// Most points that are run to measure what a point costs, and the share of all points that they are at most.
 const SAMPLE: u64 = 16;

@@ -21,12 +21,12 @@ use hpu_study::units::UnitResult;
 
 use super::files::{before, check, said};
 use super::manifest::{Planned, put};
-use crate::exit::{Exit, Failure};
-use crate::files::not_a_link;
 use crate::page::show;
-use crate::terminal::print_file;
+use crate::shell::exit::{Exit, Failure};
+use crate::shell::files::not_a_link;
+use crate::shell::terminal::print_file;
 use crate::work::{Rows, Work};
-use crate::{interrupt, journal};
+use crate::{journal, shell::interrupt};
 
 /// How often a point may end the process that runs it alone.
 const DEATHS: u32 = 3;

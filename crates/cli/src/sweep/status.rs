@@ -7,8 +7,8 @@ use hpu_study::page::{Cell, Column, Page, Table};
 
 use super::files::GATHERED;
 use super::manifest::Planned;
-use crate::exit::{Exit, Failure};
 use crate::page::show;
+use crate::shell::exit::{Exit, Failure};
 
 /// A wave's shards by their states.
 pub struct Progress {

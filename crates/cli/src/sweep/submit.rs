@@ -20,12 +20,12 @@ use super::local::{shards, waited};
 use super::manifest::Planned;
 use super::status::progress;
 use super::{plan, status};
-use crate::exit::{Exit, Failure};
-use crate::hdl::seconds;
-use crate::interrupt;
 use crate::page::show;
 use crate::scene::quoted;
-use crate::terminal::print_file;
+use crate::shell::exit::{Exit, Failure};
+use crate::shell::hdl::seconds;
+use crate::shell::interrupt;
+use crate::shell::terminal::print_file;
 
 /// Hand the shards that are not done to a scheduler
 ///

@@ -10,10 +10,10 @@ use hpu_datapath::{AnyBlock, block_names, registry, variants_of};
 use hpu_rtl::{Memory, Origin, Source, Vectors, scene_vectors, stimuli, write_committed};
 
 use crate::block::known;
-use crate::exit::{Exit, Failure};
-use crate::files::Folder;
 use crate::scene::{self, Loaded};
-use crate::terminal::{print, print_file};
+use crate::shell::exit::{Exit, Failure};
+use crate::shell::files::Folder;
+use crate::shell::terminal::{print, print_file};
 
 use verify::verify;
 

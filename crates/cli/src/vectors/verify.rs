@@ -7,10 +7,10 @@ use hpu_cosim::{PlainName, excerpt};
 use hpu_datapath::{AnyBlock, variants};
 use hpu_rtl::{Around, Header, Stimulus, Vectors, around_in_file, row_line};
 
-use crate::exit::{Exit, Failure};
-use crate::files::Folder;
-use crate::input::read_text;
-use crate::terminal::{print, verdict};
+use crate::shell::exit::{Exit, Failure};
+use crate::shell::files::Folder;
+use crate::shell::input::read_text;
+use crate::shell::terminal::{print, verdict};
 use crate::waves::waveform;
 
 /// The model that answers the rows of a file.

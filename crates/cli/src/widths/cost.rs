@@ -6,10 +6,10 @@ use hpu_rtl::{Cache, Counts, Setup};
 use hpu_study::device;
 use hpu_study::widths::Field;
 
-use crate::cache::or_reason;
-use crate::exit::Failure;
-use crate::interrupt;
 use crate::price::syntheses;
+use crate::shell::cache::or_reason;
+use crate::shell::exit::Failure;
+use crate::shell::interrupt;
 
 /// LUT4 and flip-flops that one more bit of a width costs in the whole loop, or the reason why there is no such loop.
 pub type OneMore = Result<[i64; 2], String>;

@@ -16,18 +16,18 @@ use hpu_signal::Notation;
 use hpu_study::widths::{Field, Measured, Recommended, by_range, measured, random, recommend, together};
 use hpu_study::{ToldTables, device};
 
-use crate::cache::Remember;
-use crate::exit::{Exit, Failure};
-use crate::files::Folder;
-use crate::jobs::Jobs;
 use crate::notation::Written;
 use crate::page::{Answer, show};
 use crate::parameters::stiffness_missed;
 use crate::price::{self, Price};
-use crate::progress::Watch;
 use crate::scene::{self, Named, set_options};
+use crate::shell::cache::Remember;
+use crate::shell::exit::{Exit, Failure};
+use crate::shell::files::Folder;
+use crate::shell::jobs::Jobs;
+use crate::shell::progress::Watch;
 use crate::work::{Find, Rows};
-use crate::{fit, hdl, interrupt, pictures};
+use crate::{fit, pictures, shell::hdl, shell::interrupt};
 
 use cost::{OneMore, one_more};
 use proved::{Proved, proved};

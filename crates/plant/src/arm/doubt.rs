@@ -6,8 +6,8 @@
 
 use super::ArmMotion;
 use super::links::Links;
-use super::polynomial::{Lanes, derivatives};
 use super::series::Series;
+use crate::flow::polynomial::{Lanes, derivatives};
 
 /// Rounding of a term, as a share of the greatest number in its sum.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;

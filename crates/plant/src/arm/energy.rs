@@ -2,11 +2,11 @@
 
 use super::finger::{FORCE, SPEED, Touch};
 use super::links::Links;
-use super::polynomial::{Coefficients, Lanes, convolved, value};
 use super::series::{Series, Start};
 use super::{Arm, Joints};
-use crate::double::{Product, versions};
-use crate::lanes::Lanes as _;
+use crate::flow::double::{Product, versions};
+use crate::flow::lanes::Lanes as _;
+use crate::flow::polynomial::{Coefficients, Lanes, convolved, value};
 
 /// Energy flows since the start, in J.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
@@ -120,7 +120,7 @@ impl<L: Links> Arm<L> {
 #[cfg(test)]
 mod tests {
     use super::ArmEnergy;
-    use crate::arm::polynomial::{Coefficients, ORDER};
+    use crate::flow::polynomial::{Coefficients, ORDER};
 
     #[test]
     fn integrals_of_products_are_those_of_polynomials_in_the_lanes_of_any_processor() {
@@ -145,7 +145,10 @@ mod tests {
             assert!(is_right(ArmEnergy::integral_native(&a, &b, 4, t)), "{t}");
             #[cfg(target_arch = "x86_64")]
             {
-                assert!(crate::double::has_fused(), "this test needs a processor with AVX2 and fused multiply-add");
+                assert!(
+                    crate::flow::double::has_fused(),
+                    "this test needs a processor with AVX2 and fused multiply-add"
+                );
                 // SAFETY: the processor has just been asked.
                 let fused = unsafe { ArmEnergy::integral_fused(&a, &b, 4, t) };
                 assert!(is_right(fused), "{t}");

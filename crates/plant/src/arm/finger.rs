@@ -12,7 +12,7 @@
 //! The pad has no mass. Its situation changes at a real instant, a zero of the series of depth or force, like the ends
 //! of friction's modes.
 
-use super::polynomial::{Lanes, Polynomial};
+use crate::flow::polynomial::{Lanes, Polynomial};
 
 /// The pad of a finger.
 #[derive(Clone, Copy, PartialEq, Debug)]

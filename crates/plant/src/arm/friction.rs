@@ -1,8 +1,8 @@
 //! The joints that friction holds: the one consistent state of the coupled joints, found by trying all combinations.
 
 use super::kinematics::Sines;
+use super::links::Pose;
 use super::links::{Arm, Links};
-use super::pose::Pose;
 use super::series::{Hold, Start};
 
 impl<L: Links> Arm<L> {

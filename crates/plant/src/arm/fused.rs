@@ -4,13 +4,13 @@
 
 use super::joints::{ArmError, positive};
 use super::kinematics::{self, Sines};
+use super::links::Pose;
 use super::links::{Arm, Links};
 use super::model::ArmModel;
-use super::polynomial::{Coefficients, Lanes, convolved};
-use super::pose::Pose;
 use super::series::{Hold, Series, Start, ZERO, moves, onward};
-use crate::double::{Product, versions};
-use crate::lanes::Lanes as _;
+use crate::flow::double::{Product, versions};
+use crate::flow::lanes::Lanes as _;
+use crate::flow::polynomial::{Coefficients, Lanes, convolved};
 
 /// Intermediate series.
 #[derive(Clone)]
@@ -325,7 +325,7 @@ impl Arm {
 mod tests {
     use super::{Arm, ArmModel, Hold, Links, Series, Start};
     use crate::arm::Transmission;
-    use crate::arm::polynomial::ORDER;
+    use crate::flow::polynomial::ORDER;
 
     /// Models with and without transmissions, an amplifier's lag, gravity and friction.
     fn arms() -> Vec<Arm> {
@@ -344,7 +344,7 @@ mod tests {
 
     #[test]
     fn series_are_the_same_bits_in_the_lanes_of_any_processor() {
-        assert!(crate::double::has_fused(), "this test needs a processor with AVX2 and fused multiply-add");
+        assert!(crate::flow::double::has_fused(), "this test needs a processor with AVX2 and fused multiply-add");
         let start = |size: f64| Start {
             q: [0.1 + size, -0.7, 0.3 * size, 0.0],
             v: [2.0 * size, -1.0, 0.5, 0.0],

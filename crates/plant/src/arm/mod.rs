@@ -36,8 +36,6 @@ pub mod kinematics;
 mod links;
 mod model;
 mod motion;
-mod polynomial;
-mod pose;
 mod recorded;
 mod series;
 mod stepper;

@@ -2,11 +2,11 @@
 
 use super::finger::{DEPTH, FORCE, Finger, Press, Touch};
 use super::links::Links;
-use super::polynomial::{Bounds, Coefficients, Lanes, ORDER, Polynomial, Reach, derivatives, value};
 use super::series::{Hold, Series, Start};
 use super::{Arm, ArmEnergy, ArmModel};
 use crate::Band;
-use crate::gauge::{Extent, Gauge, Measured, Pace, Stretch};
+use crate::flow::gauge::{Extent, Gauge, Measured, Pace, Stretch};
+use crate::flow::polynomial::{Bounds, Coefficients, Lanes, ORDER, Polynomial, Reach, derivatives, value};
 
 /// The longest duration of a segment, unless all is at rest: rounding then stays that of short times.
 const LONGEST_S: f64 = 1.0;

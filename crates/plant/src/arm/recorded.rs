@@ -21,9 +21,9 @@ use super::finger::{FORCE, Finger, Touch};
 use super::joints::{ArmError, Joints};
 use super::kinematics::Sines;
 use super::links::{Arm, Links};
-use super::polynomial::{Coefficients, ORDER};
-use super::pose::{Factors, Pose};
+use super::links::{Factors, Pose};
 use super::series::{Hold, Series, Start, moves, onward};
+use crate::flow::polynomial::{Coefficients, ORDER};
 
 /// The operation of a node on nodes before it. A cosine stands behind the sine of its angle.
 #[derive(Clone, Copy, PartialEq, Debug)]

@@ -2,7 +2,7 @@
 
 use super::finger::Press;
 use super::joints::Joints;
-use super::polynomial::{Coefficients, Lanes, ORDER};
+use crate::flow::polynomial::{Coefficients, Lanes, ORDER};
 
 /// The state of a joint's motor under friction.
 #[derive(Clone, Copy, PartialEq, Debug)]

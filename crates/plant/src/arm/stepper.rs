@@ -19,7 +19,7 @@ use super::kinematics::Sines;
 use super::links::Links;
 use super::series::{Hold, Start};
 use super::{Arm, ArmEnergy, ArmModel, ArmState};
-use crate::gauge::{Chord, Gauge, Measured, Pace};
+use crate::flow::gauge::{Chord, Gauge, Measured, Pace};
 use crate::{Band, Method};
 
 /// Angles and speeds of the links, angles and speeds of the motors, torques: three of each.

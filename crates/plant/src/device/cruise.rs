@@ -24,14 +24,14 @@ use std::sync::OnceLock;
 use super::modes::Check;
 use super::{Device, Drive};
 use crate::axis::Shaft;
-use crate::double::{Double, Doubles, Native, Product, versions};
 use crate::energy::{Energy, Powers};
-use crate::gauge::{Extent, blur, reach};
-use crate::guard::{Guard, MotionPoint, dyadic};
-use crate::leap::Integrals;
-use crate::linear::{Linear, Trajectory};
-use crate::matrix::{ANGLE, CURRENT, SPEED, State, plus};
-use crate::period::Period;
+use crate::flow::double::{Double, Doubles, Native, Product, versions};
+use crate::flow::gauge::{Extent, blur, reach};
+use crate::flow::guard::{Guard, MotionPoint, dyadic};
+use crate::flow::leap::Integrals;
+use crate::flow::linear::{Linear, Trajectory};
+use crate::flow::matrix::{ANGLE, CURRENT, SPEED, State, plus};
+use crate::flow::period::Period;
 use crate::{Circuit, Gates};
 
 /// Gates that repeat a pulse and a pause.

@@ -11,13 +11,13 @@ mod waves;
 use hpu_signal::Real;
 
 use crate::axis::{Hand, Mode, Shaft};
-use crate::double::{Double, Doubles, Native, Product, versions};
 use crate::energy::{Energy, Powers, stored_j};
-use crate::gauge::{Flow, Gauge, Measured, Pace, Whole};
-use crate::guard::{Band, Forecast, Guard, Limits, MotionPoint, STEADY, Side, Steady, Watch, dyadic};
-use crate::leap::Integrals;
-use crate::linear::Trajectory;
-use crate::matrix::{ANGLE, CURRENT, INTENT, SPEED, State};
+use crate::flow::double::{Double, Doubles, Native, Product, versions};
+use crate::flow::gauge::{Flow, Gauge, Measured, Pace, Whole};
+use crate::flow::guard::{Band, Forecast, Guard, Limits, MotionPoint, STEADY, Side, Steady, Watch, dyadic};
+use crate::flow::leap::Integrals;
+use crate::flow::linear::Trajectory;
+use crate::flow::matrix::{ANGLE, CURRENT, INTENT, SPEED, State};
 use crate::{Axis, Bridge, Circuit, Gates};
 
 use cruise::{Cruise, Ripple};

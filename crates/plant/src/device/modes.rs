@@ -3,12 +3,12 @@
 use super::{Device, Drive};
 use crate::Circuit;
 use crate::axis::{Hand, Shaft};
-use crate::course::Course;
-use crate::double::{Double, Doubles, Product, versions};
-use crate::gauge::Whole;
-use crate::guard::{Guard, Limits, Side};
-use crate::linear::Trajectory;
-use crate::matrix::{ANGLE, CURRENT, INTENT, SPEED, State};
+use crate::flow::course::Course;
+use crate::flow::double::{Double, Doubles, Product, versions};
+use crate::flow::gauge::Whole;
+use crate::flow::guard::{Guard, Limits, Side};
+use crate::flow::linear::Trajectory;
+use crate::flow::matrix::{ANGLE, CURRENT, INTENT, SPEED, State};
 
 /// The part of the device whose condition a mode depends on.
 #[derive(Clone, Copy, PartialEq, Eq)]

@@ -2,9 +2,9 @@
 
 use super::{Device, Drive, HEARD, Pulses};
 use crate::axis::Shaft;
-use crate::double::Double;
-use crate::guard::Side;
-use crate::matrix::{ANGLE, SPEED};
+use crate::flow::double::Double;
+use crate::flow::guard::Side;
+use crate::flow::matrix::{ANGLE, SPEED};
 use crate::{Axis, Bridge, Gates, Hand, Motor, Push};
 
 fn motor(coulomb_nm: f64) -> Motor {

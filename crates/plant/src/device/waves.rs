@@ -3,9 +3,9 @@
 use std::array::from_fn;
 
 use super::cruise::{Cruise, Shape};
-use crate::gauge::{Extent, Flow, ROUNDING, Stretch, blur, reach, turns};
-use crate::guard::{Guard, MotionPoint, dyadic};
-use crate::matrix::{dot, sizes};
+use crate::flow::gauge::{Extent, Flow, ROUNDING, Stretch, blur, reach, turns};
+use crate::flow::guard::{Guard, MotionPoint, dyadic};
+use crate::flow::matrix::{dot, sizes};
 
 /// Current and speed on a cruise: the smooth motion and the ripple, which is the same in every period.
 pub(super) struct Waves<'m, 'a> {

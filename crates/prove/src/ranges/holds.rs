@@ -6,8 +6,8 @@ use hpu_datapath::{ConventionalLoop, HybridLoop};
 
 use super::device::Shaft;
 use super::haptic::NetRanges;
+use super::haptic::Settings;
 use super::narrowed;
-use super::settings::Settings;
 use super::span::Span;
 
 /// The proved ranges of a loop's words. They hold for every motion within the device's limits, and for every stiffness

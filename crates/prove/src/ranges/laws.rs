@@ -21,7 +21,7 @@ use hpu_datapath::{
 use hpu_signal::{Format, Word as _};
 
 use super::affine::Affine;
-use super::settings::Settings;
+use super::haptic::Settings;
 use super::span::Span;
 use super::travel::Travel;
 use super::walk::Walk;

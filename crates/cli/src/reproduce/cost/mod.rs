@@ -15,11 +15,11 @@ use serde_json::json;
 
 use crate::beside::claim;
 use crate::block::find;
-use crate::exit::{Exit, Failure};
-use crate::files::Folder;
-use crate::jobs::Jobs;
-use crate::terminal::{print, print_json, with_progress};
-use crate::{hdl, interrupt, journal};
+use crate::shell::exit::{Exit, Failure};
+use crate::shell::files::Folder;
+use crate::shell::jobs::Jobs;
+use crate::shell::terminal::{print, print_json, with_progress};
+use crate::{journal, shell::hdl, shell::interrupt};
 use claims::sums;
 use row::{CostRow, Proof};
 use text::{csv, object, text};

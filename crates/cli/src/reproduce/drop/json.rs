@@ -7,8 +7,8 @@ use serde_json::{Value, json};
 
 use super::Outcome;
 use crate::beside::claim;
-use crate::exit::{Exit, Failure};
-use crate::terminal::{print, print_json};
+use crate::shell::exit::{Exit, Failure};
+use crate::shell::terminal::{print, print_json};
 
 /// A study that was stopped.
 pub struct Interrupted {

@@ -12,14 +12,14 @@ use hpu_cosim::scene::{Direction, Platform};
 use hpu_papers::phantom::{self as study, Class, Outcomes, RUNGS, Rung, Study, Tables, Trial, TrialSetup, ladder};
 use hpu_study::units::{self, UnitResult};
 
-use crate::exit::{Exit, Failure};
-use crate::files::Folder;
-use crate::jobs::Jobs;
 use crate::journal;
 use crate::scene::{self, set_options};
-use crate::terminal::{print, print_json, with_progress};
+use crate::shell::exit::{Exit, Failure};
+use crate::shell::files::Folder;
+use crate::shell::jobs::Jobs;
+use crate::shell::terminal::{print, print_json, with_progress};
 use crate::work::Rows;
-use crate::{interrupt, pictures};
+use crate::{pictures, shell::interrupt};
 use json::Interrupted;
 
 pub use trials::Trials;

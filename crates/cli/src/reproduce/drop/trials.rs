@@ -11,7 +11,7 @@ use hpu_study::units::{self, UnitResult};
 
 use super::{Args, Name, outcomes};
 use crate::answers::read_words;
-use crate::exit::Failure;
+use crate::shell::exit::Failure;
 use crate::work::{Find, Rows, Take, Work};
 
 /// The trials of a drop test.

@@ -15,7 +15,7 @@ use serde_json::{Map, Value, json};
 use super::Searched;
 use super::device::Device;
 use super::shown::{Shown, cut, filed, said, told};
-use crate::exit::Failure;
+use crate::shell::exit::Failure;
 
 pub struct Axis;
 

@@ -21,13 +21,13 @@ use hpu_study::widths::search::{
     Design, Ended, Found, Knob, Plan, Progress, RatedDesign, SearchError, schema, search, search_wave,
 };
 
-use crate::exit::{Exit, Failure};
-use crate::files::Folder;
 use crate::page::show;
 use crate::scene::{self, quoted, set_options};
-use crate::terminal::print;
+use crate::shell::exit::{Exit, Failure};
+use crate::shell::files::Folder;
+use crate::shell::terminal::print;
 use crate::work::{Find, Rows, Take, Work, on_disk};
-use crate::{interrupt, journal, pictures, progress};
+use crate::{journal, pictures, shell::interrupt, shell::progress};
 
 use page::page;
 

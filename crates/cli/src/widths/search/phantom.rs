@@ -12,7 +12,7 @@ use serde_json::{Map, Value, json};
 use super::device::Device;
 use super::shown::{Shown, filed, said, told};
 use super::{Asked, Search, Searched};
-use crate::exit::Failure;
+use crate::shell::exit::Failure;
 
 /// Heads and least widths of the words in the text.
 const HEADS: [(&str, usize); 7] =
