@@ -30,16 +30,16 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 RECORD = ROOT / "testbench" / "record" / "mutants-engine.txt"
-GUARD = "crates/plant/src/guard.rs"
+GUARD = "crates/plant/src/flow/guard.rs"
 DEVICE = "crates/plant/src/device/mod.rs"
 MODES = "crates/plant/src/device/modes.rs"
-REVERSAL = "crates/plant/src/reversal.rs"
+REVERSAL = "crates/plant/src/flow/reversal.rs"
 CRUISE = "crates/plant/src/device/cruise.rs"
-WORLD = "crates/cosim/src/axis_world.rs"
-ENGINE = "crates/cosim/src/engine/mod.rs"
-RECURRENCE = "crates/cosim/src/engine/recurrence.rs"
-ROWS = "crates/cosim/src/engine/rows.rs"
-CIRCUIT = "crates/datapath/src/circuit_loop.rs"
+WORLD = "crates/cosim/src/world/axis_world.rs"
+ENGINE = "crates/cosim/src/run/engine/mod.rs"
+RECURRENCE = "crates/cosim/src/run/engine/recurrence.rs"
+ROWS = "crates/cosim/src/run/engine/rows.rs"
+CIRCUIT = "crates/datapath/src/circuit/circuit_loop.rs"
 
 # Test binaries, filters, and seconds of processor time after which a mutant counts as endless, a multiple of what the
 # tests take; in the order in which they are asked: those that cost least first.

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 /// Each crate, and our crates that it may depend on.
-const MAY_KNOW: [(&str, &[&str]); 14] = [
+const MAY_KNOW: [(&str, &[&str]); 16] = [
     ("signal", &[]),
     ("datapath", &["signal"]),
     ("plant", &["signal"]),
@@ -12,10 +12,12 @@ const MAY_KNOW: [(&str, &[&str]); 14] = [
     ("wave", &["signal", "datapath", "cosim"]),
     ("vhpi", &[]),
     ("rtl", &["signal", "datapath", "plant", "cosim", "wave", "vhpi"]),
-    ("study", &["signal", "datapath", "plant", "cosim"]),
+    ("prove", &["signal", "datapath", "plant", "cosim"]),
+    ("study", &["signal", "datapath", "plant", "cosim", "prove"]),
+    ("papers", &["signal", "datapath", "plant", "cosim", "prove", "study"]),
     ("capi", &["signal", "datapath", "plant", "cosim"]),
-    ("chart", &["signal", "datapath", "plant", "cosim", "study"]),
-    ("cli", &["signal", "datapath", "plant", "cosim", "wave", "rtl", "study", "chart"]),
+    ("chart", &["signal", "datapath", "plant", "cosim", "prove", "study", "papers"]),
+    ("cli", &["signal", "datapath", "plant", "cosim", "wave", "rtl", "prove", "study", "papers", "chart"]),
     ("web", &["signal", "cosim", "wave", "study"]),
     ("book", &["signal", "datapath", "cosim", "rtl", "cli"]),
     ("python", &["signal", "datapath", "cosim", "wave", "study", "chart", "capi", "cli"]),

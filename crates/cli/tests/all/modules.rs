@@ -1,8 +1,9 @@
-//! Modules of a crate use each other in no circle, but for a parent and its children.
+//! Folders of a crate use each other in no circle, and neither do files, but for a parent and its children.
 //!
-//! A module is a file. The test reads the paths of each file (`use` and paths in code), finds the file in which the
-//! named item is defined, also through `pub use`, and looks for files that reach each other. Tests inside a file do not
-//! count, and neither do the uses between a module and the modules below it.
+//! The tests read the paths of each file (`use` and paths in code), find the file in which the named item is defined,
+//! also through `pub use`, and look for folders, or files, that reach each other. Tests inside a file do not count, and
+//! neither does the root of a crate, which names all of its modules. A folder is what a reader sees: all files in it,
+//! its `mod.rs` too, but not the folders in it. A file beside the root is a folder of its own.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -229,6 +230,53 @@ impl Crate {
     }
 }
 
+/// Folders that still use each other in a circle, as `crate: folder uses folder`. This list may only shrink.
+const IN_CIRCLES: [&str; 0] = [];
+
+/// Folders that still have more than [`MOST_FILES`] files. This list may only shrink.
+const CROWDED: [&str; 0] = [];
+
+/// The most files of Rust in one folder of `src`.
+const MOST_FILES: usize = 16;
+
+/// The folders of a crate: of each module the folder that its file is in, and the number of files in each folder.
+struct Folders {
+    of: BTreeMap<String, String>,
+    files: BTreeMap<String, usize>,
+}
+
+impl Folders {
+    fn read(source: &Path) -> Self {
+        let mut paths = Vec::new();
+        collect(source, &mut paths);
+        let (mut of, mut files) = (BTreeMap::new(), BTreeMap::new());
+        for path in &paths {
+            let inside = path.strip_prefix(source).expect("inside");
+            let folder = inside.parent().and_then(Path::to_str).expect("UTF-8").to_string();
+            *files.entry(folder.clone()).or_default() += 1;
+            let stem = inside.with_extension("");
+            let mut names: Vec<_> = stem.iter().map(|name| name.to_str().expect("UTF-8")).collect();
+            names.pop_if(|last| ["mod", "lib", "main"].contains(last));
+            of.insert(names.join("::"), if folder.is_empty() { names.join("::") } else { folder });
+        }
+        Self { of, files }
+    }
+
+    /// Returns the folders that each folder uses. The root of a crate, whose name is empty, neither uses nor is used.
+    fn uses(&self, sources: &Crate) -> BTreeMap<&str, BTreeSet<String>> {
+        let mut uses: BTreeMap<&str, BTreeSet<String>> =
+            self.of.values().map(|folder| (&**folder, BTreeSet::new())).collect();
+        for (name, module) in &sources.0 {
+            let from = &self.of[name];
+            let homes =
+                module.paths.iter().filter_map(|path| sources.home(name, path, 0)).map(|home| self.of[&home].clone());
+            let others = homes.filter(|home| home != from && !home.is_empty() && !from.is_empty());
+            uses.get_mut(&**from).expect("every folder").extend(others);
+        }
+        uses
+    }
+}
+
 fn collect(folder: &Path, files: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).expect("a folder") {
         let path = entry.expect("an entry").path();
@@ -260,15 +308,65 @@ fn in_circles(uses: &BTreeMap<&str, BTreeSet<String>>) -> Vec<(String, String)> 
 
 #[test]
 fn modules_use_each_other_in_no_circle() {
-    let crates = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("crates/");
     let mut found = Vec::new();
-    for entry in fs::read_dir(crates).expect("crates/ is readable") {
-        let folder = entry.expect("an entry").path();
-        let name = folder.file_name().and_then(|name| name.to_str()).expect("UTF-8").to_string();
-        let sources = Crate::read(&folder.join("src"));
+    for (name, source) in crates() {
+        let sources = Crate::read(&source);
         found.extend(in_circles(&sources.uses()).into_iter().map(|(from, to)| format!("{name}: {from} uses {to}")));
     }
     assert!(found.is_empty(), "uses in circles:\n{}", found.join("\n"));
+}
+
+/// Returns every crate's name and the folder of its sources.
+fn crates() -> Vec<(String, PathBuf)> {
+    let crates = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("crates/");
+    let folders = fs::read_dir(crates).expect("crates/ is readable").map(|entry| entry.expect("an entry").path());
+    let name = |folder: &PathBuf| folder.file_name().and_then(|name| name.to_str()).expect("UTF-8").to_string();
+    folders.map(|folder| (name(&folder), folder.join("src"))).collect()
+}
+
+#[test]
+fn folders_use_each_other_in_no_circle() {
+    let mut found = Vec::new();
+    for (name, source) in crates() {
+        let (folders, sources) = (Folders::read(&source), Crate::read(&source));
+        let circles = in_circles(&folders.uses(&sources));
+        found.extend(circles.into_iter().map(|(from, to)| format!("{name}: {from} uses {to}")));
+    }
+    assert_eq!(found, IN_CIRCLES);
+}
+
+#[test]
+fn no_folder_has_more_than_sixteen_files() {
+    let mut crowded = Vec::new();
+    for (name, source) in crates() {
+        let counts = Folders::read(&source).files.into_iter().filter(|(_, count)| *count > MOST_FILES);
+        crowded.extend(counts.map(|(folder, _)| format!("{name}: {folder}")));
+    }
+    assert_eq!(crowded, CROWDED);
+}
+
+#[test]
+fn a_circle_of_folders_is_found_through_their_mod_rs() {
+    let of = |files: &[(&str, &str, &str)]| {
+        let sources = Crate(files.iter().map(|(name, _, text)| (name.to_string(), Module::read(text))).collect());
+        let of = files.iter().map(|(name, folder, _)| (name.to_string(), folder.to_string())).collect();
+        let folders = Folders { of, files: BTreeMap::new() };
+        in_circles(&folders.uses(&sources)).into_iter().map(|(from, to)| format!("{from}->{to}")).collect::<Vec<_>>()
+    };
+    let root = ("", "", "mod a; mod c; pub use a::A;");
+    let other = ("c", "c", "use crate::a::A; use crate::A;");
+    let a = |text| ("a", "a", text);
+    let file = |text| ("a::file", "a", text);
+    let below = |text| ("a::below", "a/below", text);
+    // Files of one folder are one room, and a root names its rooms.
+    let one = [root, other, a("mod file; mod below; pub struct A;"), file("use super::A;"), below("pub struct B;")];
+    assert_eq!(of(&one), [""; 0]);
+    let down = a("mod file; mod below; pub struct A; fn f() -> below::B {}");
+    assert_eq!(of(&[root, other, down, file("use super::A;"), below("pub struct B;")]), [""; 0]);
+    let up = below("pub struct B; fn f() -> super::A {}");
+    assert_eq!(of(&[root, other, down, file("use super::A;"), up]), ["a->a/below", "a/below->a"]);
+    let around = [root, ("c", "c", "use crate::a::A; pub struct C;"), a("pub struct A;"), file("use crate::c::C;")];
+    assert_eq!(of(&around), ["a->c", "c->a"]);
 }
 
 #[test]

@@ -1,46 +1,14 @@
 //! The words of a loop, net by net, and those of an axis's loop.
 
 use hpu_cosim::AxisLoop;
-use hpu_cosim::scene::LoopWords;
-use hpu_datapath::LoopConfig;
 use hpu_signal::{Format, Signal};
 
 use super::affine::Affine;
 use super::span::Span;
-use super::travel::Travel;
+use super::travel::{Settings, Travel};
 use super::walk::Walk;
 use super::word::{Word, most, outward};
 use super::{Bound, How, laws};
-
-/// The settings of a scene's loop, each with the range of words that it takes during the run.
-#[derive(Clone, Debug)]
-pub(crate) struct Settings {
-    pub(crate) config: LoopConfig,
-    pub(crate) reference: Span,
-    pub(crate) stiffness: Span,
-    pub(crate) damping: Span,
-    pub(crate) period: i64,
-    pub(crate) scale: Span,
-    /// The length of a full turn of the counter, with its unit.
-    pub(crate) turn: String,
-}
-
-impl Settings {
-    pub(crate) fn new(words: &LoopWords, unit: &str) -> Self {
-        let ramped = |from: i64, to: Option<i64>| Span::exact(from.into()).hull(Span::exact(to.unwrap_or(from).into()));
-        let last = |ramp: Option<hpu_cosim::WordRamp>| ramp.map(|ramp| ramp.word(u64::MAX));
-        let counts = 2f64.powi(words.config.position_width.cast_signed());
-        Self {
-            turn: format!("{counts} counts ({:.6} {unit})", counts * words.realised.count_rad),
-            config: words.config,
-            reference: Span::exact(words.reference.into()),
-            stiffness: ramped(words.stiffness, last(words.schedule.stiffness)),
-            damping: Span::exact(words.damping.into()),
-            period: words.period,
-            scale: ramped(words.scale, last(words.schedule.scale)),
-        }
-    }
-}
 
 /// The range and error of one net.
 #[derive(Clone, Debug)]
@@ -58,7 +26,7 @@ pub struct NetRanges(Vec<NetRange>);
 
 impl NetRanges {
     /// Reads the words of a wiring's nets, block after block.
-    pub fn of(settings: &Settings, travel: &Travel, wiring: &AxisLoop) -> Self {
+    pub(crate) fn of(settings: &Settings, travel: &Travel, wiring: &AxisLoop) -> Self {
         let (nets, instances) = (wiring.wiring().nets(), wiring.wiring().instances());
         Affine::on_a_sheet(|| {
             let moved = |clocks| travel.decoded.then(|| travel.moved(clocks));

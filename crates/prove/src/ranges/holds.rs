@@ -6,9 +6,9 @@ use hpu_datapath::{ConventionalLoop, HybridLoop};
 
 use super::device::Shaft;
 use super::haptic::NetRanges;
-use super::haptic::Settings;
 use super::narrowed;
 use super::span::Span;
+use super::travel::Settings;
 
 /// The proved ranges of a loop's words. They hold for every motion within the device's limits, and for every stiffness
 /// from the scene's own up to the stiffest that its format holds.

@@ -21,8 +21,8 @@ use hpu_datapath::{
 use hpu_signal::{Format, Word as _};
 
 use super::affine::Affine;
-use super::haptic::Settings;
 use super::span::Span;
+use super::travel::Settings;
 use super::travel::Travel;
 use super::walk::Walk;
 use super::word::Word;

@@ -37,12 +37,12 @@ use hpu_signal::Format;
 use device::{Motion, Shaft};
 pub use exhaust::{MOST_INPUTS, exhausted};
 pub use gappa::gappa;
-use haptic::{NetRanges, Settings};
+use haptic::NetRanges;
 pub use holds::Limits;
 pub use holds::ProvedRanges;
 use span::Span;
 pub use system::System;
-use travel::Travel;
+use travel::{Settings, Travel};
 
 /// The way in which a figure was found.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

@@ -1,10 +1,41 @@
 //! Converts limits of the shaft into ranges of the encoder's counts.
 
 use hpu_cosim::scene::{Hand, LoopWords, Scene};
+use hpu_datapath::LoopConfig;
 use hpu_signal::Format;
 
 use super::device::Motion;
 use super::span::Span;
+
+/// The settings of a scene's loop, each with the range of words that it takes during the run.
+#[derive(Clone, Debug)]
+pub(crate) struct Settings {
+    pub(crate) config: LoopConfig,
+    pub(crate) reference: Span,
+    pub(crate) stiffness: Span,
+    pub(crate) damping: Span,
+    pub(crate) period: i64,
+    pub(crate) scale: Span,
+    /// The length of a full turn of the counter, with its unit.
+    pub(crate) turn: String,
+}
+
+impl Settings {
+    pub(crate) fn new(words: &LoopWords, unit: &str) -> Self {
+        let ramped = |from: i64, to: Option<i64>| Span::exact(from.into()).hull(Span::exact(to.unwrap_or(from).into()));
+        let last = |ramp: Option<hpu_cosim::WordRamp>| ramp.map(|ramp| ramp.word(u64::MAX));
+        let counts = 2f64.powi(words.config.position_width.cast_signed());
+        Self {
+            turn: format!("{counts} counts ({:.6} {unit})", counts * words.realised.count_rad),
+            config: words.config,
+            reference: Span::exact(words.reference.into()),
+            stiffness: ramped(words.stiffness, last(words.schedule.stiffness)),
+            damping: Span::exact(words.damping.into()),
+            period: words.period,
+            scale: ramped(words.scale, last(words.schedule.scale)),
+        }
+    }
+}
 
 /// The counts that the counter may see.
 #[derive(Clone, Debug)]

@@ -5,7 +5,7 @@ use hpu_signal::Format;
 
 use super::WrapsAt;
 use super::haptic::NetRanges;
-use super::haptic::Settings;
+use super::travel::Settings;
 use super::travel::Travel;
 
 /// Solves `floor(penetration * word / 2^frac) >= 2^bits`: a penetration of `p` counts overflows from the word

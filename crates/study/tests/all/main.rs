@@ -15,16 +15,15 @@ mod map;
 mod map_edges;
 mod map_refine;
 mod page_html;
+#[expect(dead_code, reason = "the tests of an axis use the rest")]
+#[path = "../../../prove/tests/all/proofs_common/mod.rs"]
 mod proofs_common;
 mod sweep;
 mod trace_table;
 mod units;
 mod width_price;
-mod width_proofs;
-mod width_proofs_device;
 mod width_proofs_gappa;
 mod width_proofs_gimbal;
-mod width_proofs_wraps;
 mod width_search;
 mod width_search_phantom;
 mod width_search_scenes;

@@ -3,6 +3,6 @@
 
 mod errors;
 #[expect(dead_code, reason = "the tests of other proofs use the rest")]
-#[path = "../all/proofs_common/mod.rs"]
+#[path = "../../../prove/tests/all/proofs_common/mod.rs"]
 mod proofs_common;
 mod words;

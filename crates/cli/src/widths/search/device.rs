@@ -26,11 +26,3 @@ pub trait Device {
         Err(Failure::file("it has no loop of these widths"))
     }
 }
-
-/// Returns the device of a scene.
-pub fn device(scene: &Experiment) -> &'static dyn Device {
-    match scene {
-        Experiment::Phantom(_) => &super::phantom::Phantom,
-        _ => &super::axis::Axis,
-    }
-}

@@ -186,7 +186,7 @@ pub fn run(args: &Search, asked: &Asked) -> Result<Exit, Failure> {
 fn finish(args: &Search, asked: &Asked, cases: &[Case], gathered: Option<Rows>) -> Result<Exit, Failure> {
     let Asked { scenes, set, jobs, out, .. } = *asked;
     let Case { text, experiment, .. } = cases.first().ok_or_else(|| Failure::usage("--search takes a scene"))?;
-    device::device(experiment).accepts(args, asked)?;
+    device(experiment).accepts(args, asked)?;
     if asked.prices.is_some() {
         let priced = hpu_study::device(experiment).priced();
         priced.map_err(|why| Failure::usage(format!("{}: {why}; leave out --price", scenes[0])))?;
@@ -277,7 +277,7 @@ impl Waves {
         }
         let cases = args.cases(asked.scenes, asked.set, find)?;
         let base = &cases.first().ok_or_else(|| Failure::usage("--search takes a scene"))?.experiment;
-        device::device(base).accepts(args, asked)?;
+        device(base).accepts(args, asked)?;
         let scenes = asked.scenes.iter().zip(&cases).map(|(name, case)| (name.clone(), case.text.clone())).collect();
         let knobs = if args.vary.is_empty() { Knob::usual(base) } else { args.vary.clone() };
         let within = asked.within.unwrap_or(base.accuracy.within);
@@ -353,7 +353,7 @@ fn price(text: &SceneText, searched: &Searched, cache: &Cache, setup: &Setup) ->
     let counts = |design: &Design| -> Result<Counts, Failure> {
         let set: Vec<_> = searched.set.iter().cloned().chain(design.set()).collect();
         let experiment = text.parse(&set).map_err(Failure::file)?;
-        let block = device::device(&experiment).block(experiment)?;
+        let block = device(&experiment).block(experiment)?;
         Ok(cache.counts(&*block, setup)?)
     };
     let mut front = Vec::new();
@@ -369,11 +369,19 @@ fn price(text: &SceneText, searched: &Searched, cache: &Cache, setup: &Setup) ->
 fn write(searched: &Searched, text: &str, mut folder: Folder) -> Result<Vec<PathBuf>, Failure> {
     folder.write("designs.csv", page::designs(searched))?;
     folder.write("search.txt", text)?;
-    if let Some((errors, drawn)) = device::device(&searched.experiment).files(searched) {
+    if let Some((errors, drawn)) = device(&searched.experiment).files(searched) {
         folder.write("error-by-width.csv", errors)?;
         drawn.iter().try_for_each(|picture| pictures::put(picture, &mut folder))?;
     }
     let files = folder.places().map(PathBuf::from).collect();
     folder.commit()?;
     Ok(files)
+}
+
+/// Returns the device of a scene.
+fn device(scene: &Experiment) -> &'static dyn device::Device {
+    match scene {
+        Experiment::Phantom(_) => &phantom::Phantom,
+        _ => &axis::Axis,
+    }
 }

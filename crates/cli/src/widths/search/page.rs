@@ -6,7 +6,7 @@ use hpu_study::widths::search::RatedDesign;
 use serde_json::{Value, json};
 
 use super::Searched;
-use super::device::device;
+use super::device;
 use super::shown::{Shown, cut};
 
 /// Rows of the front in the text.
