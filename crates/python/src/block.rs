@@ -3,8 +3,9 @@
 use hpu_datapath::block_names;
 use hpu_signal::Signal;
 use pyo3::buffer::PyBuffer;
+use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyString, PyTuple};
+use pyo3::types::{PyDict, PySlice, PyString, PyTuple};
 
 use crate::errors::{ArgumentError, of_plant};
 use crate::handle::Handle;
@@ -29,10 +30,14 @@ pub struct Block {
     block: Handle<hpu::Block>,
 }
 
-/// The words of an input: one for all edges, or one for each.
-enum Given {
+/// Clock edges whose words are read at once from the arrays of a call. Arrays are never copied as a whole: that would
+/// take long, and Ctrl-C would not end it.
+const PART: usize = 1 << 14;
+
+/// The words of an input: one for all edges, or one for each, in an array of numpy.
+enum Given<'py> {
     One(i64),
-    Each(Vec<i64>),
+    Each(Bound<'py, PyAny>, usize),
 }
 
 #[pymethods]
@@ -77,17 +82,21 @@ impl Block {
     fn tick<'py>(
         &self,
         py: Python<'py>,
-        words: &Bound<PyTuple>,
-        names: Option<&Bound<PyDict>>,
+        words: &Bound<'py, PyTuple>,
+        names: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let given = self.given(py, words, names)?;
         let lengths = given.iter().zip(&self.inputs).filter_map(|(given, input)| match given {
-            Given::Each(words) => Some((input.name, words.len())),
+            Given::Each(_, length) => Some((input.name, *length)),
             Given::One(_) => None,
         });
         let lengths: Vec<_> = lengths.collect();
         let Some(&(first, edges)) = lengths.first() else {
-            let row = given.iter().map(|given| given.at(0)).collect::<Vec<_>>();
+            let number = |given: &Given| match given {
+                Given::One(word) => Some(*word),
+                Given::Each(..) => None,
+            };
+            let row: Vec<i64> = given.iter().filter_map(number).collect();
             let words = self.block.with(|block| block.tick(&row).map_err(|error| of_plant(&error, None)))?;
             return named(py, &self.outputs, &words);
         };
@@ -97,22 +106,29 @@ impl Block {
             return Err(ArgumentError::new_err(said));
         }
         let columns = self.block.with(|block| {
-            let mut ticked = || -> PyResult<_> {
-                let mut signals = Signals::new();
-                let mut columns = vec![Vec::with_capacity(edges); self.outputs.len()];
-                let mut row = vec![0; given.len()];
-                for edge in 0..edges {
-                    signals.turn()?;
-                    row.iter_mut().zip(&given).for_each(|(word, given)| *word = given.at(edge));
-                    let words = block.tick(&row).map_err(|mut error| {
-                        error.text = format!("row {edge}: {}", error.text);
-                        of_plant(&error, None)
-                    })?;
-                    columns.iter_mut().zip(words).for_each(|(column, word)| column.push(word));
-                }
-                Ok(columns)
-            };
-            if edges as u64 > LONG { py.detach(ticked) } else { ticked() }
+            let mut columns: Vec<Vec<i64>> = vec![Vec::new(); self.outputs.len()];
+            let no_memory = |_| PyMemoryError::new_err(format!("no memory for the outputs of {edges} edges"));
+            columns.iter_mut().try_for_each(|column| column.try_reserve_exact(edges)).map_err(no_memory)?;
+            let mut signals = Signals::new();
+            let mut row = vec![0; given.len()];
+            for from in (0..edges).step_by(PART) {
+                let to = edges.min(from + PART);
+                let words = given.iter().map(|given| given.part(py, from, to)).collect::<PyResult<Vec<_>>>()?;
+                let mut ticked = || -> PyResult<()> {
+                    for edge in from..to {
+                        signals.turn()?;
+                        row.iter_mut().zip(&words).for_each(|(word, words)| *word = words[edge - from]);
+                        let words = block.tick(&row).map_err(|mut error| {
+                            error.text = format!("row {edge}: {}", error.text);
+                            of_plant(&error, None)
+                        })?;
+                        columns.iter_mut().zip(words).for_each(|(column, word)| column.push(word));
+                    }
+                    Ok(())
+                };
+                if edges as u64 > LONG { py.detach(ticked) } else { ticked() }?;
+            }
+            Ok(columns)
         })?;
         let dict = PyDict::new(py);
         for (output, column) in self.outputs.iter().zip(columns) {
@@ -127,18 +143,28 @@ impl Block {
     }
 }
 
-impl Given {
-    fn at(&self, edge: usize) -> i64 {
+impl Given<'_> {
+    /// Returns the words of the edges `from..to`.
+    fn part(&self, py: Python, from: usize, to: usize) -> PyResult<Vec<i64>> {
         match self {
-            Self::One(word) => *word,
-            Self::Each(words) => words[edge],
+            Self::One(word) => Ok(vec![*word; to - from]),
+            Self::Each(array, _) => {
+                let part = array.get_item(PySlice::new(py, from as isize, to as isize, 1))?;
+                let whole = py.import("numpy")?.call_method1("ascontiguousarray", (part, "int64"))?;
+                PyBuffer::<i64>::get(&whole)?.to_vec(py)
+            }
         }
     }
 }
 
 impl Block {
     /// Reads the words of each input, given in the order of the inputs or by name.
-    fn given(&self, py: Python, words: &Bound<PyTuple>, names: Option<&Bound<PyDict>>) -> PyResult<Vec<Given>> {
+    fn given<'py>(
+        &self,
+        py: Python<'py>,
+        words: &Bound<'py, PyTuple>,
+        names: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<Vec<Given<'py>>> {
         let accepted = || {
             let names: Vec<_> = self.inputs.iter().map(|input| input.name).collect();
             format!("accepted: {}, in this order or by name", names.join(", "))
@@ -155,7 +181,7 @@ impl Block {
                 return Err(ArgumentError::new_err(format!("{name} is given twice; {}", accepted())));
             }
         }
-        let read = |(value, input): (Option<Bound<PyAny>>, &Signal)| {
+        let read = |(value, input): (Option<Bound<'py, PyAny>>, &Signal)| {
             let missing = || ArgumentError::new_err(format!("input {} is missing; {}", input.name, accepted()));
             words_of(py, input.name, &value.ok_or_else(missing)?)
         };
@@ -164,7 +190,7 @@ impl Block {
 }
 
 /// Reads a number, or a one-dimensional array of whole numbers.
-fn words_of(py: Python, name: &str, value: &Bound<PyAny>) -> PyResult<Given> {
+fn words_of<'py>(py: Python<'py>, name: &str, value: &Bound<'py, PyAny>) -> PyResult<Given<'py>> {
     if value.call_method0("__len__").is_err() || value.is_instance_of::<PyString>() {
         return word("input", name, value).map(Given::One);
     }
@@ -182,8 +208,7 @@ fn words_of(py: Python, name: &str, value: &Bound<PyAny>) -> PyResult<Given> {
     if kind == "u" && count > 0 && array.call_method0("max")?.extract::<i64>().is_err() {
         return Err(ArgumentError::new_err(format!("input {name} has a word beyond 64 bits with sign")));
     }
-    let array = numpy.call_method1("ascontiguousarray", (array, "int64"))?;
-    PyBuffer::<i64>::get(&array)?.to_vec(py).map(Given::Each)
+    Ok(Given::Each(array, count))
 }
 
 /// Returns the names of all blocks.

@@ -5,8 +5,11 @@ import json
 import os
 import struct
 import subprocess
+from pathlib import Path
 
 HPU = os.environ["HPU"]
+# The project's folder.
+ROOT = Path(__file__).parents[3]
 # Figures of the machine, not of the run.
 OF_THE_MACHINE = ("wall_s", "edges_per_s")
 

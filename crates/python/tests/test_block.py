@@ -34,6 +34,27 @@ class Blocks(unittest.TestCase):
             self.assertEqual(words, {name: column[edge] for name, column in columns.items()})
         self.assertEqual(whole.reset(), single.reset())
 
+    def test_long_arrays_of_any_type_and_stride_are_ticked_without_a_gap(self):
+        pwm = hpu.Block("pwm", WIDTH=6)
+        command = next(signal for signal in pwm.inputs if signal.max > 1)
+        for duty, words in [
+            (17, np.full(64_000, 17, np.int8)),
+            (5, np.full(128_000, 5)[::2]),
+            (63, np.full(64_000, 63, np.uint64)[::-1]),
+            (1, np.broadcast_to(np.uint16(1), 64_000)),
+        ]:
+            pwm.reset()
+            columns = pwm.tick(**{command.name: words})
+            high = int(columns["a_high"].sum() + columns["b_high"].sum())
+            self.assertEqual(high, 1000 * duty, "over a thousand periods of 64 edges")
+        product = hpu.Block("truncating_multiplier")
+        a = np.arange(100_000) % 64
+        np.testing.assert_array_equal(product.tick(a, a[::-1])["product"], a * a[::-1])
+        # More than any memory, of which the array itself takes none.
+        with self.assertRaises(MemoryError):
+            product.tick(np.broadcast_to(1, 10**17), 1)
+        self.assertEqual(product.tick(2, 3), {"product": 6})
+
     def test_a_pwm_is_high_for_its_duty(self):
         pwm = hpu.Block("pwm", WIDTH=6)
         command = next(signal for signal in pwm.inputs if signal.max > 1)

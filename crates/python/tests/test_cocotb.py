@@ -9,9 +9,8 @@ import unittest
 from pathlib import Path
 
 import hpu
-from common import digest
+from common import ROOT, digest
 
-ROOT = Path(__file__).parents[3]
 # The hand is in the wall after 2 ms.
 OVERRIDES = {"run.duration": "8 ms", "hand.path": '[["0 s", 0], ["2 ms", 1.8]]', "wall.position": "0.1 rad"}
 

@@ -4,9 +4,8 @@ import contextlib
 import io
 import re
 import unittest
-from pathlib import Path
 
-ROOT = Path(__file__).parents[3]
+from common import ROOT
 
 
 class Readme(unittest.TestCase):

@@ -4,6 +4,7 @@ import csv
 import os
 import signal
 import subprocess
+import sys
 import tempfile
 import threading
 import time
@@ -15,7 +16,7 @@ import pandas
 import polars
 
 import hpu
-from common import HPU, OF_THE_MACHINE, options, told, without
+from common import HPU, OF_THE_MACHINE, ROOT, options, told, without
 
 # 23 columns, of which each row has a value.
 SHORT = {"run.duration": "20 ms"}
@@ -205,6 +206,37 @@ class Refused(unittest.TestCase):
         with self.refused(hpu.SceneError, "times must increase"):
             hpu.run("hybrid-wall", {"hand.path": [point, point]})
 
+    def test_no_call_simulates_a_design_where_that_is_forbidden(self):
+        # What a tool of this PATH would be asked for is written down: nothing.
+        with tempfile.TemporaryDirectory() as folder:
+            tools, design = Path(folder), ROOT / "testbench/dut/knee.toml"
+            for name in ("ghdl", "verilator", "yosys", "make", "g++"):
+                (tools / name).write_text("#!/bin/sh\n: >\"$0.asked\"\nexit 1\n")
+                (tools / name).chmod(0o755)
+            kept = {name: os.environ.get(name) for name in ("PATH", "HPU_NO_DUT", "XDG_CACHE_HOME")}
+            try:
+                os.environ.update(PATH=folder, HPU_NO_DUT="1", XDG_CACHE_HOME=folder)
+                axes = {"x": "dut.ports.gain=20..30:2", "y": "hand.stiffness=0.2..0.3 N.m/rad:2"}
+                for call in (
+                    lambda: hpu.run(design),
+                    lambda: hpu.run(design, trace=True),
+                    lambda: hpu.run(hpu.Scene(design.read_text(), folder=str(design.parent))),
+                    lambda: hpu.map(design, full=True, **axes),
+                    lambda: hpu.limits(design, range="20..30"),
+                ):
+                    with self.refused(hpu.Error, "the design `KneeCtl` is not simulated", "HPU_NO_DUT"):
+                        call()
+                hpu.run("hybrid-wall", SHORT)
+                self.assertEqual([path.name for path in tools.glob("*.asked")], [])
+                # The stand-ins are asked where it is allowed.
+                os.environ["HPU_NO_DUT"] = "0"
+                with self.assertRaises(hpu.Error):
+                    hpu.run(design)
+                self.assertNotEqual([path.name for path in tools.glob("*.asked")], [])
+            finally:
+                for name, value in kept.items():
+                    os.environ.pop(name, None) if value is None else os.environ.update({name: value})
+
     def test_a_trace_beyond_all_memory_is_refused(self):
         with self.refused(hpu.Error, "no memory for the trace", "lower record.plant_rate"):
             hpu.run("hybrid-wall", {"run.duration": "900000 s", "record.plant_rate": "50 MHz"}, trace=True)
@@ -221,6 +253,61 @@ class Signals(unittest.TestCase):
         with self.assertRaises(KeyboardInterrupt):
             hpu.run("hybrid-wall", self.LONG)
         self.assertLess(time.monotonic() - begin, 5.0)
+
+    def test_tools_die_with_their_own_process_of_a_python_that_was_forked(self):
+        # A compiler that first refuses the design, and then takes for ever.
+        tool = """#!/bin/sh
+case $1 in --version) echo 'Verilator 5.006 2023-01-22'; exit;; esac
+[ -e later ] || exit 1
+exec sleep 1000
+"""
+        program = f"""
+import os, pathlib, sys, hpu
+design, folder = {str(ROOT / "testbench/dut/knee.toml")!r}, pathlib.Path.cwd()
+try:
+    hpu.run(design)
+except hpu.Error:
+    (folder / "later").touch()
+child = os.fork()
+if child > 0:
+    print(child, flush=True)
+hpu.run(design)
+"""
+        with tempfile.TemporaryDirectory() as folder:
+            verilator = Path(folder, "verilator")
+            verilator.write_text(tool.replace("later", f"{folder}/later"))
+            verilator.chmod(0o755)
+            mark = f"TMPDIR={folder}".encode()
+
+            def sleeping():
+                count = 0
+                for place in Path("/proc").glob("[0-9]*"):
+                    try:
+                        is_marked = mark in (place / "environ").read_bytes().split(b"\0")
+                        count += is_marked and (place / "cmdline").read_bytes().startswith(b"sleep\0")
+                    except OSError:
+                        pass
+                return count
+
+            def until(count):
+                begin = time.monotonic()
+                while sleeping() != count and time.monotonic() - begin < 20:
+                    time.sleep(0.01)
+                self.assertEqual(sleeping(), count)
+
+            own = {"TMPDIR": folder, "XDG_CACHE_HOME": folder, "PATH": f"{folder}:{os.environ['PATH']}"}
+            command = [sys.executable, "-c", program]
+            parent = subprocess.Popen(command, env=os.environ | own, cwd=folder, stdout=subprocess.PIPE)
+            child = int(parent.stdout.readline())
+            try:
+                until(2)
+                parent.kill()
+                until(1)
+            finally:
+                parent.kill()
+                os.kill(child, signal.SIGKILL)
+                parent.communicate()
+            until(0)
 
     def test_other_threads_run_beside_a_run_and_its_progress_is_told(self):
         seen, counted, ended = [], [], threading.Event()
