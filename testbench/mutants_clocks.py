@@ -4,8 +4,9 @@
 Each has one error of a kind that designs really have: another edge, a data line or a gated clock as the clock, one of
 two processes or instances on the inverted clock, a missing else, an asynchronous or inverted reset, a register without
 reset or with an initial value instead, another enable, a generic in another's place, and high impedance for one code.
-Every kind is sown at every block where it can be made. `hpu check --formal` has to refute each or refuse it; vectors
-are not asked. First, each block as it is must be proved, or wired where a leaf is not proved.
+Every kind is sown at every block where it can be made. `hpu check --formal` has to refute each or refuse it. Vectors
+are asked only about a block whose clock edge is not told as equations: of it, a proof reads the clocks alone. First,
+each block as it is must be proved, wired where a leaf is not proved, or open for want of equations.
 
 Usage: testbench/mutants_clocks.py [--only FILE,FILE] [--kinds KIND,KIND] [--jobs J] [--hpu PROGRAM] [--update]
 Exit codes: 0 every mutant is refuted or refused, 1 some are not, 2 wrong usage, 3 a tool is missing.
@@ -186,6 +187,13 @@ def quick(block):
     return [label for label in QUICK if label in labels][:2] or ["default"]
 
 
+def others(block):
+    """The other configurations, for mutants in parts of the VHDL that the quick ones do not have."""
+    files = (ROOT / "vectors" / block).glob("*-directed.txt")
+    labels = (file.name.removesuffix("-directed.txt") for file in files)
+    return sorted(label for label in labels if label not in quick(block))
+
+
 def judged(hpu, block, mutant, variants):
     """The verdict on a mutant in these configurations: refuted, refused, by synthesis, or what else the proof says."""
     with tempfile.TemporaryDirectory() as folder:
@@ -207,7 +215,11 @@ def judged(hpu, block, mutant, variants):
             if "ghdl" in str(row["why"]).lower():
                 return "synthesis" if "latch" in str(row["why"]).lower() else "wrong"
             verdicts.append(row["verdict"])
-        return "proved" if set(verdicts) <= {"proved", "wired"} else "open"
+        if set(verdicts) <= {"proved", "wired"}:
+            return "proved"
+        chosen = [word for variant in variants for word in ("--variant", variant)]
+        done = run([hpu, "check", block, *chosen, "--hdl", folder, "--json", "-j", "1"])
+        return "vectors" if done.returncode == 1 else "open"
 
 
 def main():
@@ -250,6 +262,8 @@ def main():
     def of(one):
         block, kind, line, text, mutant = one
         verdict = judged(hpu, block, mutant, quick(block))
+        if verdict == "proved" and others(block):
+            verdict = judged(hpu, block, mutant, others(block))
         at = mutant.rfind("\n", 0, sum(len(part) + 1 for part in text.split("\n")[: line - 1])) + 1
         print(f"{block}.vhd:{line} {kind}: {verdict}", file=sys.stderr, flush=True)
         return block, line, kind, verdict, mutant[at : mutant.find("\n", at)].strip()
@@ -268,7 +282,7 @@ def main():
     tasks = [[one] for one in mutants if one[1] != "generics"] + exchanged
     with ThreadPoolExecutor(options.jobs) as pool:
         rows = sorted((row for rows in pool.map(some, tasks) for row in rows), key=lambda row: row[:3])
-    names = ("refuted", "refused", "synthesis", "proved", "open")
+    names = ("refuted", "refused", "synthesis", "vectors", "proved", "open")
     count = {name: sum(row[3] == name for row in rows) for name in names}
     kinds = {kind: sum(row[2] == kind for row in rows) for kind in sorted({row[2] for row in rows})}
     asked = "".join(f" --{name} {value}" for name in ("only", "kinds") if (value := getattr(options, name)))
@@ -277,6 +291,7 @@ def main():
     text += "# " + ", ".join(f"{number} {kind}" for kind, number in kinds.items()) + "\n"
     text += "# refuted: by a solver or the wiring; refused: by what clocks the registers; "
     text += "synthesis: GHDL takes no latch\n"
+    text += "# vectors: by these alone, of a block whose clock edge is not told as equations\n"
     sane = [verdict for found in proved.values() for verdict in found.values()]
     sane = ", ".join(f"{sane.count(verdict)} {verdict}" for verdict in ("proved", "wired", "open"))
     text += f"# the same configurations of the VHDL as it is: {sane}\n"

@@ -269,7 +269,7 @@ fn wall(body: &str) -> String {
 const WALL: [&str; 4] = ["--as=unilateral", "--entity=wall", "--generic=W=WIDTH", "--variant=default"];
 
 /// Walls that are right but for X and Z, each with the signal that is unknown.
-const UNKNOWN: [(&str, &str, &str); 8] = [
+const UNKNOWN: [(&str, &str, &str); 11] = [
     ("z", "penetration", "assign contact = ~delta[W-1]; assign penetration = least ? {W{1'bz}} : p;"),
     ("x", "penetration", "assign contact = ~delta[W-1]; assign penetration = least ? {W{1'bx}} : p;"),
     ("one bit of x", "contact", "assign contact = least ? 1'bx : ~delta[W-1]; assign penetration = p;"),
@@ -287,6 +287,18 @@ const UNKNOWN: [(&str, &str, &str); 8] = [
         "penetration",
         "wire n; assign n = least ? 1'bz : 1'b0; assign contact = ~delta[W-1]; assign penetration = p | n;",
     ),
+    // Where a solver's shift gives 0, Verilog gives X.
+    (
+        "a bit beside the word",
+        "contact",
+        "wire [4:0] t = {5{~delta[W-1]}}; assign contact = t[delta[W-1] ? delta[2:0] : 3'd0]; assign penetration = p;",
+    ),
+    (
+        "a remainder by 0",
+        "penetration",
+        "assign contact = ~delta[W-1]; wire [W-1:0] one = least ? 0 : 1; assign penetration = p % one | p;",
+    ),
+    ("a choice by X", "penetration", "assign contact = ~delta[W-1]; assign penetration = delta == 'bx ? 5 : p;"),
 ];
 
 #[test]
@@ -327,12 +339,65 @@ fn latches_drivers_that_fight_and_assumptions_of_theirs_are_not_proved() {
         "assign contact = ~delta[W-1]; assign penetration = p; assign penetration[0] = p[0] | least;",
         "drive the same net: where they differ, it is unknown (X)",
     );
+    // Two gates that hold each other, and a choice that holds itself.
+    refuses(
+        "wire n; nor a(contact, delta[W-1], n); nor b(n, ~delta[W-1], contact); assign penetration = p;",
+        "is made of itself through logic ($not, $or) and no register, as a latch is",
+    );
+    refuses(
+        "assign contact = ~delta[W-1]; wire [W-1:0] own = least ? own : p; assign penetration = own;",
+        "net own is made of itself through logic ($mux) and no register, as a latch is",
+    );
+    refuses(
+        "assign contact = ~delta[W-1]; wire n; assign penetration = n === 1'bx ? 5 : p;",
+        "logic asks whether a net is X or Z that may be X or Z",
+    );
+    // Both buffers drive the bus, or none does.
+    for (one, other) in [("least | ~delta[W-1]", "delta[W-1]"), ("~delta[W-1]", "delta[W-1] & ~least")] {
+        let bus = format!(
+            "assign contact = ~delta[W-1]; tri [W-1:0] bus; assign bus = ({one}) ? delta : {{W{{1'bz}}}}; \
+             assign bus = ({other}) ? {{W{{1'b0}}}} : {{W{{1'bz}}}}; assign penetration = bus;"
+        );
+        let (ended, verdicts, value) = proved(&dir, "wall.v", &wall(&bus), &[&WALL]);
+        assert_eq!((ended, &verdicts[..]), (1, &["refuted".to_string()][..]), "{bus}: {value}");
+    }
+    // Synthesis may take any of the choices that this promises not to make at once.
+    let parallel = "assign contact = ~delta[W-1]; reg [W-1:0] q; assign penetration = q; \
+                    always @* (* parallel_case *) casez (delta) 12'b1???????????: q = 0; \
+                    12'b???????????1: q = delta; default: q = delta; endcase";
+    assert_eq!(proved(&dir, "wall.v", &wall(parallel), &[&WALL]).1, ["refuted"]);
     // What theirs assumes of its inputs would be assumed of all inputs.
     let assumes = "assign contact = ~delta[W-1]; assign penetration = least ? 1 : p; always @* assume (!least);";
     fs::write(dir.join("wall.v"), wall(assumes)).expect("a file");
     let output = run(&[&["check", "--formal"], &WALL[..], &[text(&dir.join("wall.v"))]].concat());
     assert!(code(&output) != 0, "{}", stdout(&output));
     assert!(format!("{}{}", stdout(&output), stderr(&output)).contains("has the type $assume, which no proof knows"));
+}
+
+/// Walls that are right although they name X or Z, or make a word of its own other bits.
+const RIGHT: [&str; 6] = [
+    "assign penetration = ^delta === 1'bx ? 5 : delta[0] !== 1'bz ? p : 6;",
+    "reg [W-1:0] q; assign penetration = q; \
+     always @* casez (delta) 12'bx00000000001: q = 5; 12'b1zzzzzzzzzzz: q = 0; default: q = delta; endcase",
+    "reg [W-1:0] q; assign penetration = q; \
+     always @* case (delta[W-1:W-2]) 2'b00, 2'b01: q = delta; 2'bxx: q = 'bx; default: q = 0; endcase",
+    // A bus inside, which one of two buffers drives.
+    "tri [W-1:0] bus; assign bus = delta[W-1] ? {W{1'b0}} : {W{1'bz}}; assign bus = delta[W-1] ? {W{1'bz}} : delta; \
+     assign penetration = bus;",
+    // Gray code and back, once by a shift.
+    "wire [W-1:0] gray = p ^ (p >> 1), once, again; assign once = gray ^ {1'b0, once[W-1:1]}; \
+     assign again = gray ^ (again >> 1); assign penetration = once & again;",
+    // A carry through a word.
+    "wire [W:0] sum; assign sum = {1'b0, p} + {1'b0, sum[W-2:0] & 11'd0, 1'b0}; assign penetration = sum[W-1:0];",
+];
+
+#[test]
+fn walls_that_name_x_or_z_or_make_a_word_of_its_own_bits_are_proved_where_they_are_right() {
+    let dir = scratch("right_blocks");
+    for body in RIGHT {
+        let body = format!("assign contact = ~delta[W-1]; {body}");
+        assert_eq!(proved(&dir, "wall.v", &wall(&body), &[&WALL]).1, ["proved"], "{body}");
+    }
 }
 
 /// A position counter in Verilog with this clocked statement.
@@ -355,7 +420,9 @@ fn a_counter_of_somebody_else_s_is_proved_on_the_rising_edge_of_the_clock_itself
     };
     let clocked = |by: &str| format!("always @({by}) if (rst) position <= 0; else position <= next;");
     assert_eq!(says(&clocked("posedge clk")), "proved ");
-    assert_eq!(says(&format!("wire c = clk; {}", clocked("posedge c"))), "proved ");
+    for clock in ["wire c = clk;", "wire c = +clk;", "wire n, c; buf one(n, clk); buf other(c, n);"] {
+        assert_eq!(says(&format!("{clock} {}", clocked("posedge c"))), "proved ");
+    }
     let falls = "refused register position is clocked by the falling edge of clk, not by its rising edge";
     assert_eq!(says(&clocked("negedge clk")), falls);
     for (wires, by) in [("wire c = clk & step[0];", "$and"), ("wire n = ~clk; wire c = ~n;", "$not")] {

@@ -11,6 +11,7 @@ use super::{DutError, Simulators};
 use crate::cost::NO_DPI;
 use crate::engines::temporary::Temporary;
 use crate::netlists::clocking::{self, Clocked, Timing, Unfit};
+use crate::netlists::unknown::{RULES, UNKNOWN, told};
 use crate::netlists::{FLAT, TRANSITION};
 
 /// A design in SMT-LIB, as Yosys writes it.
@@ -53,8 +54,9 @@ impl Simulators {
             Err(Unfit::Clocked(why)) => return Ok(Err(why)),
             Err(Unfit::Unknown(why)) => return Err(DutError::Ended(why)),
         };
-        write(folder, netlist, clocking::without_impedance(&read(netlist)?).as_bytes())?;
-        let mut source = script!(Yosys: "read_rtlil {}; ", Fixed(netlist));
+        write(folder, netlist, told(&read(netlist)?).as_bytes())?;
+        write(folder, RULES.0, RULES.1.as_bytes())?;
+        let mut source = script!(Yosys: "read_rtlil {}; {}; ", Fixed(netlist), UNKNOWN);
         if !invariants.is_empty() {
             let script = script!(Yosys: "{}prep -top {}; {}; write_verilog flat.v", source, top, Fixed(FLAT));
             self.yosys(dut, folder, "flatten a design", &script)?;
@@ -64,7 +66,7 @@ impl Simulators {
             // The file has one module, whose `endmodule` is the last.
             let (head, _) = verilog.rsplit_once("endmodule").unwrap_or((&verilog, ""));
             write(folder, "flat.v", format!("{head}{net}\n").as_bytes())?;
-            source = script!(Yosys: "read_verilog{} -noautowire flat.v; ", NO_DPI);
+            source = script!(Yosys: "read_verilog{} -icells -noautowire flat.v; ", NO_DPI);
         }
         let script = script!(
             Yosys: "{}prep -top {}; {}; {} -wires -stbv block.smt2",

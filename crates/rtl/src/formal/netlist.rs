@@ -16,6 +16,7 @@ use crate::engines::hdl::Setup;
 use crate::engines::sources::library;
 use crate::netlists::cells::plain;
 use crate::netlists::clocking::{self, Timing, Unfit};
+use crate::netlists::unknown::{RULES, UNKNOWN, told};
 use crate::netlists::{FLAT, TRANSITION};
 
 /// A net of the VHDL, and the number of bits, including the sign, of the number on it.
@@ -104,7 +105,8 @@ impl Netlist {
             Err(Unfit::Clocked(why)) => return Ok(Err(why)),
             Err(Unfit::Unknown(why)) => return Err(ProofError::Netlist(why)),
         }
-        library.write(text, clocking::without_impedance(&file(text)?)).map_err(cost::CostError::from)?;
+        library.write(text, told(&file(text)?)).map_err(cost::CostError::from)?;
+        library.write(RULES.0, RULES.1).map_err(cost::CostError::from)?;
         Self::written(library, name, &[]).map(Ok)
     }
 
@@ -129,8 +131,9 @@ impl Netlist {
         let [_, netlist] = clocking::EARLY.map(Fixed);
         let top = Identifier::unit(Language::Verilog, name).expect("the name of a block");
         let script = script!(
-            Yosys: "read_rtlil {}; prep -top {}; {}; {}{} -wires -stbv block.smt2",
+            Yosys: "read_rtlil {}; {}; prep -top {}; {}; {}{} -wires -stbv block.smt2",
             netlist,
+            UNKNOWN,
             top,
             Fixed(FLAT),
             cuts,

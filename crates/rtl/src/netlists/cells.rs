@@ -17,7 +17,7 @@ pub(crate) struct Modules {
 }
 
 /// A bit that is connected to a port.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub(crate) enum Bit {
     /// The bit with this number among the module's nets.
     Net(u64),

@@ -12,6 +12,8 @@ use hpu_cosim::script;
 use hpu_cosim::script::{Fits, Fixed, Script, Yosys};
 
 use super::cells::{Bit, Cell, Module, plain, read};
+use super::loops;
+use super::unknown;
 use super::wiring::Drivers;
 
 /// The netlist that is read, and the same netlist as Yosys reads it again.
@@ -19,11 +21,12 @@ pub(crate) const EARLY: [&str; 2] = ["early.json", "early.il"];
 
 /// Returns the Yosys commands that write the netlist of an entity that was read from Verilog. Modules become one, and
 /// processes become registers; nothing is optimised, because Yosys then turns an inverted clock into the other edge.
+/// Words at high impedance become tri-state buffers, and those of one net become one buffer.
 pub(crate) fn early(top: impl Fits<Yosys>) -> Script<Yosys> {
     let [json, text] = EARLY.map(Fixed);
     script!(
         Yosys: "hierarchy -check -top {}; proc -noopt; setattr -mod -unset keep_hierarchy; \
-                setattr -unset keep_hierarchy; flatten; write_json {}; write_rtlil {}",
+                setattr -unset keep_hierarchy; flatten; tribuf -merge; write_json {}; write_rtlil {}",
         top,
         json,
         text
@@ -70,6 +73,9 @@ pub(crate) fn clocked(json: &str, top: &str, timing: &Timing) -> Result<Clocked,
         keep.extend((kind != Kind::Logic).then_some((label, cell, kind)));
     }
     Drivers::new(&module).map_err(|why| Unfit::Clocked(format!("{why}: where they differ, it is unknown (X)")))?;
+    if let Some(why) = loops::of_logic(&module, passes).or_else(|| unknown::compared(&module)) {
+        return Err(Unfit::Clocked(why));
+    }
     let nets = Nets::new(&module, timing);
     let shown = nets.shown_reset();
     let mut resets_at_once = shown.is_some();
@@ -83,26 +89,10 @@ pub(crate) fn clocked(json: &str, top: &str, timing: &Timing) -> Result<Clocked,
     Ok(Clocked { resets_at_once })
 }
 
-/// Returns Yosys's netlist in which high impedance (`z`) is unknown (`x`). A proof lets unknown bits be anything; at
-/// high impedance, Yosys would take 0.
-pub(crate) fn without_impedance(netlist: &str) -> String {
-    let is_constant = |word: &str| {
-        let digits = word.split_once('\'').map(|(width, digits)| (width.bytes().all(|c| c.is_ascii_digit()), digits));
-        digits.is_some_and(|(is_width, digits)| is_width && digits.bytes().all(|c| b"01xzm-".contains(&c)))
-    };
-    let mut text = String::with_capacity(netlist.len());
-    for line in netlist.lines() {
-        if line.trim_start().starts_with("connect ") {
-            let words =
-                line.split(' ').map(|word| if is_constant(word) { word.replace('z', "x") } else { word.into() });
-            text += &words.collect::<Vec<_>>().join(" ");
-        } else {
-            text += line;
-        }
-        text.push('\n');
-    }
-    text
-}
+/// Cells of one bit that change nothing: Yosys writes `+clk` as one.
+const BUFFERS: [&str; 2] = ["$pos", "$_BUF_"];
+/// Buffers and inverters.
+const INVERTERS: [&str; 5] = ["$not", "$logic_not", "$_NOT_", "$pos", "$_BUF_"];
 
 /// What a cell keeps, and what makes it change.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -125,7 +115,7 @@ enum Kind {
     Latch,
     /// A flip-flop of Yosys's own step, which no net clocks.
     Unclocked,
-    /// A tri-state buffer.
+    /// A tri-state buffer of one bit.
     Floating,
 }
 
@@ -136,7 +126,7 @@ const LOGIC: &str = "$not $pos $neg $and $or $xor $xnor $reduce_and $reduce_or $
                      $divfloor $modfloor $pow $logic_not $logic_and $logic_or $mux $pmux $bmux $demux $bwmux $bweqx \
                      $slice $concat $lut $sop $alu $macc $fa $lcu $assert $cover $meminit $meminit_v2 $_BUF_ $_NOT_ \
                      $_AND_ $_NAND_ $_OR_ $_NOR_ $_XOR_ $_XNOR_ $_ANDNOT_ $_ORNOT_ $_MUX_ $_NMUX_ $_MUX4_ $_MUX8_ \
-                     $_MUX16_ $_AOI3_ $_OAI3_ $_AOI4_ $_OAI4_";
+                     $_MUX16_ $_AOI3_ $_OAI3_ $_AOI4_ $_OAI4_ $tribuf";
 
 impl Kind {
     /// Returns the kind of a type of cells, if it is known.
@@ -152,7 +142,7 @@ impl Kind {
             "$mem" | "$mem_v2" => Some(Self::Memory { reads: Some("RD_"), writes: Some("WR_") }),
             "$memrd" | "$memrd_v2" => Some(Self::Memory { reads: Some(""), writes: None }),
             "$memwr" | "$memwr_v2" => Some(Self::Memory { reads: None, writes: Some("") }),
-            "$tribuf" | "$_TBUF_" => Some(Self::Floating),
+            "$_TBUF_" => Some(Self::Floating),
             _ if LOGIC.split(' ').any(|known| known == name) => Some(Self::Logic),
             _ => Self::of_bit(name),
         }
@@ -179,9 +169,18 @@ impl Kind {
     }
 }
 
+/// Returns whether a cell passes its inputs on at once.
+fn passes(cell: &Cell) -> bool {
+    match Kind::of(&cell.module) {
+        Some(Kind::Logic) => true,
+        Some(Kind::Memory { reads: Some(prefix), writes: None }) => !cell.is_set(&format!("{prefix}CLK_ENABLE"), 0),
+        _ => false,
+    }
+}
+
 impl Cell {
     /// Returns the bits at a port, the least first.
-    fn bits(&self, port: &str) -> &[Bit] {
+    pub(crate) fn bits(&self, port: &str) -> &[Bit] {
         self.connections.get(port).map_or(&[], Vec::as_slice)
     }
 
@@ -226,7 +225,7 @@ impl<'m> Nets<'m> {
                 let mut sets = sets.iter().flat_map(|port| cell.bits(port)).peekable();
                 let acts = sets.peek().is_some();
                 let reset = self.timing.reset.filter(|_| self.timing.at_once);
-                match sets.find(|bit| !reset.is_some_and(|reset| self.is_of(**bit, reset))) {
+                match sets.find(|bit| !reset.is_some_and(|reset| self.is_of(**bit, reset, &INVERTERS))) {
                     Some(bit) => Err(format!("is set or reset at once by {}, not at clock edges", self.told(*bit))),
                     None => Ok(acts),
                 }
@@ -261,8 +260,8 @@ impl<'m> Nets<'m> {
     fn rises(&self, by: Option<&Bit>, falls: bool) -> Result<(), String> {
         let clock = self.timing.clock;
         match by {
-            Some(by) if self.is_port(*by, clock) && !falls => Ok(()),
-            Some(by) if self.is_port(*by, clock) => {
+            Some(by) if self.is_of(*by, clock, &BUFFERS) && !falls => Ok(()),
+            Some(by) if self.is_of(*by, clock, &BUFFERS) => {
                 Err(format!("is clocked by the falling edge of {clock}, not by its rising edge"))
             }
             Some(by) => Err(format!("is clocked by {}, not by {clock} itself", self.told(*by))),
@@ -276,21 +275,18 @@ impl<'m> Nets<'m> {
         self.module.ports.iter().any(|(port, of)| of.is_input && is(port) && of.bits == [bit])
     }
 
-    /// Returns whether a bit is the input of this name, or is made of it by inverters alone.
-    fn is_of(&self, mut bit: Bit, name: &str) -> bool {
-        // There may be a loop of inverters.
+    /// Returns whether a bit is the input of this name, or is made of it by these types of cells alone.
+    fn is_of(&self, mut bit: Bit, name: &str, kinds: &[&str]) -> bool {
         for _ in 0..=self.module.cells.len() {
             if self.is_port(bit, name) {
                 return true;
             }
             let Bit::Net(net) = bit else { return false };
-            let is_inverter = |cell: &&&Cell| {
-                ["$not", "$logic_not", "$pos", "$_NOT_", "$_BUF_"].contains(&&*cell.module)
-                    && cell.bits("A").len() == 1
-                    && cell.bits("Y").first() == Some(&bit)
+            let passes_on = |cell: &&&Cell| {
+                kinds.contains(&&*cell.module) && cell.bits("A").len() == 1 && cell.bits("Y").first() == Some(&bit)
             };
-            let Some(inverter) = self.cells.get(&net).filter(is_inverter) else { return false };
-            bit = inverter.bits("A")[0];
+            let Some(cell) = self.cells.get(&net).filter(passes_on) else { return false };
+            bit = cell.bits("A")[0];
         }
         false
     }
@@ -357,7 +353,7 @@ impl<'m> Nets<'m> {
 mod tests {
     use serde_json::{Value, json};
 
-    use super::{Clocked, Kind, Timing, Unfit, clocked, without_impedance};
+    use super::{Clocked, Kind, Timing, Unfit, clocked};
 
     const TIMING: Timing = Timing { clock: "clk", reset: Some("rst"), at_once: true, ignores_case: false };
 
@@ -456,9 +452,7 @@ mod tests {
         for unclocked in ["$ff", "$_FF_"] {
             assert_eq!(why(of(unclocked, &json!({}), &json!({ "D": [4] }), &TIMING)), "register q has no clock");
         }
-        for floating in ["$tribuf", "$_TBUF_"] {
-            assert!(why(of(floating, &json!({}), &json!({ "A": [4] }), &TIMING)).contains("high impedance"));
-        }
+        assert!(why(of("$_TBUF_", &json!({}), &json!({ "A": [4] }), &TIMING)).contains("high impedance"));
         for unknown in ["$anyseq", "$anyconst", "$assume", "$initstate", "$fsm", "SB_DFF", "$_DFF_X_", "$_DFF_PP_"] {
             assert_eq!(Kind::of(unknown), None, "{unknown}");
             let found = of(unknown, &json!({}), &json!({ "D": [4] }), &TIMING);
@@ -488,12 +482,5 @@ mod tests {
         let second = why(of("$mem_v2", &whole("11", "01"), &ins, &TIMING));
         assert_eq!(second, "memory store is clocked by the falling edge of clk, not by its rising edge");
         assert!(why(of("$mem_v2", &whole("01", "11"), &ins, &TIMING)).contains("written between clock edges"));
-    }
-
-    #[test]
-    fn high_impedance_is_unknown_in_constants_and_nowhere_else() {
-        let text = "  wire width 4 \\4'z\n  connect \\A { \\z [1] 4'zz01 1'1 }\n  connect \\4'z 12'zzzzzzzzzzzz\n";
-        let expected = "  wire width 4 \\4'z\n  connect \\A { \\z [1] 4'xx01 1'1 }\n  connect \\4'z 12'xxxxxxxxxxxx\n";
-        assert_eq!(without_impedance(text), expected);
     }
 }
