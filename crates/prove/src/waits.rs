@@ -118,9 +118,10 @@ impl Rest {
     }
 }
 
-/// Returns the duty at rest on the scene's own wall, a full command at most.
-fn own_duty(scene: &Scene) -> f64 {
-    Rest::of(scene).map_or(0.0, |rest| rest.duty(scene.wall.stiffness_nm_per_rad)).min(1.0)
+/// Returns the duty at rest on the scene's own wall, a full command at most; none if no hand brings the device to rest.
+fn own_duty(scene: &Scene) -> Option<f64> {
+    let rest = Rest::of(scene).filter(|_| scene.hand != Hand::None)?;
+    Some(rest.duty(scene.wall.stiffness_nm_per_rad).min(1.0))
 }
 
 /// A time that the loop of a scene waits.
@@ -133,13 +134,14 @@ pub struct Wait {
 }
 
 /// Returns the times that a scene's loop waits beside sampling, without those that are zero. A modulator's wait is that
-/// at rest on the scene's own wall.
+/// at rest on the scene's own wall, or that of a full command if the hand leaves no place of rest.
 pub fn waits(scene: &Scene) -> Vec<Wait> {
     let drive = Drive::of(scene);
     let seconds = |clocks: f64| clocks * scene.clock.period_s();
     let held = has_lines(scene) && !scene.method.kind.is_live();
+    let duty = own_duty(scene);
     let modulator = match drive {
-        Drive::Pulses { latched: true, .. } => drive.pulse(own_duty(scene)),
+        Drive::Pulses { latched: true, .. } => drive.pulse(duty.unwrap_or(1.0)),
         _ => 0.0,
     };
     let dead_s = if let Drive::Pulses { .. } = drive { scene.method.pwm.dead_time_s } else { 0.0 };
@@ -148,7 +150,7 @@ pub fn waits(scene: &Scene) -> Vec<Wait> {
         ("synchronizer, decoder and counter", seconds(drive.lines(scene) as f64)),
         ("the held position", seconds(f64::from(u8::from(held)))),
         ("method.settling", seconds(f64::from(scene.method.settling))),
-        ("the modulator, at rest", seconds(modulator)),
+        (if duty.is_some() { "the modulator, at rest" } else { "the modulator, at most" }, seconds(modulator)),
         ("the bridge's dead time", dead_s),
     ];
     all.into_iter().map(|(what, seconds)| Wait { what, seconds }).filter(|wait| wait.seconds > 0.0).collect()

@@ -4,6 +4,9 @@ use hpu_cosim::method::CouplingMethod;
 use hpu_cosim::scene::{LawMethod, Loop, Scene};
 use hpu_datapath::Estimator;
 
+/// Why a scene with `wall.ramp` has no linear loop.
+const RAMPED: &str = "no linear loop: wall.ramp changes the wall during the run";
+
 /// A term of a controller's polynomial: `(constant + by_stiffness K) δ^power z^-lag`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Term {
@@ -30,6 +33,9 @@ pub enum Damping {
 
 /// Returns the controller of a scene's method, from position to effort, as numerator and denominator.
 pub(super) fn controller(scene: &Scene, damping: Damping) -> Result<(Vec<Term>, Vec<Term>), String> {
+    if scene.wall.ramp.is_some() {
+        return Err(RAMPED.into());
+    }
     let period_s = scene.sample_period_s();
     let one = || vec![Term::new(0, 0, 1.0, 0.0)];
     let sampled = f64::from(u8::from(!scene.method.kind.is_live()));

@@ -6,6 +6,7 @@
 //! at which the hand comes to rest. Its growth is computed at a grid of stiffnesses; each stretch between a stiffness
 //! at which it grows and one at which it decays is narrowed, and what decays is proved stretch by stretch.
 
+use hpu_cosim::figure;
 use hpu_cosim::scene::{BridgeModel, Device, Scene, Winding};
 
 use super::controller::Damping;
@@ -92,6 +93,11 @@ impl DrivenSet {
 
     /// Returns the set as text.
     pub fn said(&self) -> String {
+        let StableSet { range: [low, high], unit, stable, open } = &self.set;
+        if let (Some(looked), true) = (self.looked, stable.is_empty() && open.is_empty()) {
+            let [low, high] = [low, high].map(|end| figure(*end));
+            return format!("none of {looked} stiffnesses from {low} to {high} {unit} settles");
+        }
         self.set.said_with("computed to settle, not proved")
     }
 }

@@ -3,12 +3,13 @@
 use hpu_cosim::SplitMix64;
 use hpu_cosim::scene::{BridgeModel, Device, Scene, shipped};
 
+use super::controller::Damping;
 use super::driven::{DrivenSet, held, searched};
 use super::pulses::Pulses;
 use super::stable::StableSet;
 use crate::SampledLoop;
 use crate::sampled::{Matrix, exponential, scaled};
-use crate::waits::{Drive, Rest};
+use crate::waits::{Drive, Rest, waits};
 
 fn known(name: &str, set: &[(&str, String)]) -> Scene {
     let shipped = shipped().iter().find(|scene| scene.name == name).expect("it is shipped");
@@ -304,6 +305,29 @@ fn no_proved_stretch_of_a_thousand_random_loops_has_a_loop_that_grows_clock_by_c
     }
     let counts = (some, proved, ended, compared);
     assert!(some > 1000 && proved > 300 && ended > 250 && compared > 500 && drives == [250; 4], "{counts:?}");
+}
+
+#[test]
+fn a_wall_that_a_ramp_changes_has_no_linear_loop() {
+    let ramp = [("wall.ramp.stiffness", "1"), ("wall.ramp.from", "100 ms"), ("wall.ramp.to", "300 ms")];
+    let scene = known("hybrid-wall", &ramp.map(|(key, value)| (key, value.to_string())));
+    let reason = DrivenSet::new(&scene, [0.05, 20.0]).expect_err("no loop of one wall");
+    assert_eq!(reason.why, "wall.ramp changes its wall during the run");
+    let damping = Damping::Fixed(scene.wall.damping_nm_s_per_rad);
+    let ideal = StableSet::new(&scene, damping, [0.05, 20.0]).expect_err("no loop of one wall");
+    assert!(ideal.contains("wall.ramp"), "{ideal}");
+}
+
+#[test]
+fn a_modulator_s_wait_is_a_whole_period_where_no_hand_brings_the_device_to_rest() {
+    // 2^12 clocks of 20 ns.
+    let period_s = 81.92e-6;
+    for (name, hand) in [("floating-motor", "none"), ("prescribed-sweep", "prescribed")] {
+        let found = waits(&known(name, &[]));
+        let wait = found.iter().find(|wait| wait.what.starts_with("the modulator")).expect("it waits");
+        assert!(wait.what.ends_with("at most") && (wait.seconds / period_s - 1.0).abs() < 1e-12, "{hand}: {wait:?}");
+    }
+    assert!(waits(&known("hybrid-wall", &[])).iter().any(|wait| wait.what == "the modulator, at rest"));
 }
 
 #[test]

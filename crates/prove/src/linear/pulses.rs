@@ -435,6 +435,9 @@ pub(super) fn plain_damping(scene: &Scene) -> Result<f64, String> {
     if scene.faults.is_some() {
         return Err("its faults change the loop".into());
     }
+    if scene.wall.ramp.is_some() {
+        return Err("wall.ramp changes its wall during the run".into());
+    }
     match scene.method.kind {
         Loop::Hybrid | Loop::Conventional => Ok(damping),
         Loop::Law(LawMethod::SampledWall(wall)) if scene.method.shaper_hz.is_none() => {

@@ -6,7 +6,7 @@
 
 use std::array::from_fn;
 
-use hpu_cosim::scene::{BridgeModel, Device, Scene, Winding};
+use hpu_cosim::scene::{BridgeModel, Device, LawMethod, Loop, Scene, Winding};
 
 use crate::sampled::{Matrix, exponential, scaled};
 use crate::waits::{Drive, Rest};
@@ -14,7 +14,8 @@ use crate::waits::{Drive, Rest};
 /// Number of stiffnesses at which the ripple is computed before any is narrowed.
 const LOOKS: usize = 200;
 
-/// The ripple of a scene's modulator over a range of stiffnesses, at the duty at rest of each.
+/// The ripple of a scene's modulator over a range of stiffnesses, at the duty at rest of each. Coulomb friction, which
+/// lets a device move less or not at all, is left out.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Ripple {
     /// Greatest rms about the mean, in encoder counts.
@@ -25,8 +26,12 @@ pub struct Ripple {
 
 impl Ripple {
     /// Computes the ripple of a scene; `None` if no pulses drive its device, or if their ripple is not worked out: for
-    /// a bridge with a dead time or an open off phase, a winding without inductance, or a hand without a place of rest.
+    /// a bridge with a dead time or an open off phase, a winding without inductance, a hand without a place of rest, or
+    /// a law whose command at rest is not that of the wall's spring.
     pub fn new(scene: &Scene, range: [f64; 2]) -> Option<Self> {
+        if !has_spring_at_rest(scene) {
+            return None;
+        }
         let pulses = Pulsed::of(scene)?;
         let rest = Rest::of(scene)?;
         let [low, high] = [range[0], rest.full_from().map_or(range[1], |full| full.min(range[1]))];
@@ -59,6 +64,16 @@ impl Ripple {
         let most_counts = looks.iter().fold(0.0, |most: f64, [_, counts]| most.max(*counts));
         Some(Self { most_counts, beyond })
     }
+}
+
+/// Whether the command of a device at rest in the wall is that of the wall's spring at all times. Laws that put another
+/// spring before it, bound it, or let it die have other commands, as has an input shaper.
+fn has_spring_at_rest(scene: &Scene) -> bool {
+    let is_spring = match scene.method.kind {
+        Loop::Hybrid | Loop::Conventional => true,
+        Loop::Law(law) => matches!(law, LawMethod::SampledWall(_)),
+    };
+    is_spring && scene.method.shaper_hz.is_none() && scene.wall.ramp.is_none()
 }
 
 /// A motor and its hand under a bridge's pulses.
@@ -198,8 +213,13 @@ mod tests {
     use super::{Pulsed, Ripple};
 
     fn scene(name: &str) -> Scene {
+        changed(name, |text| text)
+    }
+
+    fn changed(name: &str, change: impl Fn(String) -> String) -> Scene {
         let shipped = shipped().iter().find(|scene| scene.name == name).expect("it is shipped");
-        Scene::parse(name, shipped.text, &[], &mut |_| unreachable!("no file is named")).expect("a scene")
+        let text = change(shipped.text.to_string());
+        Scene::parse(name, &text, &[], &mut |_| unreachable!("no file is named")).unwrap_or_else(|e| panic!("{e}"))
     }
 
     #[test]
@@ -229,5 +249,18 @@ mod tests {
         assert!(found.beyond.len() == 1 && (from / known - 1.0).abs() < 5e-4 && to == 3.0, "{found:?}");
         let quick = Ripple::new(&scene("hybrid-wall"), [0.05, 3.0]).expect("pulses");
         assert!(quick.beyond.is_empty() && quick.most_counts < 2e-3, "{quick:?}");
+    }
+
+    #[test]
+    fn a_law_whose_command_at_rest_is_not_the_wall_s_spring_has_no_ripple() {
+        // Behind a coupling of 0.1 N.m/rad the duty at rest stays below that at which slow pulses have one count.
+        let coupled = |text: String| {
+            let kind = "kind = \"virtual_coupling\"\ncoupling_stiffness = \"0.1 N.m/rad\"";
+            text.replace("kind = \"hybrid\"", kind)
+        };
+        let ramped = |text: String| text + "[wall.ramp]\nstiffness = 1\nfrom = \"100 ms\"\nto = \"300 ms\"\n";
+        let (coupled, ramped) = (changed("slow-pwm", coupled), changed("slow-pwm", ramped));
+        assert!(coupled.method.kind != scene("slow-pwm").method.kind && ramped.wall.ramp.is_some());
+        assert_eq!([coupled, ramped].map(|scene| Ripple::new(&scene, [0.05, 3.0])), [None, None]);
     }
 }

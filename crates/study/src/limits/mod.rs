@@ -11,11 +11,11 @@ mod looks;
 mod unknown;
 mod words;
 
-use hpu_cosim::scene::{Datapath, Miss, Scene};
+use hpu_cosim::scene::{Datapath, Friction, Miss, Scene};
 
 use hpu_prove::linear::{BoxSet, Damping, DrivenSet, NotDriven, Ripple, StableSet};
 
-use crate::criteria::{self, Criterion, Silent};
+use crate::criteria::{self, Criterion, Rigid, Silent};
 
 pub use hands::{PublishedHand, hands_of, published_hands};
 pub use looks::{Looks, MOST_EVENTS};
@@ -51,6 +51,13 @@ pub struct Limits {
     pub in_words: Result<WordsSet, String>,
     /// The scene's own stiffness, if its fixed-point word misses it by far.
     pub stiffness_miss: Option<Miss>,
+    /// Relative error of the word of the scene's damping, if it is more than [`Miss::FLAGGED`]: the runs in words have
+    /// the word's damping, linear loops and criteria what is asked for.
+    pub damping_error: Option<f64>,
+    /// Coulomb friction of the device, in SI units: linear loops and ripple leave it out.
+    pub coulomb: f64,
+    /// Whether `wall.ramp` changes the wall during the runs: a stiffness is then that before the ramp.
+    pub is_ramped: bool,
 }
 
 /// Returns the limits of a scene's wall over a range of stiffnesses, with the scene's damping. Calls `in_words` last,
@@ -68,6 +75,20 @@ pub fn limits(scene: &Scene, range: [f64; 2], in_words: impl FnOnce() -> Result<
     let in_words = in_words();
     // The linear loop has no words that could miss the stiffness.
     let words = if scene.model.datapath == Datapath::Linear { None } else { scene.words().ok() };
-    let stiffness_miss = words.and_then(|words| words.realised.stiffness_miss);
-    Limits { varied: None, range, criteria, silent, linear, driven, ripple, in_box: None, in_words, stiffness_miss }
+    let realised = words.as_ref().map(|words| &words.realised);
+    Limits {
+        varied: None,
+        range,
+        criteria,
+        silent,
+        linear,
+        driven,
+        ripple,
+        in_box: None,
+        in_words,
+        stiffness_miss: realised.and_then(|realised| realised.stiffness_miss),
+        damping_error: realised.map(|realised| realised.damping_error).filter(|error| error.abs() > Miss::FLAGGED),
+        coulomb: if scene.model.friction == Friction::None { 0.0 } else { Rigid::new(scene).coulomb_nm },
+        is_ramped: scene.wall.ramp.is_some(),
+    }
 }
