@@ -26,9 +26,10 @@ use crate::{pictures, shell::hdl, shell::interrupt};
 /// The linear loop is told twice. With an ideal drive it waits for nothing but its samples; no stiffness at which one
 /// of its poles crosses the unit circle is missed. As driven, it is the loop that runs: with the clocks of
 /// synchronizer, decoder, counter, registers and method.settling, and with the modulator's period, at the duty with
-/// which the hand comes to rest. Its stretches are proved; where it is not worked out, the page tells why, and which
-/// times the ideal drive leaves out. The ripple of the modulator at rest is told in encoder counts: a wall with one
-/// count rms or more does not settle, whatever its loop does.
+/// which the hand comes to rest. Its stretches are proved; behind a modulator they are sought at 200 stiffnesses, and
+/// one between two of these may be missed. Where it is not worked out, the page tells why, and which times the ideal
+/// drive leaves out. The ripple of the modulator at rest is told in encoder counts: a wall with one count rms or more
+/// does not settle, whatever its loop does, unless Coulomb friction holds the device.
 ///
 /// The scene in words is run at a grid of stiffnesses, at several phases of its contact each, and at every word between
 /// neighbours that differ. The damping is the scene's. Each criterion tells which of its assumptions the scene does not
@@ -227,6 +228,9 @@ fn of_design<'w, F>(
         in_box: None,
         in_words,
         stiffness_miss: None,
+        damping_error: None,
+        coulomb: 0.0,
+        is_ramped: false,
     };
     Ok(Some((opened, drawn(args, &scene.name, &found, &[]))))
 }

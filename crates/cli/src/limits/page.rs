@@ -9,6 +9,7 @@ use hpu_study::page::{Cell, Column, Page, Table};
 use serde_json::{Value, json};
 
 use crate::parameters::{missed, missed_object};
+use crate::units::error_percent;
 
 /// The width of the labels.
 const LABEL: usize = 25;
@@ -33,6 +34,7 @@ pub fn page(scene: &str, found: &Limits, over: &[Unknown]) -> Page {
         }
     }
     driven(&mut page, found);
+    page.data("coulomb_friction_left_out", found.coulomb);
     page.data("over", json!([]));
     for (index, unknown) in over.iter().enumerate() {
         let (label, range) = (if index == 0 { "over the box" } else { "" }, unknown.to_string());
@@ -52,6 +54,16 @@ pub fn page(scene: &str, found: &Limits, over: &[Unknown]) -> Page {
         Err(why) => {
             page.line("in words", why);
         }
+    }
+    page.data("damping_error", found.damping_error).data("wall_is_ramped", found.is_ramped);
+    if let Some(error) = found.damping_error {
+        let said = "the runs in words have that, linear loops and criteria what is asked for; a finer \
+                    method.damping_format mends it";
+        page.line("warning", format!("wall.damping misses what is asked for by {}: {said}", error_percent(error)));
+    }
+    if found.is_ramped {
+        let said = "wall.ramp changes the wall during the runs: a stiffness is that before the ramp";
+        page.line("warning", said);
     }
     page.data("stiffness_missed", found.stiffness_miss.as_ref().map(missed_object));
     if let Some(miss) = &found.stiffness_miss {
@@ -113,7 +125,8 @@ fn driven(page: &mut Page, found: &Limits) {
             page.line("linear loop, as driven", set.said());
             crossings(page, &set.set);
             if let Some(other) = &set.with_modulator {
-                page.line("", format!("with the clock in which a modulator takes a command: {}", other.said()));
+                let own = "so the scene runs: its averaged bridge takes a command at once";
+                page.line("", format!("{own}, a modulator one clock later: {}", other.said()));
                 crossings(page, other);
             }
             if let Some([from, to]) = set.duty {
@@ -154,10 +167,14 @@ fn driven(page: &mut Page, found: &Limits) {
             [] => format!("at most {} count rms", figure(ripple.most_counts)),
             stretches => {
                 let all: Vec<String> = stretches.iter().map(stretch).collect();
-                format!("alone one count rms or more {}: no wall settles there", all.join(" and "))
+                let so = if found.coulomb > 0.0 { "" } else { ": no wall settles there" };
+                format!("alone one count rms or more {}{so}", all.join(" and "))
             }
         };
         page.line("PWM's ripple", said);
+    }
+    if found.coulomb > 0.0 && (found.linear.is_ok() || found.driven.is_ok() || found.ripple.is_some()) {
+        page.line("", "all of this without the device's Coulomb friction, which may hold it at other stiffnesses too");
     }
 }
 

@@ -286,6 +286,28 @@ fn limits_say_of_each_criterion_how_many_assumptions_are_met_and_what_the_scene_
 }
 
 #[test]
+fn limits_say_what_linear_loop_and_ripple_leave_out() {
+    let page = |scene: &str, set: &[&str]| {
+        let sets: Vec<_> = set.iter().flat_map(|set| ["--set", set]).collect();
+        let few = ["limits", scene, "--range", "0.2..0.25", "--words", "2", "--phases", "1"];
+        stdout(&run(&[&few[..], &sets].concat()))
+    };
+    let (ripple, friction) = ("alone one count rms or more", "without the device's Coulomb friction");
+    let text = page("slow-pwm", &[]);
+    assert!(text.contains(ripple) && text.contains("no wall settles there") && !text.contains(friction), "{text}");
+    // Friction of 10 mN.m holds the wheel against a part of the ripple: walls up to 0.227 N.m/rad settle at all phases.
+    let text = page("slow-pwm", &["device.coulomb_friction=10 mN.m"]);
+    assert!(text.contains(ripple) && !text.contains("no wall settles there") && text.contains(friction), "{text}");
+    let text = page("slow-pwm", &["device.coulomb_friction=10 mN.m", "model.friction=none"]);
+    assert!(text.contains("no wall settles there") && !text.contains(friction), "{text}");
+    // One unit of the format is 4.2176e-5 N.m.s/rad.
+    let text = page("hybrid-wall", &["wall.damping=6e-5", "method.damping_format=(0,12,0)"]);
+    assert!(text.contains("wall.damping misses what is asked for by -29.7"), "{text}");
+    let text = page("hybrid-wall", &["wall.ramp.stiffness=1", "wall.ramp.from=0.1", "wall.ramp.to=0.3"]);
+    assert!(text.contains("a stiffness is that before the ramp") && !text.contains("proved"), "{text}");
+}
+
+#[test]
 fn the_table_of_nets_stays_aligned_whatever_the_words_hold() {
     let output = run(&["run", "phantom-thrown", "--edges", "1000000"]);
     let text = stdout(&output);
