@@ -74,8 +74,8 @@ impl Args {
         let mut load = |file: &str| source.load(file);
         Race::new((&source.name, &source.text), &self.set.set, &self.contestants, &mut load).map_err(
             |error| match error {
-                RaceError::Scene(_) => Failure::file(error),
-                RaceError::Run(_) | RaceError::Name(_) => Failure::usage(error),
+                RaceError::Scene(_) | RaceError::Run(_) => Failure::file(error),
+                RaceError::Name(_) => Failure::usage(error),
             },
         )
     }
@@ -120,7 +120,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let control = interrupt::heed();
     let plan = Plan::usual(args.jobs.get());
     let chart = with_progress(race.work(plan), "", control, || race.run(plan, control));
-    let Some(chart) = chart.map_err(Failure::usage)? else {
+    let Some(chart) = chart.map_err(Failure::file)? else {
         show(&page::interrupted(&race), args.json)?;
         return Ok(Exit::Interrupted);
     };

@@ -33,7 +33,7 @@ pub struct Args {
     #[arg(required_unless_present = "scene")]
     name: Option<String>,
     /// Configuration of the block, of those that `hpu block NAME` lists; may be repeated. Without it, all of them
-    #[arg(long = "variant", value_name = "LABEL", requires = "name")]
+    #[arg(id = "variant", long, value_name = "LABEL", requires = "name")]
     variants: Vec<String>,
     /// The loop of a scene instead, in the scene's widths: its price, and that of a bit more or less; or a design of
     /// your own, each port on a pin

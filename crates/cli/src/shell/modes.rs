@@ -235,6 +235,12 @@ const MODES: &[Mode] = &[
         unread: &[(&["notation"], "text and the files of --out show word formats")],
     },
     Mode {
+        verb: "cost",
+        is_asked: |given| given.has("scene"),
+        name: "a scene's loop",
+        unread: &[(&["variant"], "a block's NAME reads it; --set changes the loop's configuration")],
+    },
+    Mode {
         verb: "sweep shard",
         is_asked: |given| given.has("point"),
         name: "--point",
@@ -250,7 +256,13 @@ const MODES: &[Mode] = &[
         verb: "sweep submit",
         is_asked: |given| given.is("engine", "parallel"),
         name: "GNU parallel",
-        unread: &[(&["tasks", "since"], "--engine slurm reads it")],
+        unread: &[(&["tasks", "since", "tool_timeout"], "--engine slurm reads it")],
+    },
+    Mode {
+        verb: "sweep submit",
+        is_asked: |given| given.has("dry_run") && given.is("engine", "parallel"),
+        name: "--dry-run of GNU parallel",
+        unread: &[(&["one_wave"], "its script is always that of one wave")],
     },
     Mode {
         verb: "sweep submit",

@@ -153,3 +153,21 @@ fn a_map_over_designs_of_which_each_refuses_its_generics_is_a_failure_and_one_th
     let output = map("hand.stiffness=0.25..0.35 N.m/rad:2");
     assert_eq!(code(&output), 0, "{}", stderr(&output));
 }
+
+#[test]
+fn chart_and_fit_refuse_a_scene_with_nothing_to_compare_with_one_code() {
+    let axes = ["--x", "wall.stiffness=1..2:2", "--y", "wall.damping=0..0.1:2"];
+    for (scene, why) in [
+        ("testbench/dut/knee.toml", "the scene has a design of yours"),
+        ("replay-capture", "a recording has no device whose motion could be compared"),
+    ] {
+        for (verb, more) in [("chart", &[][..]), ("chart", &axes), ("fit", &[])] {
+            let output = hpu().args([verb, scene]).args(more).output().expect("starts");
+            let said = stderr(&output);
+            assert_eq!(code(&output), 4, "{verb} {scene} {more:?}: {said}");
+            assert!(said.contains(why), "{verb} {scene} {more:?}: {said}");
+        }
+    }
+    let output = hpu().args(["chart", "one-tick", "--contestants", "nobody"]).output().expect("starts");
+    assert_eq!(code(&output), 2, "{}", stderr(&output));
+}

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
+use std::os::unix::fs::PermissionsExt as _;
 use std::path::Path;
 
 use clap::Command;
@@ -15,30 +16,34 @@ type Mode = (&'static [&'static str], &'static [&'static str], &'static [(&'stat
 /// wall time that no run of this test comes near.
 const WITHOUT_EFFECT: [&str; 3] = ["quiet", "jobs", "cell-timeout"];
 
-/// Options whose effect is not seen where nothing is wrong: the random rows of a check, all of which agree.
-const UNSEEN: [(&str, &str); 1] = [("check", "seed")];
-
-/// Verbs whose options other tests try one by one: each needs a sweep that is planned, or a synthesis or a paper's
-/// study that takes minutes.
-const ELSEWHERE: [&str; 17] = [
-    "cost",
-    "study",
-    "sweep shard",
-    "sweep status",
-    "sweep gather",
-    "sweep run",
-    "sweep submit",
-    "sweep task",
-    "reproduce phantom-ladder",
-    "reproduce phantom-lag",
-    "reproduce phantom-formats",
-    "reproduce phantom-cost",
-    "reproduce hybrid-loop",
-    "reproduce input-shaper",
-    "reproduce criteria",
-    "reproduce power-scaling",
-    "reproduce three-dof",
+/// Options whose effect is not seen where nothing is wrong: the random rows of a check, all of which agree; a sweep
+/// whose files are whole, whose points are all run, and whose build planned it, for which sweep.rs has others; the shards
+/// that a task runs at a time; and the size of a further wave's shards.
+const UNSEEN: [(&str, &str, &str); 7] = [
+    ("check", "seed", "--rows"),
+    ("sweep", "again", ""),
+    ("sweep", "partial", ""),
+    ("sweep", "any-version", ""),
+    ("sweep", "cores", "--of"),
+    ("sweep", "shard-time", "@PLANNED"),
+    ("sweep", "shard-points", "@PLANNED"),
 ];
+
+/// Verbs that are others by another name, with the options of these: the paper's studies that come with the program are
+/// `study` on a file, the ladder is Table 2 by other models, and two tables of words are of one kind.
+const ALIKE: [(&str, &str); 8] = [
+    ("reproduce hybrid-loop", "study"),
+    ("reproduce input-shaper", "study"),
+    ("reproduce criteria", "study"),
+    ("reproduce power-scaling", "study"),
+    ("reproduce three-dof", "study"),
+    ("reproduce phantom-lag", "study"),
+    ("reproduce phantom-ladder", "reproduce phantom-table-2"),
+    ("reproduce phantom-formats", "reproduce phantom-sines"),
+];
+
+/// A verb whose least result is a synthesis of minutes; its options were tried by hand.
+const ELSEWHERE: [&str; 1] = ["reproduce phantom-cost"];
 
 /// A short run. `@` is a folder of the run's own.
 const SHORT: &str = "run.duration=3 ms";
@@ -66,6 +71,17 @@ const GIVEN: &[(&str, &[&str])] = &[
     ("schema", &["--schema"]),
     ("markdown", &["--markdown"]),
     ("variant", &["--variant", "8_bit"]),
+    ("index", &["--index", "1"]),
+    ("wave", &["--wave", "2"]),
+    ("of", &["--of", "2"]),
+    ("engine", &["--engine", "slurm"]),
+    ("limit", &["--limit", "1"]),
+    ("tasks", &["--tasks", "1"]),
+    ("cores", &["--cores", "2"]),
+    ("option", &["--option=--hold"]),
+    ("one-wave", &["--one-wave"]),
+    ("dry-run", &["--dry-run"]),
+    ("cancel", &["--cancel"]),
     ("inputs", &["--inputs", "/nowhere"]),
     ("set-kind", &["--set-kind", "random"]),
     ("seed", &["--seed", "7"]),
@@ -234,6 +250,18 @@ const MODES: &[Mode] = &[
         &["testbench/studies/example.toml", "--section", "map", "--out", "@/sweep", "--shard-points", "5"],
         &[("out", &["--out", "@/other"]), ("section", &["--section", "nothing"])],
     ),
+    (&["sweep", "status"], &["@PLANNED"], &[]),
+    (&["sweep", "shard"], &["@PLANNED", "--index", "0"], &[]),
+    (&["sweep", "task"], &["@PLANNED", "--wave", "1", "--index", "0", "--of", "1"], &[]),
+    (&["sweep", "gather"], &["@DONE"], &[]),
+    (&["sweep", "run"], &["@STUDY", "--out", "@/sweep"], &[("section", &["--section", "nothing"])]),
+    (&["sweep", "run"], &["@PLANNED"], &[]),
+    (&["sweep", "submit"], &["@PLANNED", "--engine", "slurm", "--dry-run"], &[("engine", &["--engine", "parallel"])]),
+    (&["sweep", "submit"], &["@PLANNED", "--engine", "parallel", "--dry-run"], &[]),
+    (&["sweep", "submit"], &["@PLANNED", "--engine", "slurm", "--cancel"], &[("engine", &["--engine", "parallel"])]),
+    (&["study"], &["@LINES"], &[]),
+    (&["study"], &["--from", "@DONE"], &[]),
+    (&["cost"], &["unilateral", "--cache", "@COSTS"], &[("cache", &["--cache", "/proc/none"])]),
     (&["completions"], &["bash"], &[]),
     (&["man"], &[], &[]),
     (&["reproduce", "phantom-sines"], &[], &[]),
@@ -261,9 +289,23 @@ fn found(dir: &Path, number: usize, words: &[String]) -> Found {
         let word = word.replace("@IN", &dir.join("in.csv").display().to_string());
         let word = word.replace("@WRONG", &dir.join("wrong.txt").display().to_string());
         let word = word.replace("@PAGE", &dir.join("page.html").display().to_string());
+        let word = word.replace("@STUDY", &dir.join("map.toml").display().to_string());
+        let word = word.replace("@LINES", &dir.join("lines.toml").display().to_string());
+        let word = word.replace("@COSTS", &dir.join("costs").display().to_string());
+        // A command may change a sweep, so each has its own.
+        for sweep in ["@PLANNED", "@DONE"].into_iter().filter(|sweep| word.contains(sweep)) {
+            fs::create_dir_all(own.join("sweep")).expect("a folder");
+            let mut files = BTreeMap::new();
+            collect(&dir.join(&sweep[1..]), &dir.join(&sweep[1..]), &mut files);
+            files.iter().for_each(|(name, bytes)| fs::write(own.join("sweep").join(name), bytes).expect("a file"));
+        }
+        let word = word.replace("@PLANNED", "@/sweep").replace("@DONE", "@/sweep");
         word.replace('@', &own.display().to_string())
     };
-    let output = hpu().args(words.iter().map(place)).output().expect("starts");
+    // A scheduler without jobs.
+    let path = std::env::var("PATH").unwrap_or_default();
+    let path = format!("{}:{path}", dir.join("tools").display());
+    let output = hpu().args(words.iter().map(place)).env("PATH", path).output().expect("starts");
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).replace(&own.display().to_string(), "@");
     let mut files = BTreeMap::new();
     collect(&own, &own, &mut files);
@@ -334,6 +376,29 @@ fn verbs(command: &Command, above: &str, all: &mut Vec<String>) {
     }
 }
 
+/// Makes a sweep that is planned and one that is done, two small studies, and a Slurm that has no jobs.
+fn prepare_sweeps(dir: &Path) {
+    let map = "name = \"tiny\"\ntitle = \"Tiny\"\n[map]\nscene = \"free-motion\"\nset = [\"run.duration=3 ms\"]\n\
+               x = \"device.coulomb_friction=0.1..10 mN.m:3\"\ny = \"device.initial_speed=100..300 rad/s:3\"\n";
+    fs::write(dir.join("map.toml"), map).expect("a study");
+    let lines = "name = \"tiny\"\ntitle = \"Tiny\"\n[[group]]\nname = \"g\"\n[[group.line]]\nwhat = \"x\"\n\
+                 text = \"{run.outcome}\"\nmeasure.run = { measure = \"run\", scene = \"one-tick\" }\n";
+    fs::write(dir.join("lines.toml"), lines).expect("a study");
+    let fine = |words: &[&str]| {
+        let output = hpu().current_dir(dir).args(words).output().expect("starts");
+        assert!(output.status.success(), "{words:?}: {}", String::from_utf8_lossy(&output.stderr));
+    };
+    fine(&["sweep", "plan", "map.toml", "--out", "PLANNED", "--shard-points", "2"]);
+    fine(&["sweep", "run", "lines.toml", "--out", "DONE", "--shard-points", "2"]);
+    fs::create_dir_all(dir.join("tools")).expect("a folder");
+    for tool in ["squeue", "scontrol", "scancel"] {
+        let path = dir.join("tools").join(tool);
+        // Longer than the time limit that is tried.
+        fs::write(&path, "#!/bin/sh\nsleep 0.05\n").expect("a tool");
+        fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).expect("the owner's");
+    }
+}
+
 /// Tries the options of the modes whose number leaves this remainder by four: the tests of a file run side by side.
 fn tried(rest: usize) {
     let dir = scratch(&format!("options-{rest}"));
@@ -341,6 +406,7 @@ fn tried(rest: usize) {
     fs::write(dir.join("page.html"), "<script type=\"application/json\" id=\"start\">{}</script>").expect("a page");
     let counter = "# position_counter in rst(0,1,0) step(1,1,0) out position(0,12,0) generics WIDTH=12";
     fs::write(dir.join("wrong.txt"), format!("{counter}\n1 0 001\n# end 1 rows\n")).expect("vectors");
+    prepare_sweeps(&dir);
     let (mut number, mut ignored) = (0, Vec::new());
     for (verb, mode, own) in MODES.iter().skip(rest).step_by(4) {
         let base: Vec<String> = [*verb, *mode].concat().into_iter().map(String::from).collect();
@@ -350,7 +416,9 @@ fn tried(rest: usize) {
         };
         let (one, same) = (run(&base), run(&base));
         for option in options(verb) {
-            let is_unseen = UNSEEN.contains(&(verb[0], &option)) && mode.contains(&"--rows");
+            let is_unseen = UNSEEN.iter().any(|(of, unseen, beside)| {
+                (*of, *unseen) == (verb[0], &option) && (beside.is_empty() || mode.contains(beside))
+            });
             if WITHOUT_EFFECT.contains(&&*option) || is_unseen {
                 continue;
             }
@@ -392,9 +460,17 @@ fn every_verb_has_a_mode_whose_options_are_tried() {
     let mut all = Vec::new();
     verbs(&hpu_cli::description(), "", &mut all);
     let tried: BTreeSet<String> = MODES.iter().map(|(verb, ..)| verb.join(" ")).collect();
-    let left: Vec<_> =
-        all.iter().filter(|verb| !tried.contains(*verb)).filter(|verb| !ELSEWHERE.contains(&verb.as_str())).collect();
+    let alike = |verb: &String| ALIKE.into_iter().find(|(one, _)| one == verb);
+    let left: Vec<_> = all.iter().filter(|verb| !tried.contains(*verb) && alike(verb).is_none()).collect();
+    let left: Vec<_> = left.into_iter().filter(|verb| !ELSEWHERE.contains(&verb.as_str())).collect();
     assert!(left.is_empty(), "{left:?}");
+    for (verb, other) in ALIKE {
+        assert!(tried.contains(other), "{other} stands for {verb}");
+        let of = |verb: &str| options(&verb.split(' ').collect::<Vec<_>>());
+        let known = of(other);
+        let unknown: Vec<_> = of(verb).into_iter().filter(|option| !known.contains(option)).collect();
+        assert!(unknown.is_empty(), "{verb} has more options than {other}: {unknown:?}");
+    }
 }
 
 #[test]
@@ -404,6 +480,10 @@ fn an_option_of_another_mode_is_refused_with_the_mode_that_reads_it() {
             &["vectors", "pwm", "--set", "WIDTH=14"][..],
             "--set has no effect on vectors of blocks alone; --set-kind scene reads it, --variant LABEL chooses a \
              configuration",
+        ),
+        (
+            &["cost", "--scene", "free-motion", "--variant", "8_bit"],
+            "--variant has no effect on a scene's loop; a block's NAME reads it",
         ),
         (
             &["vectors", "pwm", "--scene", "hybrid-wall"],
@@ -417,6 +497,10 @@ fn an_option_of_another_mode_is_refused_with_the_mode_that_reads_it() {
         (&["vectors", "--update", "--seed", "3"], "--seed has no effect on --update; the committed vectors have"),
         (&["map", "--from", "/nowhere", "--cell-events", "3"], "--cell-events has no effect on --from; the sweep's"),
         (&["sweep", "plan", "testbench", "--section", "map"], "--section: testbench is the folder of a sweep"),
+        (
+            &["sweep", "submit", "testbench", "--engine", "parallel", "--tool-timeout", "9"],
+            "--tool-timeout has no effect on GNU parallel; --engine slurm reads it",
+        ),
         (&["sweep", "run", "testbench", "--out", "/nowhere"], "--out: testbench is the folder of a sweep"),
     ] {
         let words: Vec<String> = words.iter().map(ToString::to_string).collect();
