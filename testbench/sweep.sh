@@ -1,16 +1,21 @@
 #!/bin/bash
 # Sweeps on farms: the same points by the engine of one machine, by Slurm and by GNU parallel, and with kills at random
-# instants; the gathered files must be the same to the byte. Writes testbench/record/sweep.txt.
+# instants; the gathered files must be the same to the byte. Writes testbench/record/sweep.txt; with --kills it does the
+# kills alone, of every part of `hpu sweep submit` and of GNU parallel too, and writes testbench/record/kills.txt.
 #
 # Starts a slurmctld and two slurmd of one core each on this host, with their own munged, and stops them. Installs what
-# it needs where it may. SEED (1 unless told) gives the instants of the kills, KILLS (10) how many each victim gets.
+# it needs where it may. SEED (1 unless told) gives the instants of the kills, KILLS (10) how many each victim gets. HPU
+# names the program; without it a release build is made.
 # Exit codes: 0 all is the same, 1 something differs, 3 a tool is missing.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 root=$PWD
 RANDOM=${SEED:-1}
 kills=${KILLS:-10}
+only_kills=
+[ "${1:-}" != --kills ] || only_kills=yes
 record=$PWD/testbench/record/sweep.txt
+[ -z "$only_kills" ] || record=$PWD/testbench/record/kills.txt
 
 packages="slurm-wlm munge parallel time verilator"
 export PATH=$PATH:/usr/sbin
@@ -27,10 +32,10 @@ if ! {
     # shellcheck disable=SC2086  # one word a package
     DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends $packages
 fi
-cargo build --locked --release --quiet -p hpu
+[ -n "${HPU:-}" ] || cargo build --locked --release --quiet -p hpu
 work=$(mktemp -d)
 # A copy: a sweep is bound to the build that planned it.
-cp "${CARGO_TARGET_DIR:-target}/release/hpu" "$work/hpu"
+cp "${HPU:-${CARGO_TARGET_DIR:-target}/release/hpu}" "$work/hpu"
 hpu=$work/hpu
 cd "$work"
 
@@ -192,7 +197,7 @@ same() { # NAME DIR REFERENCE
 shards="--shard-points 200"
 
 exec > >(tee "$work/record")
-echo "Sweeps, by testbench/sweep.sh: seed ${SEED:-1}, $kills kills of each"
+echo "Sweeps, by testbench/sweep.sh${only_kills:+ --kills}: seed ${SEED:-1}, $kills kills of each"
 echo "$("$hpu" --version), $(sinfo --version 2>/dev/null | head -n 1), $(parallel --version | head -n 1)," \
     "$(sed -n 's/^model name.*: //p' /proc/cpuinfo | head -n 1), $(nproc) cores," \
     "load $(cut -d ' ' -f 1 /proc/loadavg) at the start"
@@ -206,29 +211,32 @@ for study in map waves search; do
         "$("$hpu" --quiet sweep gather local-$study --json | sed -n 's/.*"rows": \([0-9]*\).*/\1/p')" \
         "points, waves: $("$hpu" --quiet sweep status local-$study --json | grep -c '"wave":'), $(since "$begin") s"
 done
-quiet map free-motion --x 'device.coulomb_friction=0.1..10 mN.m:100:log' --y 'device.initial_speed=100..300 rad/s:100' \
-    --set 'run.duration=20 ms' --full -o whole
-quiet map --from local-map -o drawn
-rows() { grep -v '^#' "$1/map.csv"; }
-if cmp -s <(rows whole) <(rows drawn); then
-    echo "hpu map --from: the rows of hpu map"
-else
-    echo "hpu map --from: differs from hpu map"
-    differs=1
-fi
-# The other engines, each with other shards.
-for study in map waves search; do
-    begin=$(now)
-    quiet sweep plan $study.toml -o parallel-$study --shard-points 333
-    quiet sweep submit parallel-$study --engine parallel --limit 2
-    quiet sweep gather parallel-$study
-    same "$study, GNU parallel, $(since "$begin") s" parallel-$study local-$study
-    begin=$(now)
-    quiet sweep plan $study.toml -o slurm-$study --shard-points 500
-    quiet sweep submit slurm-$study --engine slurm
-    by_slurm slurm-$study
-    same "$study, Slurm, $(since "$begin") s" slurm-$study local-$study
-done
+engines() {
+    quiet map free-motion --x 'device.coulomb_friction=0.1..10 mN.m:100:log' --y 'device.initial_speed=100..300 rad/s:100' \
+        --set 'run.duration=20 ms' --full -o whole
+    quiet map --from local-map -o drawn
+    rows() { grep -v '^#' "$1/map.csv"; }
+    if cmp -s <(rows whole) <(rows drawn); then
+        echo "hpu map --from: the rows of hpu map"
+    else
+        echo "hpu map --from: differs from hpu map"
+        differs=1
+    fi
+    # The other engines, each with other shards.
+    for study in map waves search; do
+        begin=$(now)
+        quiet sweep plan $study.toml -o parallel-$study --shard-points 333
+        quiet sweep submit parallel-$study --engine parallel --limit 2
+        quiet sweep gather parallel-$study
+        same "$study, GNU parallel, $(since "$begin") s" parallel-$study local-$study
+        begin=$(now)
+        quiet sweep plan $study.toml -o slurm-$study --shard-points 500
+        quiet sweep submit slurm-$study --engine slurm
+        by_slurm slurm-$study
+        same "$study, Slurm, $(since "$begin") s" slurm-$study local-$study
+    done
+}
+[ -n "$only_kills" ] || engines
 
 # Kills. Of a shard's process half of them as its file is being written; of others at any instant.
 pause() { sleep "$(awk -v r=$RANDOM -v most="$1" 'BEGIN { printf "%.3f", most * r / 32768 }')"; }
@@ -316,6 +324,36 @@ done
 quiet sweep gather kill-shard
 same "$killed kills of a gather" kill-shard local-map
 
+# Kills of `hpu sweep submit` with GNU parallel, whose jobs end with it. A job that goes on would hold the lock of its
+# shard, or die of the file that is taken away.
+jobs() { pgrep -f "^$hpu --quiet sweep (task|shard) $work/$1 " | wc -l; }
+killed=0
+dir=kill-parallel
+quiet sweep plan map.toml -o $dir --shard-points 100
+while [ $killed -lt "$kills" ]; do
+    "$hpu" --quiet sweep submit $dir --engine parallel --limit 2 >/dev/null 2>&1 &
+    pid=$!
+    for _ in $(seq 500); do [ "$(jobs $dir)" = 0 ] || break; sleep 0.01; done
+    pause 0.5
+    kill -9 $pid 2>/dev/null && killed=$((killed + 1))
+    wait $pid 2>/dev/null || true
+    for _ in $(seq 50); do [ "$(jobs $dir)" != 0 ] || break; sleep 0.1; done
+    [ "$(jobs $dir)" = 0 ] || { echo "$(jobs $dir) jobs of GNU parallel live on"; differs=1; }
+    [ "$(done_shards $dir)" -lt 90 ] || find $dir -name '*.parquet' -delete
+done
+quiet sweep submit $dir --engine parallel --limit 2
+quiet sweep gather $dir
+same "$killed kills of a submitter of GNU parallel, no job lives on" $dir local-map
+
+finish() {
+    if [ $differs = 0 ]; then echo "all engines agree"; else echo "engines differ"; fi
+    if [ $differs != 0 ]; then exit 1; fi
+    sleep 0.5 # until tee has written the last line
+    cp "$work/record" "$record"
+    exit
+}
+[ -z "$only_kills" ] || finish
+
 # How fast this Slurm starts tasks that do nothing.
 begin=$(now)
 echo '#!/bin/sh' | sbatch --array=0-63 --output=/dev/null --parsable >/dev/null
@@ -390,7 +428,4 @@ for points in 1000 100 20; do
     same "$((10000 / points)) shards" cut local-map
 done
 
-if [ $differs = 0 ]; then echo "all engines agree"; else echo "engines differ"; fi
-if [ $differs != 0 ]; then exit 1; fi
-sleep 0.5 # until tee has written the last line
-cp "$work/record" "$record"
+finish

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use crate::common::{assert_refused, code, hpu, names, scratch, stderr, stdout, tools};
+use crate::common::{assert_refused, code, hpu, json, names, scratch, stderr, stdout, tools};
 
 /// Parts of names. Where one of them is read as code, it makes the file `PWNED`.
 const AWKWARD: [&str; 16] = [
@@ -193,6 +193,40 @@ fn names_that_are_no_identifiers_are_refused_at_their_line() {
     assert_not_executed(&dir);
 }
 
+/// Prices designs in VHDL whose register of `pwm` is there for one text alone.
+fn texts_of_generics_arrive_in_synthesis(dir: &Path) {
+    let own = [AWKWARD[2], AWKWARD[9], AWKWARD[12], "\"", "é\"&b"];
+    for (value, registers) in own.iter().map(|value| (value, 2)).chain([(&own[0], 1)]) {
+        // For the last one, another text is given than the design is for.
+        let given = if registers == 2 { *value } else { "say \"x\" z" };
+        let is_byte = |(at, byte): (usize, u8)| format!(" and character'pos(TXT({})) = {byte}", at + 1);
+        let each: String = value.bytes().enumerate().map(is_byte).collect();
+        let is_one = format!("if TXT'length = {}{each} then pwm <= a and not rst; end if;", value.len());
+        fs::write(dir.join("synth.vhd"), vhdl("").replace("pwm <= a and not rst;", &is_one)).expect("a file");
+        let more = format!("engine = \"ghdl\"\ngenerics = {{ TXT = {} }}", serde_json::json!(given));
+        fs::write(dir.join("synth.toml"), scene(&["synth.vhd".to_string()], &more)).expect("a scene");
+        let output = in_folder(dir, &["cost", "--scene", "synth.toml", "--json"]);
+        assert_eq!(code(&output), 0, "{value:?}: {}", stderr(&output));
+        assert_eq!(json(&output)["ff"], registers, "{value:?}");
+    }
+    // GHDL's option takes no empty text, which its simulation has no trouble with.
+    let empty = |engine: &str| {
+        scene(&["synth.vhd".to_string()], &format!("engine = \"{engine}\"\ngenerics = {{ TXT = \"\" }}"))
+    };
+    fs::write(dir.join("synth.vhd"), vhdl("  assert TXT'length = 0 severity failure;")).expect("a file");
+    for engine in ["ghdl", "verilator"] {
+        fs::write(dir.join("empty.toml"), empty(engine)).expect("a scene");
+        let output = in_folder(dir, &["run", "empty.toml"]);
+        let words = ["empty.toml:14:", "dut.generics.TXT", "no empty text", "default"];
+        if engine == "verilator" {
+            assert_refused(&output, 4, &words);
+        } else {
+            assert_eq!(code(&output), 0, "{}{}", stdout(&output), stderr(&output));
+        }
+        assert_refused(&in_folder(dir, &["cost", "--scene", "empty.toml"]), 4, &words);
+    }
+}
+
 #[test]
 fn texts_of_parameters_arrive_as_they_are_in_every_tool() {
     let dir = scratch("names-values");
@@ -225,6 +259,7 @@ fn texts_of_parameters_arrive_as_they_are_in_every_tool() {
             assert_eq!(code(&output), 0, "{value:?}: {}{}", stdout(&output), stderr(&output));
         }
     }
+    texts_of_generics_arrive_in_synthesis(&dir);
     // Verilator and GHDL take a negative number. Yosys would lose its sign.
     let check = "generate if (N != -3 || !(N < 0)) nothing_of_this_name u (); endgenerate";
     fs::write(dir.join("n.v"), verilog(check)).expect("a file");

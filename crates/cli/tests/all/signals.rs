@@ -352,3 +352,33 @@ fn the_shards_of_a_sweep_die_with_it() {
         assert_eq!(output.status.code(), (!is_killed).then_some(129), "{}", stderr(&output));
     }
 }
+
+/// GNU parallel runs each job in a group of its own. It ends its jobs when it is asked to end twice, and leaves them
+/// behind when it is killed.
+#[test]
+fn the_jobs_of_gnu_parallel_die_with_a_sweep_that_is_killed() {
+    let dir = scratch("signal-kill-parallel");
+    let work = dir.join("work");
+    let study = "name = \"s\"\ntitle = \"S\"\n[map]\nscene = \"hybrid-wall\"\nx = \"wall.stiffness=0.5..6 N.m/rad:2\"\n\
+                 y = \"wall.damping=0..0.4 mN.m.s/rad:2\"\nfull = true\n";
+    fs::write(dir.join("study.toml"), study).expect("a study");
+    let out = dir.join("sweep");
+    let plan = ["sweep", "plan", text(&dir.join("study.toml")), "-o", text(&out), "--shard-points", "1"];
+    assert_eq!(code(&run(&plan)), 0);
+    let parallel = "setsid sleep 1000 & job=$!\nasked=0\n\
+                    trap 'asked=$((asked + 1)); [ $asked = 1 ] || { kill $job; exit 1; }' TERM\n\
+                    while :; do sleep 0.01; done";
+    let tools = tools(&dir, &[("parallel", parallel), ("seq", "exec seq \"$@\""), ("sh", "exec /bin/sh \"$@\"")]);
+    let submit = ["sweep", "submit", text(&out), "--engine", "parallel"];
+    let killed = Started::new(&submit, &work, Some(&tools));
+    killed.until_runs("sleep 1000");
+    // The job is in its own group by then.
+    sleep(Duration::from_millis(100));
+    send("KILL", killed.child.id());
+    let start = Instant::now();
+    while !running(text(&work)).is_empty() && start.elapsed() < 2 * SOON {
+        sleep(Duration::from_millis(5));
+    }
+    assert_eq!(running(text(&work)), [], "processes");
+    drop(killed.child.wait_with_output());
+}

@@ -88,6 +88,10 @@ impl Simulators {
 
     /// Returns the files of a VHDL design as Verilog, with the errors of GHDL's synthesis repaired.
     pub(super) fn synthesised(&self, dut: &Dut, folder: &Path) -> Result<Vec<PlainName>, DutError> {
+        if let Some((name, _)) = dut.generics.iter().find(|(_, value)| value.to_string().is_empty()) {
+            let why = "GHDL's synthesis takes no empty text; make it the generic's default in the design";
+            return Err(DutError::Generic(name.to_string(), why.to_string()));
+        }
         self.analyse(dut, folder)?;
         let synth = |language: &str| -> Result<Said, DutError> {
             let mut command = self.ghdl_command("--synth", dut, folder);

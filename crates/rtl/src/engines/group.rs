@@ -149,12 +149,7 @@ impl Group {
         if running.stopped {
             return Err(Fault::Stopped);
         }
-        let entry = lifeline::entry();
-        if let Some(entry) = &entry {
-            // SAFETY: the function calls only what is safe between fork and exec.
-            unsafe { command.pre_exec(entry.enters()) };
-        }
-        let child = command.spawn().map_err(|error| match error.kind() {
+        let (child, entry) = lifeline::start(command, has_jobs).map_err(|error| match error.kind() {
             io::ErrorKind::NotFound => Fault::Missing,
             _ => Fault::NotStarted(error),
         })?;
