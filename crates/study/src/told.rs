@@ -63,7 +63,7 @@ pub fn outcome(verdict: Verdict, unit: &str, [from_s, to_s]: [f64; 2]) -> (Strin
         ),
         Verdict::NotTold { rms_rad, amplitude_rad, frequency_hz, telling_s } => {
             let (range, rms) = (u(2.0 * amplitude_rad), u(rms_rad));
-            let telling = telling(telling_s);
+            let telling = telling_by_decay(telling_s);
             let numbers = json!({
                 "kind": "not_told",
                 "rms_rad": rms_rad,
@@ -94,12 +94,15 @@ pub fn outcome(verdict: Verdict, unit: &str, [from_s, to_s]: [f64; 2]) -> (Strin
 
 /// Returns why a run does not tell whether the motion comes to rest, and what would tell; `None` if it tells.
 pub fn untold(outcome: OutcomeKind, telling_s: Option<f64>) -> Option<String> {
-    let why = match outcome {
-        OutcomeKind::NotTold => "the motion may still come to rest",
-        OutcomeKind::HandMoves => "the hand moves in the judged window",
-        _ => return None,
-    };
-    Some(format!("not told: {why}; {}", telling(telling_s)))
+    match outcome {
+        OutcomeKind::NotTold => {
+            Some(format!("not told: the motion may still come to rest; {}", telling_by_decay(telling_s)))
+        }
+        OutcomeKind::HandMoves => {
+            Some(format!("not told: the hand moves in the judged window; {}", telling(telling_s)))
+        }
+        _ => None,
+    }
 }
 
 /// Returns as text which duration of the run would tell.
@@ -108,6 +111,13 @@ pub fn telling(telling_s: Option<f64>) -> String {
         Some(telling_s) => format!("run.duration = \"{}\" would tell", si(telling_s, "s")),
         None => "no run.duration is known that would tell".into(),
     }
+}
+
+/// Returns as text which duration would tell how a motion ends that still decays. A beat can look like a decay, so the
+/// duration is an extrapolation.
+pub fn telling_by_decay(telling_s: Option<f64>) -> String {
+    let when = if telling_s.is_some() { " if the decay goes on so" } else { "" };
+    format!("{}{when}", telling(telling_s))
 }
 
 /// Returns energies as JSON.

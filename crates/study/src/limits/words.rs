@@ -1,6 +1,6 @@
 //! The set of stiffnesses at which a scene in fixed-point words settles, as `looks` found it.
 
-use crate::told::telling;
+use crate::told::telling_by_decay;
 
 /// A stiffness that was run.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -149,7 +149,7 @@ impl WordsSet {
             [among.iter().map(|seen| seen.not_told).min(), among.iter().map(|seen| seen.not_told).max()]
                 .map(Option::unwrap_or_default);
         let times = if least == most { most.to_string() } else { format!("{least} to {most}") };
-        let telling = telling(longest_s(among));
+        let telling = telling_by_decay(longest_s(among));
         format!("at {times} of {} phases; {telling}", self.phases)
     }
 
