@@ -39,11 +39,65 @@ pub(crate) struct Places {
 }
 
 impl Places {
-    /// Returns the stays inside the wall, deep inside it, and out of reach, from edge 0 on with the device at a count.
-    pub(crate) fn stays(self, count: i64) -> [Stay; 3] {
+    /// Counts the stays at the places from edge 0 on, with the device at a count.
+    pub(crate) fn tally(self, count: i64) -> Tally {
         let beyond = |counts: i64| Stay::inside([self.wall.saturating_add(counts), i64::MAX], count);
         let reach = self.reach.map_or([i64::MIN, i64::MAX], |reach| reach.map(|from_start| count + from_start));
-        [beyond(0), beyond(DEEP_COUNTS), Stay::outside(reach, count)]
+        let mut tally =
+            Tally { steady: [1, 0], inside: beyond(0), deep: beyond(DEEP_COUNTS), unheld: Stay::outside(reach, count) };
+        tally.turn(0, count);
+        tally
+    }
+}
+
+/// The stays of an axis at all [`Places`].
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) struct Tally {
+    /// The least and the greatest of the counts around the present one at which no stay begins or ends: one comparison
+    /// answers for all of them, at each edge of the encoder.
+    steady: [i64; 2],
+    inside: Stay,
+    deep: Stay,
+    /// Stays out of the position counter's reach.
+    pub(crate) unheld: Stay,
+}
+
+impl Tally {
+    /// Takes note of the count from an edge on.
+    #[inline(always)]
+    pub(crate) fn see(&mut self, edge: u64, count: i64) {
+        let [least, most] = self.steady;
+        if count < least || count > most {
+            self.turn(edge, count);
+        }
+    }
+
+    #[cold]
+    fn turn(&mut self, edge: u64, count: i64) {
+        self.see_apart(edge, count, count);
+        let all = [self.inside, self.deep, self.unheld].map(|stay| stay.steady);
+        let [[a, b], [c, d], [e, f]] = all;
+        self.steady = [a.max(c).max(e), b.min(d).min(f)];
+    }
+
+    /// Takes note of the count from an edge on, and of the count that faulty lines show to the position counter.
+    pub(crate) fn see_apart(&mut self, edge: u64, count: i64, shown: i64) {
+        self.inside.see(edge, count);
+        self.deep.see(edge, count);
+        self.unheld.see(edge, shown);
+    }
+
+    /// Returns the stays up to an edge, since which the count has not changed.
+    pub(crate) fn stays(&self, edge: u64) -> Stays {
+        let [inside, deep, unheld] = [self.inside, self.deep, self.unheld].map(|stay| stay.edges(edge));
+        Stays { inside, deep, unheld }
+    }
+
+    /// Moves on by this number of edges, as [`Stay::repeat`] does.
+    pub(crate) fn repeat(&mut self, edges: u64, [(then, from), (now, to)]: [(&Self, u64); 2], times: u64) {
+        self.inside.repeat(edges, [(&then.inside, from), (&now.inside, to)], times);
+        self.deep.repeat(edges, [(&then.deep, from), (&now.deep, to)], times);
+        self.unheld.repeat(edges, [(&then.unheld, from), (&now.unheld, to)], times);
     }
 }
 
@@ -159,7 +213,7 @@ impl Stay {
 
 #[cfg(test)]
 mod tests {
-    use super::Stay;
+    use super::{DEEP_COUNTS, Places, Stay};
 
     /// A walk of the count, one step an edge, that comes to every part of a range and beyond it.
     fn walk(edge: u64) -> i64 {
@@ -178,6 +232,23 @@ mod tests {
                     assert_eq!(stay.edges(edge), expected, "{range:?}, {is_inside}, {edge}");
                 }
                 assert_eq!(stay.first(), (0..400).find(is_there), "{range:?}, {is_inside}");
+            }
+        }
+    }
+
+    #[test]
+    fn one_comparison_answers_for_all_places() {
+        for (wall, reach) in [(4, Some([-8, 7])), (-3, Some([-2, 2])), (50, None), (0, Some([-20, 20]))] {
+            let mut tally = Places { wall, reach }.tally(walk(0));
+            let held = |count: i64| reach.is_none_or(|[a, b]| (a..=b).contains(&(count - walk(0))));
+            let mut expected = [0; 3];
+            for edge in 0..400 {
+                tally.see(edge, walk(edge));
+                let stays = tally.stays(edge);
+                assert_eq!([stays.inside, stays.deep, stays.unheld], expected, "{wall}, {reach:?}, {edge}");
+                let count = walk(edge);
+                let places = [count >= wall, count >= wall + DEEP_COUNTS, !held(count)];
+                expected.iter_mut().zip(places).for_each(|(edges, is_there)| *edges += u64::from(is_there));
             }
         }
     }

@@ -322,6 +322,11 @@ impl Trace {
         self.clock.seconds(Cycle((self.gone() + row as u64 * self.every()) * self.stride))
     }
 
+    /// Returns the first held row at or after a row of the run.
+    pub(crate) fn held_from(&self, row: u64) -> usize {
+        row.saturating_sub(self.gone()).div_ceil(self.every()) as usize
+    }
+
     /// Returns the times in seconds of the held rows.
     pub fn times_s(&self) -> impl ExactSizeIterator<Item = f64> + Clone {
         (0..self.rows).map(|row| self.time_s(row))

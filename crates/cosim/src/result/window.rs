@@ -130,7 +130,9 @@ impl Streamed {
     /// Returns rows and values at which the motion turned back by more than a sixteenth of its range, without its first
     /// row and its last.
     pub(crate) fn turns(&self) -> Vec<(u64, f64)> {
-        turns(self.turns.turns.iter().copied().chain(self.turns.last), [self.turns.low, self.turns.high])
+        let mut turns = Turns { low: self.turns.low, high: self.turns.high, ..Turns::new(usize::MAX) };
+        self.turns.turns.iter().chain(&self.turns.last).for_each(|(row, x)| turns.turn(*row, *x));
+        turns.inner()
     }
 
     /// Returns the number of upward passages of the mean, each after a passage below it by a quarter of the amplitude,
@@ -150,13 +152,16 @@ pub(crate) fn passage(&[from, to]: &Swing, mean: f64) -> f64 {
 
 /// Returns rows and values at which a motion within a range turned back by more than a sixteenth of it. The first row
 /// is no turn, nor is the last.
-pub(crate) fn turns(rows: impl Iterator<Item = (u64, f64)>, [low, high]: [f64; 2]) -> Vec<(u64, f64)> {
+pub(crate) fn turns(rows: &[f64], [low, high]: [f64; 2]) -> Vec<(u64, f64)> {
     let mut turns = Turns { low, high, ..Turns::new(usize::MAX) };
-    rows.for_each(|(row, x)| turns.turn(row, x));
-    let first = turns.turns.first().map(|first| first.0);
-    turns.turns.retain(|(row, _)| Some(*row) != first);
-    turns.turns
+    for (block, first) in rows.chunks(BLOCK).zip((0..).step_by(BLOCK)) {
+        turns.turn_all(first, block);
+    }
+    turns.inner()
 }
+
+/// Rows that are looked at together for a turn.
+const BLOCK: usize = 64;
 
 /// The most turns of a motion that are kept: half a million swings.
 const MOST_TURNS: usize = 1 << 20;
@@ -209,6 +214,32 @@ impl Turns {
             self.last = Some((row, x));
             self.rising = !self.rising;
         }
+    }
+
+    /// Takes successive rows of a motion whose range is known, the first of them this one. Most blocks lie so close
+    /// together that nothing turns in them, which their range alone shows.
+    fn turn_all(&mut self, first: u64, block: &[f64]) {
+        let [low, high] = range(block);
+        if let Some((_, last)) = self.last {
+            let (back, is_farther, farthest) = match self.rising {
+                true => (last.max(high) - low, high > last, high),
+                false => (high - last.min(low), low < last, low),
+            };
+            if back <= (self.high - self.low) / 16.0 {
+                if let Some(at) = block.iter().position(|x| *x == farthest).filter(|_| is_farther) {
+                    self.last = Some((first + at as u64, block[at]));
+                }
+                return;
+            }
+        }
+        (first..).zip(block).for_each(|(row, x)| self.turn(row, *x));
+    }
+
+    /// Returns the turns but for that of the first row.
+    fn inner(mut self) -> Vec<(u64, f64)> {
+        let first = self.turns.first().map(|first| first.0);
+        self.turns.retain(|(row, _)| Some(*row) != first);
+        self.turns
     }
 
     #[cold]
@@ -332,6 +363,21 @@ mod tests {
         };
         let rows: Vec<f64> = (0..40_000).map(motion).collect();
         assert_eq!(turns(&rows, 64).passages(0.0, 1.0).0, 2);
+    }
+
+    #[test]
+    fn turns_of_blocks_are_those_of_rows() {
+        for (slow, fast) in [(1.0, 0.0), (1.0, 0.02), (1.0, 0.3), (0.0, 1.0)] {
+            for period in [3.0, 40.0, 130.0, 1000.0, 10_000.0] {
+                let wave = |row: u64| slow * (TAU * row as f64 / period).sin() + fast * noise(row);
+                // Rounded, so that neighbours are alike.
+                let rows: Vec<f64> = (0..3001).map(|row| (100.0 * wave(row)).round()).collect();
+                let [low, high] = range(&rows);
+                let mut alone = Turns { low, high, ..Turns::new(usize::MAX) };
+                (0..).zip(&rows).for_each(|(row, x)| alone.turn(row, *x));
+                assert_eq!(super::turns(&rows, [low, high]), alone.inner(), "{slow}, {fast}, {period}");
+            }
+        }
     }
 
     #[test]

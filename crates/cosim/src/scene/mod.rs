@@ -117,6 +117,7 @@ pub(crate) use parts::Push;
 pub use parts::{
     Amplifier, AnalogShaper, Device, Encoder, Hand, Mass, Method, Motor, PathPoint, Pwm, Ramp, Record, Run, Units, Wall,
 };
+pub(crate) use path::positions_along;
 pub use path::{along, moves_until_s};
 pub use phantom::{
     Direction, Drop, Irregularity, PhantomLaw, PhantomMethod, PhantomModel, PhantomScene, PhantomWords, Platform,
