@@ -231,6 +231,7 @@ fn verdict(summary: &Summary, unit: &str) -> String {
         }
         Some(Verdict::Diverged { amplitude_rad, .. }) => format!("diverged, to {amplitude_rad:.2} {unit}"),
         Some(Verdict::NoWallTorque { depth, .. }) => format!("{depth:.2} {unit} in the wall without its torque"),
+        Some(Verdict::PositionLost { rms_rad, .. }) => format!("position lost, {:.2} m{unit} rms", 1e3 * rms_rad),
         Some(Verdict::Tracking { rms_m, .. }) => format!("tracking, {:.2} mm rms", 1e3 * rms_m),
         Some(Verdict::Passive { .. } | Verdict::NonPassive { .. } | Verdict::HighlyUnstable { .. }) => {
             unreachable!("the verdicts of a drop test")

@@ -99,6 +99,7 @@ fn class_color(class: Option<Class>) -> RGBColor {
         Some(Class::Outcome(OutcomeKind::NotTold)) => MINT,
         Some(Class::Outcome(OutcomeKind::HandMoves)) => ROSE,
         Some(Class::Outcome(OutcomeKind::NoWallTorque)) => TAUPE.color,
+        Some(Class::Outcome(OutcomeKind::PositionLost)) => RUST.color,
         Some(Class::WallNotReached) => MAUVE,
         None => BLANK,
     }

@@ -45,6 +45,15 @@ pub fn outcome(verdict: Verdict, unit: &str, [from_s, to_s]: [f64; 2]) -> (Strin
                 json!({ "kind": "no_wall_torque", "depth": depth, "effort": effort }),
             )
         }
+        Verdict::PositionLost { rms_rad, lost_share } => (
+            format!(
+                "position lost: at rest, rms {} about the mean, but for {} of the judged window the position counter \
+                 had wrapped",
+                u(rms_rad),
+                share(lost_share)
+            ),
+            json!({ "kind": "position_lost", "rms_rad": rms_rad, "lost_share": lost_share }),
+        ),
         Verdict::Diverged { at_s, amplitude_rad } => (
             format!("diverged: amplitude {}, growing since {}", u(amplitude_rad), si(at_s, "s")),
             json!({ "kind": "diverged", "at_s": at_s, "amplitude_rad": amplitude_rad }),
@@ -90,6 +99,11 @@ pub fn outcome(verdict: Verdict, unit: &str, [from_s, to_s]: [f64; 2]) -> (Strin
             json!({ "kind": "highly_unstable", "at_s": at_s }),
         ),
     }
+}
+
+/// Returns a share of a window as text.
+fn share(share: f64) -> String {
+    if share == 1.0 { "all".to_string() } else { format!("{:.2} %", 100.0 * share) }
 }
 
 /// Returns why a run does not tell whether the motion comes to rest, and what would tell; `None` if it tells.
@@ -170,7 +184,8 @@ impl Touch<'_> {
             }
             _ => String::new(),
         };
-        beside + if self.summary.unheld.is_some() { "; the position counter wrapped" } else { "" }
+        let is_said = matches!(self.summary.verdict, Some(Verdict::PositionLost { .. }));
+        beside + if self.summary.unheld.is_some() && !is_said { "; the position counter wrapped" } else { "" }
     }
 
     /// Returns the line about a position counter that wrapped under its device, and its figures as JSON.
@@ -180,7 +195,10 @@ impl Touch<'_> {
         let (unit, bits) = (scene.device.units().position, scene.method.position_bits);
         let [least, most] = scene.held_rad()?;
         let share = edges as f64 / self.summary.edges.max(1) as f64;
-        let wider = scene.holding_bits([self.trace.least(ANGLE), self.trace.greatest(ANGLE)]);
+        // A recording has counts, but no positions.
+        let has_positions = self.summary.verdict.is_some();
+        let wider = has_positions.then(|| scene.holding_bits([self.trace.least(ANGLE), self.trace.greatest(ANGLE)]));
+        let wider = wider.flatten();
         let first_s = clock.seconds(Cycle(first));
         let said = format!(
             "wraps: {bits} bits hold {} to {}; the device was beyond from {} on, {:.2} % of the run{}",
@@ -210,9 +228,8 @@ impl Touch<'_> {
                 "none in the judged window, {from} to {to}{before}: the outcome says nothing of the wall"
             ));
         }
-        let shown = |share: f64| if share == 1.0 { "all".to_string() } else { format!("{:.2} %", 100.0 * share) };
-        let (share, counts) = (shown(counted), if self.axis.is_some() { "logic" } else { "encoder" });
-        let itself = self.summary.device_contact_share.map(shown).filter(|itself| *itself != share);
+        let (share, counts) = (share(counted), if self.axis.is_some() { "logic" } else { "encoder" });
+        let itself = self.summary.device_contact_share.map(self::share).filter(|itself| *itself != share);
         let itself =
             itself.map_or(String::new(), |itself| format!(" as the {counts} counts it; the device itself {itself}"));
         let said = format!("{share} of the judged window, {from} to {to}{itself}");

@@ -16,6 +16,7 @@ const CLASSES = {
   not_told: ["?", "not told: a longer run would tell"],
   hand_moves: ["→", "the hand moves nearly to the end"],
   no_wall_torque: ["0", "no wall torque"],
+  position_lost: ["w", "position lost: the counter has wrapped"],
   wall_not_reached: ["○", "wall not reached"],
   failed: ["!", "cannot be run"],
 };

@@ -38,6 +38,7 @@ fn letter(class: Option<Class>) -> char {
         Some(Class::Outcome(OutcomeKind::NotTold)) => ':',
         Some(Class::Outcome(OutcomeKind::HandMoves)) => 'h',
         Some(Class::Outcome(OutcomeKind::NoWallTorque)) => '0',
+        Some(Class::Outcome(OutcomeKind::PositionLost)) => 'w',
         Some(Class::WallNotReached) => '-',
         None => '?',
     }

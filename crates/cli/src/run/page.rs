@@ -99,6 +99,16 @@ fn in_contact(page: &mut Page, ran: &Ran) {
     if let Some(said) = said {
         page.line("position", said);
     }
+    let is_lost = |net: &&NetUse| net.losses_seen && net.usage.overflowed > 0;
+    if let (AnySimulation::Dut(_), Some(port)) = (ran.simulation, ran.summary.nets.iter().find(is_lost)) {
+        let (name, bits) = (port.signal.name, port.signal.format.width());
+        let share = percent(port.usage.overflowed, ran.summary.edges);
+        let said = format!(
+            "wraps: the count does not fit the {bits} bits of port {name} at {share} of the clock cycles; a design that \
+             does not follow the wraps reads another place"
+        );
+        page.line("position", said);
+    }
 }
 
 /// Adds the state that came back, if one did.

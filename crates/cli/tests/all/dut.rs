@@ -636,6 +636,21 @@ fn studies_take_a_wall_without_torque_for_a_class_of_its_own() {
 }
 
 #[test]
+fn a_count_that_does_not_fit_its_port_is_told_beside_the_verdict() {
+    // The hand turns the paddle by 500 rad in 0.1 ms; its port of 18 bits holds up to 2^18 counts of 4096 a turn.
+    let hand = "hand={ kind = \"prescribed\", path = [[0, 0], [\"0.1 ms\", 500]] }";
+    let words = ["run", "testbench/dut/paddle.toml", "--set", hand, "--set", "run.duration=1 ms"];
+    let said = stdout(&run(&words));
+    let (_, told) =
+        said.split_once("position   wraps: the count does not fit the 18 bits of port pos at ").expect("a line");
+    let (share, _) = told.split_once(" % of the clock cycles").expect("a share");
+    let leaves_s = f64::from(1 << 18) * COUNT_RAD / 500.0 * 0.1e-3;
+    assert!((share.parse::<f64>().expect("a number") - 100.0 * (1e-3 - leaves_s) / 1e-3).abs() < 0.01, "{share} %");
+    // What the design makes of it is its own matter: it may follow the wraps.
+    assert!(said.contains("outcome    settled"), "{said}");
+}
+
+#[test]
 fn a_wall_that_does_not_fit_its_port_is_refused() {
     let dir = scratch("wall_port");
     let own = own(&dir, "verilator", 36, "1 ms");

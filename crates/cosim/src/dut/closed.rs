@@ -6,11 +6,12 @@
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-use hpu_signal::{Cycle, Observe, SignalUse, UNKNOWN};
+use hpu_signal::{Cycle, Observe, Signal, SignalUse, UNKNOWN};
 
 use super::{Change, DutSimulation, Fault, RunningDesign, Wires};
 use crate::dut::driven_world::{DrivenWorld, Logic};
 use crate::result::contact::Contact;
+use crate::result::stays::Stays;
 use crate::result::stopwatch::Stopwatch;
 use crate::result::summary::{NetUse, Summary};
 use crate::result::trace::Trace;
@@ -86,7 +87,17 @@ impl DutSimulation<'_> {
         let Watch { rows, recorder } = watch;
         let contact = recorder.contact.edges(edge) as f64;
         let window = if complete { rows.judged(world, edge, self.clock().period_s()) } else { None };
-        let nets = self.wires.nets.iter().cloned().zip(&closed.uses).filter(|_| watched);
+        // What a design makes of a count that wraps is its own matter, so the run's position is not lost: the port is.
+        let of_world = Summary { unheld: None, ..closed.world.summary() };
+        let lost = closed.world.summary().unheld.map_or(0, |unheld| unheld.edges);
+        let counter = self.wires.counter().map(|(index, _)| index);
+        let nets = self.wires.nets.iter().cloned().zip(&closed.uses).enumerate().filter(|_| watched);
+        let used = |(index, (signal, &usage)): (usize, (Signal, &SignalUse))| match counter {
+            Some(counter) if counter == index => {
+                NetUse { signal, usage: SignalUse { overflowed: lost, ..usage }, losses_seen: true }
+            }
+            _ => NetUse { signal, usage, losses_seen: false },
+        };
         let summary = Summary {
             complete,
             edges: edge,
@@ -94,9 +105,9 @@ impl DutSimulation<'_> {
             ticks: edge,
             output_changes: closed.output_changes,
             averages: window.map(|(averages, _)| averages),
-            stays: window.map(|(_, stays)| stays),
-            nets: nets.map(|(signal, &usage)| NetUse { signal, usage, losses_seen: false }).collect(),
-            ..closed.world.summary()
+            stays: window.map(|(_, stays)| Stays { unheld: 0, ..stays }),
+            nets: nets.map(used).collect(),
+            ..of_world
         };
         let over = closed.world.over();
         Ok(judged(self, recorder.trace, summary, contact, over))

@@ -198,6 +198,15 @@ impl Wires {
         self.outputs.iter().map(|&index| &self.wires[index])
     }
 
+    /// Returns the index of the narrowest port that takes the encoder's count, and the least and the greatest count from
+    /// the start that it holds, as signed or as unsigned.
+    pub(super) fn counter(&self) -> Option<(usize, [i64; 2])> {
+        let counters = self.wires.iter().enumerate().filter(|(_, wire)| wire.connection == Connection::Count);
+        let (index, wire) = counters.min_by_key(|(_, wire)| wire.port.format.width())?;
+        let bits = wire.port.format.width().min(62);
+        Some((index, [-(1 << (bits - 1)), (1 << bits) - 1]))
+    }
+
     /// Returns the word of an input in a state of the encoder, which stood at the count `start` at the start; 0 for an
     /// output.
     pub(crate) fn word(&self, wire: &Wire, encoder: EncoderState, start: i64) -> i64 {

@@ -143,9 +143,11 @@ impl<'s> DutSimulation<'s> {
         let wires = Wires::new(scene, &*design)?;
         let (device, wall) = ((&scene.device, scene.encoder.count_rad()), (scene.wall_rad, scene.wall_push()));
         let loop_of = (&*scene.dut.top, wires.nets.clone());
+        let mut plant = plant(scene)?;
+        plant.places.reach = wires.counter().map(|(_, reach)| reach);
         let outline = Outline::of_axis(scene, device, wall, loop_of, Vec::new(), true);
         let outline = outline.with_hand(scene.hand.path());
-        Ok(Self { plant: plant(scene)?, scene, design, wires, outline })
+        Ok(Self { plant, scene, design, wires, outline })
     }
 
     /// Returns the scene.
@@ -182,7 +184,7 @@ pub fn plant(scene: &DutScene) -> Result<Plant, Fault> {
         modulator: None,
         stepping: None,
         faults: scene.faults.as_ref().map(|all| FaultPlan::new(all, scene.clock, scene.run, scene.edges())),
-        // Only its author knows how a design counts.
+        // Known only with the widths of the design's ports, if at all: it may count by itself.
         places: Places { wall: scene.wall_count(), reach: None },
         horizon: scene.edges(),
     };

@@ -45,6 +45,10 @@
 //! tenth as stiff as the hand's grip, or to give a tenth of a hand's constant push, or, where nothing is known of the
 //! hand, a hundredth of what the actuator can.
 //!
+//! A device that settles while its position counter has wrapped is not settled either: **position lost**. At some edge
+//! of the window the distance to the wall did not fit the counter, so the logic read another place, and the device
+//! rests where the logic does not know it. Motions of other kinds keep their verdict; the wrap is told beside it.
+//!
 //! The verdict judges the motion. The [contact](crate::Summary::contact_share) in the same window tells whether the
 //! motion involves the wall.
 //!
@@ -66,7 +70,7 @@
 
 use crate::result::trace::Trace;
 use crate::result::window::{PARTS, Streamed, part, passage, range, turns};
-use crate::scene::{OutcomeKind, Push, along};
+use crate::scene::{OutcomeKind, Push, positions_along};
 
 /// The verdict on a motion, with the numbers it was decided on.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -84,6 +88,13 @@ pub enum Verdict {
         amplitude_rad: f64,
         /// Passages of the mean per second.
         frequency_hz: f64,
+    },
+    /// At rest, but out of the position counter's reach for a part of the window.
+    PositionLost {
+        /// rms about the mean.
+        rms_rad: f64,
+        /// The share of the window in which the logic read another place.
+        lost_share: f64,
     },
     /// Oscillates ever wider.
     Diverged {
@@ -154,12 +165,21 @@ impl Verdict {
             Self::LimitCycle { .. } => OutcomeKind::LimitCycle,
             Self::Diverged { .. } => OutcomeKind::Diverged,
             Self::NoWallTorque { .. } => OutcomeKind::NoWallTorque,
+            Self::PositionLost { .. } => OutcomeKind::PositionLost,
             Self::Passive { .. } => OutcomeKind::Passive,
             Self::NonPassive { .. } => OutcomeKind::NonPassive,
             Self::HighlyUnstable { .. } => OutcomeKind::HighlyUnstable,
             Self::Tracking { .. } => OutcomeKind::Tracking,
             Self::NotTold { .. } => OutcomeKind::NotTold,
             Self::HandMoves { .. } => OutcomeKind::HandMoves,
+        }
+    }
+
+    /// Returns the verdict on the same motion under a position counter that had wrapped in this share of the window.
+    pub(crate) fn with_lost_position(self, lost_share: f64) -> Self {
+        match self {
+            Self::Settled { rms_rad } if lost_share > 0.0 => Self::PositionLost { rms_rad, lost_share },
+            other => other,
         }
     }
 
@@ -268,7 +288,7 @@ impl<'a> Window<'a> {
     /// Returns rows and values at which the motion, in this range, turns.
     fn turns(&self, range: [f64; 2]) -> Vec<(u64, f64)> {
         match self {
-            Self::Held(rows) => turns((0..).zip(rows.iter().copied()), range),
+            Self::Held(rows) => turns(rows, range),
             Self::Streamed(streamed, ..) => streamed.turns(),
         }
     }
@@ -494,8 +514,9 @@ pub(crate) fn judge_hand(
         return Verdict::Diverged { at_s: from_s, amplitude_rad: f64::INFINITY };
     }
     // A run that does not hold all of its rows is compared at those that it holds.
-    let rows = trace.times_s().zip(trace.real(column)).filter(|(time_s, _)| *time_s >= from_s);
-    let away: Vec<f64> = rows.map(|(time_s, x)| (x - along(path, time_s)[0]).abs()).collect();
+    let rows = trace.held_from(window.start(trace))..trace.rows();
+    let positions = positions_along(path, rows.clone().map(|row| trace.time_s(row)));
+    let away: Vec<f64> = trace.real(column)[rows].iter().zip(positions).map(|(x, hand)| (x - hand).abs()).collect();
     let (rms_rad, greatest_rad) = (mean_of(&away, |x| x * x).sqrt(), range(&away)[1]);
     // When the hand stands still, the device is not farther from its rest than from the hand.
     let time_constant_s = trace.last(column).and_then(slowest_s).unwrap_or(0.0);
@@ -523,10 +544,12 @@ pub(crate) fn without_torque(
         return None;
     }
     let rows = trace.judged_rows(column);
-    let depth = |angle_rad: f64| (angle_rad - wall_rad).max(0.0);
+    // Comparisons alone, of numbers, are a few instructions for several rows at once.
+    let depth = |angle_rad: f64| if angle_rad > wall_rad { angle_rad - wall_rad } else { 0.0 };
     let expected = mean_of(rows, |angle_rad| {
-        let depth = depth(angle_rad);
-        if depth == 0.0 { 0.0 } else { push.most.min(push.stiffness * depth) }
+        let asked = push.stiffness * (angle_rad - wall_rad);
+        let given = if asked < push.most { asked } else { push.most };
+        if angle_rad > wall_rad { given } else { 0.0 }
     });
     // The positive direction leads into the wall.
     let effort = -effort;

@@ -150,7 +150,8 @@ impl AxisDirect<'_> {
         let initial_j = course.axis.stored_j(&course.x);
         let (mut edge, mut steps, mut next_row) = (0, 0u64, 0);
         let (mut complete, mut over, mut contact) = (true, None, [0.0; 3]);
-        let mut unheld = self.plant.places.stays(course.start_count)[2];
+        let mut unheld = self.plant.places.tally(course.start_count).unheld;
+        let mut unheld_before = None;
         while edge < end {
             let next = course.act(edge, end);
             let before = course.x;
@@ -179,11 +180,12 @@ impl AxisDirect<'_> {
                 next_row += rows * stride;
             }
             course.average(edge, next, from, &before);
+            unheld.see(edge, course.encoder.count());
             if next > from {
+                unheld_before.get_or_insert_with(|| unheld.edges(from));
                 let more = self.contact((edge, next), from, (before[2], course.x[2]));
                 contact.iter_mut().zip(more).for_each(|(edges, more)| *edges += more);
             }
-            unheld.see(edge, course.encoder.count());
             edge = next;
             steps += 1;
             if course.x[2].abs() > FAR || course.x[2].is_nan() {
@@ -223,7 +225,11 @@ impl AxisDirect<'_> {
             redecided,
             energy: EnergyAudit::of(&energy, stored_j),
             averages: course.averages(edge, from),
-            stays: Some(Stays { inside: inside.round() as u64, deep: deep.round() as u64, unheld: 0 }),
+            stays: Some(Stays {
+                inside: inside.round() as u64,
+                deep: deep.round() as u64,
+                unheld: unheld_before.map_or(0, |before| unheld.edges(edge) - before),
+            }),
             unheld: unheld.first().map(|first| Unheld { first, edges: unheld.edges(edge) }),
             ..Summary::default()
         };

@@ -367,8 +367,10 @@ pub(crate) fn judged<R: Simulation>(
     if summary.complete && simulation.has_device() {
         let outline = simulation.outline();
         let verdict = if over.is_none() { outline.without_torque(trace, &summary) } else { None };
-        summary.verdict = verdict.or_else(|| Some(outline.judge(trace, summary.aborted)));
         let window = simulation.edges() - simulation.window_start();
+        let lost_share = summary.stays.map_or(0.0, |stays| stays.unheld as f64 / window as f64);
+        let moved = || outline.judge(trace, summary.aborted).with_lost_position(lost_share);
+        summary.verdict = Some(verdict.unwrap_or_else(moved));
         let share = |edges: f64| (over.is_none() && outline.has_contact).then_some(edges / window as f64);
         summary.contact_share = share(contact_edges);
         summary.device_contact_share = outline.wall.and(summary.stays).and_then(|stays| share(stays.inside as f64));

@@ -14,6 +14,8 @@ hpu_signal::named! {
         Diverged = "diverged",
         /// The device is inside the wall, and the wall gives no torque.
         NoWallTorque = "no_wall_torque",
+        /// The device rests out of the position counter's reach, so the logic reads another place.
+        PositionLost = "position_lost",
         /// The device follows a moving target to the end.
         Tracking = "tracking",
         /// A drop test: the tip rests on the wall.

@@ -8,7 +8,7 @@ use hpu_plant::{Band, Device, Drive, Gates, Pace, Pulses, REALS};
 use hpu_signal::{Cycle, Observe, Real};
 
 use crate::result::columns::{AXIS_ROW, CURRENT_BETWEEN, SPEED_BETWEEN, TORQUE_BETWEEN, tell};
-use crate::result::stays::{Stay, Stays, Sums};
+use crate::result::stays::{Sums, Tally};
 use crate::result::summary::{EnergyAudit, Summary, Unheld};
 use crate::schedule::Schedule;
 use crate::world::actuator::{Actuator, Latch, Shaping};
@@ -40,7 +40,7 @@ pub struct AxisWorld<'p> {
     /// The set with the net of the position counter; empty where no net counts.
     counter: u64,
     /// The edges inside the wall, deep inside it, and out of the position counter's reach.
-    stays: [Stay; 3],
+    stays: Tally,
     /// Faults between device and logic, if the scene asks for any.
     faults: Option<Box<FaultState<'p>>>,
     /// Why the run cannot go on, apart from the reasons that the device itself knows.
@@ -57,6 +57,8 @@ pub struct AxisWorld<'p> {
     scale: Option<i64>,
     /// Changes of recorded pins so far.
     recorded: u64,
+    /// The count of recorded lines, from their first levels.
+    recorded_count: i64,
 }
 
 impl<'p> AxisWorld<'p> {
@@ -74,7 +76,7 @@ impl<'p> AxisWorld<'p> {
             commanded: None,
             encoder: Encoder::new(plant.count_rad, 0.0),
             counter: 0,
-            stays: plant.places.stays(0),
+            stays: plant.places.tally(0),
             faults: plant.faults.as_ref().map(|plan| Box::new(FaultState::new(plan))),
             over: None,
             edge: 0,
@@ -84,6 +86,7 @@ impl<'p> AxisWorld<'p> {
             stiffness: None,
             scale: None,
             recorded: 0,
+            recorded_count: 0,
         };
         if let Kind::Axis { axis, current_a, speed_rad_per_s, angle_rad, .. } = &plant.kind {
             world.device = Some(match plant.stepping {
@@ -94,7 +97,7 @@ impl<'p> AxisWorld<'p> {
                 }
             });
             world.encoder = Encoder::new(plant.count_rad, *angle_rad);
-            world.stays = plant.places.stays(world.encoder.count());
+            world.stays = plant.places.tally(world.encoder.count());
             world.pins = world.encoder.pins();
             world.over = world.encoder.over();
         }
@@ -109,7 +112,11 @@ impl<'p> AxisWorld<'p> {
             Actuator::Switching => {}
         }
         world.due();
-        world.recorded = 0;
+        // What was recorded before is the lines' first levels.
+        (world.recorded, world.recorded_count) = (0, 0);
+        if let Kind::Capture { .. } = plant.kind {
+            world.stays = plant.places.tally(0);
+        }
         world
     }
 
@@ -181,11 +188,10 @@ impl<'p> AxisWorld<'p> {
     #[inline(always)]
     fn stay(&mut self) {
         let count = self.encoder.count();
-        let shown = self.faults.as_ref().map_or(count, |faults| faults.count(count));
-        let [inside, deep, unheld] = &mut self.stays;
-        inside.see(self.edge, count);
-        deep.see(self.edge, count);
-        unheld.see(self.edge, shown);
+        match &self.faults {
+            None => self.stays.see(self.edge, count),
+            Some(faults) => self.stays.see_apart(self.edge, count, faults.count(count)),
+        }
     }
 
     /// Carries out what is due at the present edge: the hand's knot, a recorded change, a word, the shaper's output,
@@ -218,7 +224,9 @@ impl<'p> AxisWorld<'p> {
                 while let Some(&(_, now)) = pins.get(self.next).filter(|change| change.0 <= self.edge) {
                     self.next += 1;
                     self.recorded += u64::from(now != self.pins);
+                    self.recorded_count += self.pins.counts_to(now);
                     self.pins = now;
+                    self.stays.unheld.see(edge, self.recorded_count);
                 }
             }
         }
@@ -533,17 +541,15 @@ impl World for AxisWorld<'_> {
 
     fn sums(&self, edge: u64) -> Sums {
         let (Kind::Axis { axis, .. }, Some(device)) = (&self.plant.kind, &self.device) else { return Sums::default() };
-        let [inside, deep, unheld] = self.stays.map(|stay| stay.edges(edge));
         Sums {
             energy: device.energy(edge),
-            stays: Stays { inside, deep, unheld },
+            stays: self.stays.stays(edge),
             effort_per_a: axis.torque_constant_nm_per_a(),
         }
     }
 
     fn overflowing(&self) -> u64 {
-        let [.., unheld] = &self.stays;
-        if unheld.is_there() { self.counter } else { 0 }
+        if self.stays.unheld.is_there() { self.counter } else { 0 }
     }
 
     fn encoder(&self) -> Option<EncoderState> {
@@ -577,16 +583,14 @@ impl World for AxisWorld<'_> {
             device.repeat(edges, [before, after], times);
         }
         self.encoder.edges += times * (now.encoder.edges - then.encoder.edges);
-        for (stay, (before, after)) in self.stays.iter_mut().zip(then.stays.iter().zip(&now.stays)) {
-            stay.repeat(edges, [(before, then.edge), (after, now.edge)], times);
-        }
+        self.stays.repeat(edges, [(&then.stays, then.edge), (&now.stays, now.edge)], times);
         self.edge += edges;
     }
 
     fn summary(&self) -> Summary {
         let (device, faults) = (self.device.as_ref(), self.faults.as_ref());
         let audit = |device: &AnyDevice| EnergyAudit::of(&device.energy(self.edge), device.stored_j(self.edge));
-        let [.., unheld] = &self.stays;
+        let unheld = &self.stays.unheld;
         Summary {
             unheld: unheld.first().map(|first| Unheld { first, edges: unheld.edges(self.edge) }),
             encoder_edges: self.encoder.edges + self.recorded,

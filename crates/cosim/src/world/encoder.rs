@@ -17,6 +17,17 @@ impl Pins {
         let phase = count & 3;
         Self { a: phase >> 1, b: (phase >> 1) ^ (phase & 1) }
     }
+
+    /// Returns the counts from these levels to the next, as a decoder of quadrature reads them: 0 where both lines
+    /// change at once.
+    pub(crate) fn counts_to(self, next: Self) -> i64 {
+        let phase = |pins: Self| 2 * pins.a + (pins.a ^ pins.b);
+        match (phase(next) - phase(self)) & 3 {
+            1 => 1,
+            3 => -1,
+            _ => 0,
+        }
+    }
 }
 
 /// The state of an encoder on a shaft.

@@ -36,7 +36,7 @@ fn numbers(verdict: Verdict) -> [f64; 4] {
             [rms_rad, amplitude_rad, frequency_hz, telling_s.expect("a duration")]
         }
         Verdict::HighlyUnstable { at_s } => [0.0, 0.0, 0.0, at_s],
-        Verdict::HandMoves { .. } => panic!("{verdict:?}"),
+        Verdict::HandMoves { .. } | Verdict::PositionLost { .. } => panic!("{verdict:?}"),
     }
 }
 

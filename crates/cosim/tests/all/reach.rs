@@ -1,7 +1,7 @@
 //! The reach of a position counter: walls that it cannot hold are refused, and a device that leaves it is told.
 
 use hpu_cosim::scene::{Experiment, OutcomeKind, Scene, shipped};
-use hpu_cosim::{AxisSimulation, Control, Driver, Simulation, Summary, Unheld, Wired};
+use hpu_cosim::{AxisSimulation, Control, Driver, Simulation, Summary, Unheld, Verdict, Wired};
 use hpu_signal::{Cycle, Observe};
 
 fn parse(name: &str, overrides: &[(&str, &str)]) -> Result<Scene, String> {
@@ -145,6 +145,48 @@ fn a_counter_that_wraps_under_the_device_is_a_loss_at_as_many_edges_as_the_loop_
             assert_eq!(first, (leaves_s * 10e6).ceil() as u64);
             assert!((edges as f64 - (comes_s - leaves_s) * 10e6).abs() <= 1.0, "{edges}");
         }
+    }
+}
+
+#[test]
+fn a_device_that_rests_out_of_the_counter_s_reach_is_not_settled() {
+    // The hand moves to count 912 and stays there; ten bits hold counts up to 837, eleven up to 1349. The window is too
+    // short for a wall without torque.
+    let at = |bits: &'static str, path: &'static str| {
+        let set = [("method.position_bits", bits), SWEEP[1], ("hand.path", path), ("run.duration", "25 ms")];
+        let scene = parse("prescribed-sweep", &[&set[..], &SWEEP[4..]].concat()).unwrap();
+        let [leapt, clocked] = [Driver::Events, Driver::Clock].map(|driver| run(&scene, driver, &mut ()));
+        assert_eq!((leapt.verdict, leapt.stays), (clocked.verdict, clocked.stays), "{bits} bits, {path}");
+        (leapt.verdict.expect("a device"), leapt.unheld)
+    };
+    let there = "[[0, 0], [\"10 ms\", 1.4]]";
+    let (lost, unheld) = at("10", there);
+    assert!(matches!(lost, Verdict::PositionLost { lost_share: 1.0, .. }), "{lost:?}");
+    assert!(unheld.is_some());
+    let (held, unheld) = at("11", there);
+    assert!(matches!(held, Verdict::Settled { .. }) && unheld.is_none(), "{held:?}, {unheld:?}");
+    // Back within reach before the window begins, the position is lost in the run, but not where it is judged.
+    let (back, unheld) = at("10", "[[0, 0], [\"8 ms\", 1.4], [\"14 ms\", 0.2]]");
+    assert!(matches!(back, Verdict::Settled { .. }) && unheld.is_some(), "{back:?}, {unheld:?}");
+}
+
+#[test]
+fn a_recording_s_counter_wraps_where_its_lines_leave_its_reach() {
+    // The lines of 256 counts a turn go up to 77 counts. The wall stands at -12; b bits hold 2^(b - 1) - 13 counts.
+    for (bits, is_wrapping) in [("5", true), ("6", true), ("7", true), ("8", false)] {
+        let set = [("method.position_bits", bits), ("wall.position", "-0.3 rad")];
+        let scene = parse("replay-capture", &set).unwrap();
+        let simulation = AxisSimulation::new(&scene).unwrap();
+        let words = simulation.words();
+        let delta = simulation.nets().iter().position(|net| net.name == "delta").unwrap();
+        let wall = hpu_signal::Format::signed(words.config.position_width).wrap(words.reference.into());
+        let mut every = EveryEdge { delta, wall, phase: None, counts: Vec::new(), wrong: 0 };
+        let summary = run(&scene, Driver::Clock, &mut every);
+        let edges = summary.unheld.map_or(0, |unheld| unheld.edges);
+        assert!(every.wrong.abs_diff(edges) <= 4, "{bits} bits: {} edges, counted {edges}", every.wrong);
+        let leapt = run(&scene, Driver::Events, &mut ());
+        assert_eq!(leapt.unheld, summary.unheld, "{bits} bits");
+        assert_eq!(edges > 0, is_wrapping, "{bits} bits");
     }
 }
 

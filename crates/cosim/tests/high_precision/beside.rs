@@ -191,6 +191,59 @@ pub fn precise_beside_twice_as_precise(scene: &Scene, ticks: u64) -> Outcome {
     })
 }
 
+/// Differences of outputs from those of the precise plant, in units of the last place of these.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct Ulps {
+    /// Values that differ.
+    pub differing: u64,
+    /// The greatest difference.
+    pub most: f64,
+}
+
+/// The least size of a value that is compared: below, a unit of the last place is less than the plant's own rounding.
+const LEAST: f64 = 1e-9;
+
+/// Compares the engine's outputs with the precise plant's, half way between ticks. Returns the number of values, and the
+/// differences of the outputs that verdicts read and of those that are shown.
+pub fn outputs_beside_precise(scene: &Scene, ticks: u64) -> (u64, [Ulps; 2]) {
+    let simulation = AxisSimulation::new(scene).unwrap_or_else(|error| panic!("{}: {error}", scene.name));
+    let laws = Laws::<4>::new(scene);
+    let (command, schedule, input) = (command(&simulation), simulation.words().schedule, simulation.input());
+    let (mut values, mut off) = (0, [Ulps::default(); 2]);
+    with_wiring!(simulation, wiring => {
+        let precise = PreciseWorld::new(&laws, command, schedule);
+        let mut precise = ClosedLoop::new(wiring.clone(), precise, input, u64::MAX);
+        let shipped = AxisWorld::new(simulation.plant(), command, schedule);
+        let mut shipped = ClosedLoop::new(wiring.clone(), shipped, input, u64::MAX);
+        while precise.ticks() < ticks && precise.edge() < scene.edges() {
+            let (mut before, mut own) = (precise.world.clone(), shipped.world.clone());
+            let edge = precise.edge();
+            tick(&mut precise, scene.edges());
+            tick(&mut shipped, scene.edges());
+            assert_eq!(precise.edge(), shipped.edge(), "{}", scene.name);
+            let middle = edge + (precise.edge() - edge) / 2;
+            while before.edge() < middle {
+                before.advance(middle, |_, _| {});
+            }
+            while own.edge() < middle {
+                own.advance(middle, |_, _| {});
+            }
+            let (read, shown) = (own.reals(middle), own.exact(middle));
+            let outputs = before.outputs(middle).into_iter().enumerate();
+            for (index, value) in outputs.filter(|(_, value)| value.float().abs() > LEAST) {
+                values += 1;
+                let value = value.nearest();
+                let ulp = value.abs().next_up() - value.abs();
+                for (ulps, found) in off.iter_mut().zip([read[index], shown[index]]) {
+                    ulps.differing += u64::from(found != value);
+                    ulps.most = ulps.most.max((found - value).abs() / ulp);
+                }
+            }
+        }
+    });
+    (values, off)
+}
+
 fn command(simulation: &AxisSimulation) -> usize {
     simulation.nets().iter().position(|net| net.name == "command").expect("a haptic loop has a command")
 }

@@ -56,6 +56,13 @@ impl<const N: usize> Fixed<N> {
         if self.is_negative() { -size } else { size }
     }
 
+    /// Returns the nearest `f64`.
+    pub fn nearest(self) -> f64 {
+        let near = self.float();
+        let off = |value: &f64| (self - Self::of(*value)).abs();
+        [near, near.next_up(), near.next_down()].into_iter().min_by(|a, b| off(a).cmp(&off(b))).expect("three")
+    }
+
     /// Returns the same number with more places.
     pub fn widened<const M: usize>(self) -> Fixed<M> {
         Fixed(std::array::from_fn(|i| if i + N < M { 0 } else { self.0[i + N - M] }))

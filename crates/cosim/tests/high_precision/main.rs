@@ -20,7 +20,10 @@ mod slow;
 mod winding;
 mod world;
 
-use beside::{Outcome, axis_scenes, begun_at, engine_beside_precise, precise_beside_twice_as_precise};
+use beside::{
+    Outcome, Ulps, axis_scenes, begun_at, engine_beside_precise, outputs_beside_precise,
+    precise_beside_twice_as_precise,
+};
 use hpu_cosim::scene::{BridgeModel, Datapath, Device, Hand, Scene};
 use laws::obstacle;
 
@@ -159,6 +162,19 @@ fn every_register_edge_of_every_motor_falls_on_the_right_clock_from_many_starts(
 #[ignore = "testbench/long.sh runs it"]
 fn every_register_edge_of_every_mass_falls_on_the_right_clock_from_many_starts() {
     assert!(run(&masses(), LONG).edges >= 4_000_000_000);
+}
+
+#[test]
+fn outputs_that_are_shown_are_those_of_58_decimal_places_rounded_once() {
+    println!("\n{:24} {:>7} {:>22} {:>22}", "scene", "values", "as verdicts read them", "as they are shown");
+    for name in ["hybrid-wall", "friction-wall", "conventional-wall-1khz", "rail-drop"] {
+        let scene = scenes().into_iter().find(|scene| scene.name.starts_with(name)).expect("a shipped scene");
+        let (values, [read, shown]) = outputs_beside_precise(&scene, 3000);
+        let told = |ulps: Ulps| format!("{} off, {:.2} ulp", ulps.differing, ulps.most);
+        println!("{:24} {values:>7} {:>22} {:>22}", scene.name, told(read), told(shown));
+        assert!(values > 1000, "{name}: {values} values");
+        assert_eq!(shown, Ulps::default(), "{name}");
+    }
 }
 
 #[test]

@@ -87,6 +87,12 @@ impl<'p, const N: usize> PreciseWorld<'p, N> {
         world
     }
 
+    /// Returns current, speed and angle at an edge before the next event.
+    pub fn outputs(&self, edge: u64) -> [Fixed<N>; 3] {
+        let (x, intent) = self.ahead(edge - self.edge);
+        [x[CURRENT], x[SPEED], x[ANGLE] + intent]
+    }
+
     pub fn angle(&self) -> Fixed<N> {
         self.x[ANGLE] + self.intent
     }
@@ -386,8 +392,7 @@ impl<const N: usize> World for PreciseWorld<'_, N> {
     }
 
     fn reals(&self, edge: u64) -> [f64; 3] {
-        let (x, intent) = self.ahead(edge - self.edge);
-        [x[CURRENT], x[SPEED], x[ANGLE] + intent].map(Fixed::float)
+        self.outputs(edge).map(Fixed::float)
     }
 
     fn summary(&self) -> Summary {

@@ -74,6 +74,7 @@ impl Made {
             Some(Verdict::HandMoves { until_s, .. }) => format!("follows the hand, until {until_s:.2} s"),
             Some(Verdict::Diverged { at_s, .. }) => format!("diverges, watched since {at_s:.0} s"),
             Some(Verdict::NoWallTorque { depth, .. }) => format!("is {} in the wall without its torque", size(depth)),
+            Some(Verdict::PositionLost { .. }) => "rests where its counter has wrapped".into(),
             Some(Verdict::NonPassive { rms_m }) => format!("is not passive, {} rms", length(rms_m)),
             Some(Verdict::HighlyUnstable { at_s }) => format!("aborted at {at_s:.2} s"),
             Some(Verdict::Tracking { rms_m, .. }) => format!("tracks its target, {} rms", length(rms_m)),

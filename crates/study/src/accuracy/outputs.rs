@@ -53,7 +53,7 @@ pub fn usual(outcome: OutcomeKind) -> Vec<Output> {
         OutcomeKind::LimitCycle => {
             vec![Output::Amplitude, Output::Frequency, Output::PeakPenetration, Output::Verdict]
         }
-        OutcomeKind::NoWallTorque => vec![Output::PeakPenetration, Output::Verdict],
+        OutcomeKind::NoWallTorque | OutcomeKind::PositionLost => vec![Output::PeakPenetration, Output::Verdict],
         OutcomeKind::Passive | OutcomeKind::Tracking => vec![Output::Trace, Output::Rms, Output::Verdict],
         OutcomeKind::NonPassive => vec![Output::Rms, Output::Verdict],
         OutcomeKind::Diverged | OutcomeKind::HighlyUnstable => vec![Output::Verdict],
@@ -202,8 +202,8 @@ impl Outputs {
 }
 
 fn is_of_axis(outcome: OutcomeKind) -> bool {
-    use OutcomeKind::{Diverged, HandMoves, LimitCycle, NoWallTorque, NotTold, Settled};
-    matches!(outcome, Settled | LimitCycle | Diverged | NoWallTorque | NotTold | HandMoves)
+    use OutcomeKind::{Diverged, HandMoves, LimitCycle, NoWallTorque, NotTold, PositionLost, Settled};
+    matches!(outcome, Settled | LimitCycle | Diverged | NoWallTorque | PositionLost | NotTold | HandMoves)
 }
 
 /// Returns the worst error of these outputs; 0 if none of them was compared.

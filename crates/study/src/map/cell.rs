@@ -323,7 +323,7 @@ pub(super) fn any_simulation(experiment: &Experiment) -> Result<AnySimulation<'_
 /// Returns rms, amplitude and frequency of a verdict.
 fn numbers(verdict: Verdict) -> (Option<f64>, Option<f64>, Option<f64>) {
     match verdict {
-        Verdict::Settled { rms_rad } => (Some(rms_rad), None, None),
+        Verdict::Settled { rms_rad } | Verdict::PositionLost { rms_rad, .. } => (Some(rms_rad), None, None),
         Verdict::LimitCycle { rms_rad, amplitude_rad, frequency_hz } => {
             (Some(rms_rad), Some(amplitude_rad), Some(frequency_hz))
         }

@@ -11,14 +11,16 @@ use super::{Cell, Found, nearest, outcome_name};
 pub enum Class {
     /// The outcome of the motion.
     Outcome(OutcomeKind),
-    /// The wall saw no penetration in the judged window, so the outcome is no verdict on the wall.
+    /// The wall saw no penetration in the judged window, so the outcome is no verdict on the wall. A logic that has lost
+    /// the position cannot tell that.
     WallNotReached,
 }
 
 impl Class {
     /// Returns the class of a cell.
     pub fn of(cell: &Cell) -> Self {
-        if cell.contact_share == Some(0.0) { Self::WallNotReached } else { Self::Outcome(cell.outcome) }
+        let knows = cell.outcome != OutcomeKind::PositionLost;
+        if knows && cell.contact_share == Some(0.0) { Self::WallNotReached } else { Self::Outcome(cell.outcome) }
     }
 }
 

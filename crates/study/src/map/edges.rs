@@ -45,6 +45,7 @@ impl Reason {
         let counts = cell.amplitude.zip(count).map(|(amplitude, count)| amplitude / count);
         match cell.outcome {
             OutcomeKind::NoWallTorque => Self::NoTorque,
+            OutcomeKind::PositionLost => Self::CounterWraps,
             _ if cell.position_lost_share >= OFTEN => Self::CounterWraps,
             OutcomeKind::Diverged | OutcomeKind::HighlyUnstable => Self::Grows,
             _ if counts.is_some_and(|counts| counts <= FEW_COUNTS) => Self::Counts,

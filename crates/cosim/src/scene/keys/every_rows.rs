@@ -90,8 +90,8 @@ keys! { expect: "expect" of ["axis", "dut"];
     /// Verdict that the run must reach: the motion settles, keeps a limit cycle, diverges, or is inside a wall that
     /// gives no torque; the run is too short to tell (`not_told`), or the hand moves nearly to its end (`hand_moves`).
     outcome: Choice<OutcomeKind> = Choice::new(|| {
-        use OutcomeKind::{Diverged, HandMoves, LimitCycle, NoWallTorque, NotTold, Settled};
-        named(&[Settled, LimitCycle, Diverged, NoWallTorque, NotTold, HandMoves], OutcomeKind::name)
+        use OutcomeKind::{Diverged, HandMoves, LimitCycle, NoWallTorque, NotTold, PositionLost, Settled};
+        named(&[Settled, LimitCycle, Diverged, NoWallTorque, PositionLost, NotTold, HandMoves], OutcomeKind::name)
     }, Said("not judged"));
     /// Angle or position at the end.
     final_angle: Expected = Expected::along(|axis| axis.position);
