@@ -18,14 +18,16 @@ const WITHOUT_EFFECT: [&str; 3] = ["quiet", "jobs", "cell-timeout"];
 
 /// Options whose effect is not seen where nothing is wrong: the random rows of a check, all of which agree; a sweep
 /// whose files are whole, whose points are all run, and whose build planned it, for which sweep.rs has others; the shards
-/// that a task runs at a time; and the size of a further wave's shards.
-const UNSEEN: [(&str, &str, &str); 7] = [
+/// that a task runs at a time; and the size of a further wave's shards, and of those of a
+/// map that takes milliseconds.
+const UNSEEN: [(&str, &str, &str); 8] = [
     ("check", "seed", "--rows"),
     ("sweep", "again", ""),
     ("sweep", "partial", ""),
     ("sweep", "any-version", ""),
     ("sweep", "cores", "--of"),
     ("sweep", "shard-time", "@PLANNED"),
+    ("sweep", "shard-time", "@STUDY"),
     ("sweep", "shard-points", "@PLANNED"),
 ];
 
@@ -297,7 +299,11 @@ fn found(dir: &Path, number: usize, words: &[String]) -> Found {
             fs::create_dir_all(own.join("sweep")).expect("a folder");
             let mut files = BTreeMap::new();
             collect(&dir.join(&sweep[1..]), &dir.join(&sweep[1..]), &mut files);
-            files.iter().for_each(|(name, bytes)| fs::write(own.join("sweep").join(name), bytes).expect("a file"));
+            for (name, bytes) in files {
+                let path = own.join("sweep").join(name);
+                fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
+                fs::write(path, bytes).expect("a file");
+            }
         }
         let word = word.replace("@PLANNED", "@/sweep").replace("@DONE", "@/sweep");
         word.replace('@', &own.display().to_string())
