@@ -17,8 +17,8 @@ type Mode = (&'static [&'static str], &'static [&'static str], &'static [(&'stat
 const WITHOUT_EFFECT: [&str; 3] = ["quiet", "jobs", "cell-timeout"];
 
 /// Options whose effect is not seen where nothing is wrong: the random rows of a check, all of which agree; a sweep
-/// whose files are whole, whose points are all run, and whose build planned it, for which sweep.rs has others; the shards
-/// that a task runs at a time; and the size of a further wave's shards, and of those of a
+/// whose files are whole, whose points are all run, and whose build planned it, for which sweep.rs has others; the
+/// shards that a task runs at a time; and the size of a further wave's shards, and of those of a
 /// map that takes milliseconds.
 const UNSEEN: [(&str, &str, &str); 8] = [
     ("check", "seed", "--rows"),
