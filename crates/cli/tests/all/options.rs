@@ -44,7 +44,7 @@ const ALIKE: [(&str, &str); 8] = [
     ("reproduce phantom-formats", "reproduce phantom-sines"),
 ];
 
-/// A verb whose least result is a synthesis of minutes; its options were tried by hand.
+/// A verb whose least result is a synthesis of minutes: its options are not tried.
 const ELSEWHERE: [&str; 1] = ["reproduce phantom-cost"];
 
 /// A short run. `@` is a folder of the run's own.

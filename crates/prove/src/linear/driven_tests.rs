@@ -252,7 +252,11 @@ fn no_proved_stretch_of_a_thousand_random_loops_has_a_loop_that_grows_clock_by_c
         let range: [f64; 2] = [0.05, 200.0];
         let (period, words) = (1u64 << bits, among(share(), 0, 1 << (bits - 1)));
         let duty = 2.0 * words as f64 / period as f64;
-        let pulse = drive.pulse(duty) as u64;
+        let pulse = match (drive, antiphase) {
+            (Drive::Held, _) => 0,
+            (_, true) => period / 2 + words,
+            (_, false) => 2 * words,
+        };
         let grid = (1..=period).rev().find(|k| period % k == 0 && sample.is_multiple_of(*k)).expect("one");
         let clocks = if drive == Drive::Held { sample } else { sample * period / grid };
         let grows = |stiffness: f64| Clocked::new(&scene, stiffness, pulse).log_growth(clocks);
