@@ -425,6 +425,8 @@ fn a_counter_of_somebody_else_s_is_proved_on_the_rising_edge_of_the_clock_itself
     }
     let falls = "refused register position is clocked by the falling edge of clk, not by its rising edge";
     assert_eq!(says(&clocked("negedge clk")), falls);
+    let guarded = "always @(posedge clk) if (rst) position <= 0; else position <= ^position === 1'bx ? 7 : next;";
+    assert_eq!(says(guarded), "proved ");
     for (wires, by) in [("wire c = clk & step[0];", "$and"), ("wire n = ~clk; wire c = ~n;", "$not")] {
         let expected = format!("refused register position is clocked by logic ({by}), not by clk itself");
         assert_eq!(says(&format!("{wires} {}", clocked("posedge c"))), expected);

@@ -73,7 +73,7 @@ pub(crate) fn clocked(json: &str, top: &str, timing: &Timing) -> Result<Clocked,
         keep.extend((kind != Kind::Logic).then_some((label, cell, kind)));
     }
     Drivers::new(&module).map_err(|why| Unfit::Clocked(format!("{why}: where they differ, it is unknown (X)")))?;
-    if let Some(why) = loops::of_logic(&module, passes).or_else(|| unknown::compared(&module)) {
+    if let Some(why) = loops::of_logic(&module, passes).or_else(|| unknown::compared(&module, is_register)) {
         return Err(Unfit::Clocked(why));
     }
     let nets = Nets::new(&module, timing);
@@ -178,7 +178,17 @@ fn passes(cell: &Cell) -> bool {
     }
 }
 
+/// Returns whether a cell is a register.
+fn is_register(cell: &Cell) -> bool {
+    matches!(Kind::of(&cell.module), Some(Kind::Register { .. }))
+}
+
 impl Cell {
+    /// Returns the bits at its inputs.
+    pub(super) fn ins(&self) -> impl Iterator<Item = Bit> {
+        self.connections.iter().filter(|(port, _)| !self.outputs.contains(port)).flat_map(|(_, bits)| bits).copied()
+    }
+
     /// Returns the bits at a port, the least first.
     pub(crate) fn bits(&self, port: &str) -> &[Bit] {
         self.connections.get(port).map_or(&[], Vec::as_slice)
@@ -306,8 +316,7 @@ impl<'m> Nets<'m> {
                 let cell = self.cells.get(&net).filter(|_| seen.insert(net));
                 let keeps = |cell: &Cell| matches!(Kind::of(&cell.module), Some(Kind::Register { .. }) | None);
                 let Some(cell) = cell.filter(|cell| !keeps(cell)) else { continue };
-                let inputs = cell.connections.iter().filter(|(port, _)| !cell.outputs.contains(port));
-                bits.extend(inputs.flat_map(|(_, bits)| bits));
+                bits.extend(cell.ins());
             }
         }
         None

@@ -90,10 +90,7 @@ fn made_of(cell: &Cell, index: usize) -> Vec<u64> {
                 _ => index.checked_add(by).and_then(|index| at(a, index)).into_iter().collect(),
             }
         }
-        _ => {
-            let ins = cell.connections.iter().filter(|(port, _)| !cell.outputs.contains(port));
-            ins.flat_map(|(_, bits)| bits).copied().collect()
-        }
+        _ => cell.ins().collect(),
     };
     bits.into_iter().filter_map(|bit| if let Bit::Net(net) = bit { Some(net) } else { None }).collect()
 }

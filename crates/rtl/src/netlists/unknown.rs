@@ -45,54 +45,40 @@ fn is_choice(label: &str) -> bool {
 }
 
 /// Returns why a comparison with X or Z cannot be told: the net beside it may be X or Z itself. A net of known bits is
-/// never X or Z, which the [`RULES`] take for granted.
-pub(crate) fn compared(module: &Module) -> Option<String> {
+/// never X or Z, which the [`RULES`] take for granted. Registers count as known: what loads them is compared anyway.
+pub(crate) fn compared(module: &Module, is_register: impl Fn(&Cell) -> bool) -> Option<String> {
     let is_unknown = |bit: &Bit| matches!(bit, Bit::Constant('x' | 'z'));
-    let mut drivers: HashMap<u64, &Cell> = HashMap::new();
-    for cell in module.cells.values() {
-        for bit in cell.outputs.iter().flat_map(|port| cell.bits(port)) {
-            if let Bit::Net(net) = bit {
-                drivers.insert(*net, cell);
-            }
-        }
+    let compares =
+        |label: &str, cell: &Cell| matches!(&*cell.module, "$eqx" | "$nex") || cell.module == "$eq" && is_choice(label);
+    let mut drivers: HashMap<Bit, (&str, &Cell)> = HashMap::new();
+    for (label, cell) in &module.cells {
+        drivers.extend(cell.outputs.iter().flat_map(|port| cell.bits(port)).map(|bit| (*bit, (label.as_str(), cell))));
     }
     let inputs: HashSet<_> = module.ports.values().filter(|port| port.is_input).flat_map(|port| &port.bits).collect();
-    for (label, cell) in &module.cells {
-        let compares = matches!(&*cell.module, "$eqx" | "$nex") || cell.module == "$eq" && is_choice(label);
+    for (_, cell) in module.cells.iter().filter(|(label, cell)| compares(label, cell)) {
         let [a, b] = ["A", "B"].map(|port| cell.bits(port));
-        let other = match [a, b].map(|bits| bits.iter().any(is_unknown)) {
-            [true, false] => b,
-            [false, true] => a,
+        let mut bits = match [a, b].map(|bits| bits.iter().any(is_unknown)) {
+            [true, false] => b.to_vec(),
+            [false, true] => a.to_vec(),
             _ => continue,
         };
-        if !compares {
-            continue;
-        }
-        let mut bits = other.to_vec();
         let mut seen = HashSet::new();
         while let Some(bit) = bits.pop() {
-            let Bit::Net(net) = bit else {
-                if is_unknown(&bit) {
-                    return Some("logic asks whether a net is X or Z that may be X or Z".to_string());
-                }
-                continue;
-            };
-            if inputs.contains(&bit) || !seen.insert(net) {
+            if matches!(bit, Bit::Constant('0' | '1')) || inputs.contains(&bit) || !seen.insert(bit) {
                 continue;
             }
-            let kind = drivers.get(&net).map(|cell| &*cell.module);
-            let made = "$div $mod $divfloor $modfloor $shiftx $tribuf $memrd $memrd_v2";
-            match drivers.get(&net) {
-                Some(cell) if !made.split(' ').any(|made| Some(made) == kind) => {
-                    let ins = cell.connections.iter().filter(|(port, _)| !cell.outputs.contains(port));
-                    bits.extend(ins.flat_map(|(_, bits)| bits));
-                }
+            match drivers.get(&bit) {
+                Some((label, cell)) if compares(label, cell) || is_register(cell) => {}
+                Some((_, cell)) if !UNTOLD.contains(&&*cell.module) => bits.extend(cell.ins()),
                 _ => return Some("logic asks whether a net is X or Z that may be X or Z".to_string()),
             }
         }
     }
     None
 }
+
+/// Cells that are unknown for some of their inputs.
+const UNTOLD: [&str; 8] = ["$div", "$mod", "$divfloor", "$modfloor", "$shiftx", "$tribuf", "$memrd", "$memrd_v2"];
 
 #[cfg(test)]
 mod tests {
