@@ -212,8 +212,8 @@ for study in map waves search; do
         "points, waves: $("$hpu" --quiet sweep status local-$study --json | grep -c '"wave":'), $(since "$begin") s"
 done
 engines() {
-    quiet map free-motion --x 'device.coulomb_friction=0.1..10 mN.m:100:log' --y 'device.initial_speed=100..300 rad/s:100' \
-        --set 'run.duration=20 ms' --full -o whole
+    quiet map free-motion --x 'device.coulomb_friction=0.1..10 mN.m:100:log' \
+        --y 'device.initial_speed=100..300 rad/s:100' --set 'run.duration=20 ms' --full -o whole
     quiet map --from local-map -o drawn
     rows() { grep -v '^#' "$1/map.csv"; }
     if cmp -s <(rows whole) <(rows drawn); then
@@ -326,19 +326,19 @@ same "$killed kills of a gather" kill-shard local-map
 
 # Kills of `hpu sweep submit` with GNU parallel, whose jobs end with it. A job that goes on would hold the lock of its
 # shard, or die of the file that is taken away.
-jobs() { pgrep -f "^$hpu --quiet sweep (task|shard) $work/$1 " | wc -l; }
+living() { pgrep -f "^$hpu --quiet sweep (task|shard) $work/$1 " | wc -l; }
 killed=0
 dir=kill-parallel
 quiet sweep plan map.toml -o $dir --shard-points 100
 while [ $killed -lt "$kills" ]; do
     "$hpu" --quiet sweep submit $dir --engine parallel --limit 2 >/dev/null 2>&1 &
     pid=$!
-    for _ in $(seq 500); do [ "$(jobs $dir)" = 0 ] || break; sleep 0.01; done
+    for _ in $(seq 500); do [ "$(living $dir)" = 0 ] || break; sleep 0.01; done
     pause 0.5
     kill -9 $pid 2>/dev/null && killed=$((killed + 1))
     wait $pid 2>/dev/null || true
-    for _ in $(seq 50); do [ "$(jobs $dir)" != 0 ] || break; sleep 0.1; done
-    [ "$(jobs $dir)" = 0 ] || { echo "$(jobs $dir) jobs of GNU parallel live on"; differs=1; }
+    for _ in $(seq 50); do [ "$(living $dir)" != 0 ] || break; sleep 0.1; done
+    [ "$(living $dir)" = 0 ] || { echo "$(living $dir) jobs of GNU parallel live on"; differs=1; }
     [ "$(done_shards $dir)" -lt 90 ] || find $dir -name '*.parquet' -delete
 done
 quiet sweep submit $dir --engine parallel --limit 2

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use hpu_rtl::{Cache, CacheFolder, CostError, GhdlError};
+use hpu_rtl::{Cache, CacheFolder, CostError, GhdlError, temporary};
 
 use crate::shell::exit::Failure;
 
@@ -31,14 +31,15 @@ impl Remember {
 
 /// Returns a folder of this program in the user's cache, for what is `kept` there.
 pub fn cache_folder(name: &str, kept: &'static str) -> CacheFolder {
-    let set = |name| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
+    // A relative path would be a place in the current folder.
+    let set = |name| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
     let users = set("XDG_CACHE_HOME").or_else(|| Some(set("HOME")?.join(".cache")));
     CacheFolder::new(users.map(|users| users.join("hpu").join(name)), kept)
 }
 
 /// Returns the path of a folder of the cache.
 pub fn path(folder: &CacheFolder) -> Result<&Path, Failure> {
-    folder.path().map_err(|error| Failure::at(&std::env::temp_dir(), error))
+    folder.path().map_err(|error| Failure::at(&temporary::parent(), error))
 }
 
 /// Turns a tool's refusal into its reason, which is shown in place of the cost. A tool at fault or a missing file ends

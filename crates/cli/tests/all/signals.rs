@@ -361,10 +361,9 @@ fn the_jobs_of_gnu_parallel_die_with_a_sweep_that_is_killed() {
     let work = dir.join("work");
     let study = "name = \"s\"\ntitle = \"S\"\n[map]\nscene = \"hybrid-wall\"\nx = \"wall.stiffness=0.5..6 N.m/rad:2\"\n\
                  y = \"wall.damping=0..0.4 mN.m.s/rad:2\"\nfull = true\n";
-    fs::write(dir.join("study.toml"), study).expect("a study");
-    let out = dir.join("sweep");
-    let study = dir.join("study.toml");
-    let plan = ["sweep", "plan", text(&study), "-o", text(&out), "--shard-points", "1"];
+    let (file, out) = (dir.join("study.toml"), dir.join("sweep"));
+    fs::write(&file, study).expect("a study");
+    let plan = ["sweep", "plan", text(&file), "-o", text(&out), "--shard-points", "1"];
     assert_eq!(code(&run(&plan)), 0);
     let parallel = "setsid sleep 1000 & job=$!\nasked=0\n\
                     trap 'asked=$((asked + 1)); [ $asked = 1 ] || { kill $job; exit 1; }' TERM\n\

@@ -64,6 +64,28 @@ fn without_a_home_everything_runs_and_a_design_says_why_it_is_built_again() {
     assert!(stderr(&output).contains("note: no HOME: proofs stay with this command"), "{}", stderr(&output));
 }
 
+#[test]
+fn an_empty_environment_and_relative_folders_are_no_fault_of_the_design() {
+    let (dir, here) = (scratch("bare"), scratch("bare-here"));
+    let scene = design(&dir, "design.v");
+    // Verilator, make and the compiler find each other without a PATH.
+    let simulated = ["-q", "run", &scene, "--json"];
+    let priced = ["-q", "cost", "--scene", &scene, "--json"];
+    let relative = [("HOME", "home"), ("XDG_CACHE_HOME", "kept/here"), ("TMPDIR", "work")];
+    fs::create_dir(here.join("work")).expect("a folder");
+    for (arguments, surroundings) in
+        [(&simulated[..], &[][..]), (&priced, &[("TMPDIR", "")]), (&priced, &relative), (&priced, &relative[..2])]
+    {
+        let mut command = hpu();
+        command.env_clear().current_dir(&here).args(arguments).envs(surroundings.iter().copied());
+        let output = command.output().expect("it starts");
+        assert_eq!(code(&output), 0, "{surroundings:?}: {}", stderr(&output));
+        assert!(json(&output).is_object() && stderr(&output).starts_with("note: no HOME: "), "{}", stderr(&output));
+        assert_eq!(crate::common::names(&here), ["work"], "{surroundings:?}");
+    }
+    assert_eq!(crate::common::names(&here.join("work")), [""; 0]);
+}
+
 /// Returns a shell's words that mount an own file system at `place` for what follows them, without any right; `None`
 /// where the kernel does not let a user do that.
 fn mounted(options: &str, place: &Path) -> Option<Command> {

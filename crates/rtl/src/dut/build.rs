@@ -60,7 +60,7 @@ impl Simulators {
         make: impl Fn(&Path) -> Result<(), DutError>,
     ) -> Result<Built, DutError> {
         let key = key(model, tools);
-        let no_folder = |error| DutError::Io(std::env::temp_dir(), error);
+        let no_folder = |error| DutError::Io(crate::temporary::parent(), error);
         let cache = self.cache.path().map_err(no_folder)?;
         // Threads that want the same model build it only once.
         let turn = turn(key.clone());

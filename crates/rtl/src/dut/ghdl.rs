@@ -58,7 +58,7 @@ impl Simulators {
         let dut = model.dut;
         // The elaboration of VHDL runs its functions.
         allowed(dut)?;
-        let folder = Temporary::folder().map_err(|error| DutError::Io(std::env::temp_dir(), error))?;
+        let folder = Temporary::folder().map_err(|error| DutError::Io(crate::temporary::parent(), error))?;
         write_files(dut, folder.path())?;
         self.analyse(dut, folder.path())?;
         let texts: Vec<_> = dut.files.iter().map(|(_, content)| String::from_utf8_lossy(content)).collect();

@@ -39,7 +39,7 @@ impl Simulators {
         rows: &[Vec<u64>],
     ) -> Result<Option<Vec<Answer>>, DutError> {
         let dut = model.dut;
-        let folder = Temporary::folder().map_err(|error| DutError::Io(std::env::temp_dir(), error))?;
+        let folder = Temporary::folder().map_err(|error| DutError::Io(crate::temporary::parent(), error))?;
         let folder = folder.path();
         write_files(dut, folder)?;
         let say = |error| DutError::of(dut, error);

@@ -37,7 +37,7 @@ impl Simulators {
         reset: Option<&str>,
         invariants: &[String],
     ) -> Result<Result<Transition, String>, DutError> {
-        let folder = Temporary::folder().map_err(|error| DutError::Io(std::env::temp_dir(), error))?;
+        let folder = Temporary::folder().map_err(|error| DutError::Io(crate::temporary::parent(), error))?;
         let folder = folder.path();
         let read = |name: &str| {
             let path = folder.join(name);

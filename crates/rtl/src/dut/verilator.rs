@@ -110,7 +110,7 @@ impl Simulators {
     /// Returns the ports of a design in Verilog, of which no program is made.
     pub(super) fn ports_of_verilog(&self, model: &Model) -> Result<Vec<Port>, DutError> {
         Tool::Verilator.version(self.setup.timeout).map_err(DutError::Tool)?;
-        let folder = Temporary::folder().map_err(|error| DutError::Io(std::env::temp_dir(), error))?;
+        let folder = Temporary::folder().map_err(|error| DutError::Io(crate::temporary::parent(), error))?;
         write_files(model.dut, folder.path())?;
         let design = (folder.path(), &sources(model.dut)[..], &*model.dut.top);
         let (_, lines) = self.translated(model.dut, design, (true, false))?;
@@ -214,7 +214,7 @@ impl Simulators {
     /// long as a small design does.
     fn runtime(&self) -> Result<PathBuf, DutError> {
         let version = Tool::Verilator.version(self.setup.timeout).map_err(DutError::Tool)?;
-        let cache = self.cache.path().map_err(|error| DutError::Io(std::env::temp_dir(), error))?;
+        let cache = self.cache.path().map_err(|error| DutError::Io(crate::temporary::parent(), error))?;
         Ok(cache.join(format!("runtime-{}", key(&[&[&version, FLAGS], LEVELS.as_slice()].concat()))))
     }
 

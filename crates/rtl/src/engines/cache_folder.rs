@@ -47,7 +47,9 @@ impl CacheFolder {
         let Self { users, kept, .. } = self;
         let path = match users {
             None => {
-                note(format!("no HOME: {kept} stay with this command; set HOME or XDG_CACHE_HOME to keep them"));
+                note(format!(
+                    "no HOME: {kept} stay with this command; set HOME or XDG_CACHE_HOME to an absolute path to keep them"
+                ));
                 own_folder()?.to_path_buf()
             }
             Some(users) => match self.usable(users) {

@@ -49,7 +49,7 @@ impl Library {
         blocks: impl IntoIterator<Item = &'n str>,
         testbenches: &[(String, String)],
     ) -> Result<Self, GhdlError> {
-        let dir = Temporary::folder().map_err(|error| GhdlError::Io(std::env::temp_dir(), error))?;
+        let dir = Temporary::folder().map_err(|error| GhdlError::Io(crate::temporary::parent(), error))?;
         let library = Self { dir, timeout: setup.timeout, elaborated: Mutex::default() };
         let mut command = library.command("-a");
         for (name, text) in packages {

@@ -15,6 +15,8 @@ use crate::engines::lifeline;
 
 /// The time in which a program must end its jobs.
 const PATIENCE: Duration = Duration::from_secs(1);
+/// The PATH of the system where there is none, as under `env -i`. Tools that start others need one.
+const SYSTEM: &str = "/usr/local/bin:/usr/bin:/bin";
 /// A PATH on which nothing is found.
 const NOWHERE: &str = "/nonexistent";
 
@@ -92,19 +94,18 @@ pub fn is_ignored(signal: i32) -> bool {
 }
 
 /// Returns the folders in which programs are looked for: those of the PATH that have an absolute path. Empty and
-/// relative ones would name the current folder, whose files may be anybody's. `None` if there is no PATH.
-pub(crate) fn folders() -> Option<Vec<PathBuf>> {
-    let path = env::var_os("PATH")?;
-    Some(env::split_paths(&path).filter(|folder| folder.is_absolute()).collect())
+/// relative ones would name the current folder, whose files may be anybody's.
+pub(crate) fn folders() -> Vec<PathBuf> {
+    let path = env::var_os("PATH").unwrap_or_else(|| SYSTEM.into());
+    env::split_paths(&path).filter(|folder| folder.is_absolute()).collect()
 }
 
 /// Returns the PATH of a program that is started.
-fn path() -> Option<OsString> {
-    let folders = folders()?;
+fn path() -> OsString {
     // A folder of a PATH has no colon.
-    let path = env::join_paths(folders).unwrap_or_default();
+    let path = env::join_paths(folders()).unwrap_or_default();
     // The C library takes an empty PATH for the current folder.
-    Some(if path.is_empty() { NOWHERE.into() } else { path })
+    if path.is_empty() { NOWHERE.into() } else { path }
 }
 
 /// A program with all processes that it starts. They are killed when this value is dropped, and when hpu is killed.
@@ -141,10 +142,7 @@ impl Group {
     }
 
     fn begin(command: &mut Command, has_jobs: bool) -> Result<Self, Fault> {
-        command.process_group(0);
-        if let Some(path) = path() {
-            command.env("PATH", path);
-        }
+        command.process_group(0).env("PATH", path());
         let mut running = running();
         if running.stopped {
             return Err(Fault::Stopped);

@@ -12,7 +12,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::Duration;
-use std::{mem, process};
+use std::{mem, path, process};
 
 use crate::engines::owned;
 
@@ -26,6 +26,13 @@ static OWN: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
 fn own() -> MutexGuard<'static, Vec<PathBuf>> {
     OWN.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Returns the absolute path of the system's folder for temporary files. Tools run in folders of their own, in which a
+/// relative one would be another place.
+pub fn parent() -> PathBuf {
+    let dir = std::env::temp_dir();
+    if dir.as_os_str().is_empty() { PathBuf::from("/tmp") } else { path::absolute(&dir).unwrap_or(dir) }
 }
 
 /// A locked temporary file or folder, which is removed when this value is dropped.
@@ -53,7 +60,7 @@ impl Temporary {
     ///
     /// An error when the folder cannot be made.
     pub fn folder() -> io::Result<Self> {
-        Self::folder_in(&std::env::temp_dir())
+        Self::folder_in(&parent())
     }
 
     /// Makes an empty folder in `parent`. Removes folders that killed processes have left there.

@@ -63,7 +63,7 @@ hpu_signal::named! {
 impl Tool {
     /// Returns the command, to which arguments are to be added.
     pub(crate) fn command(self) -> Command {
-        let is_there = || folders().unwrap_or_default().iter().any(|folder| folder.join(self.name()).is_file());
+        let is_there = || folders().iter().any(|folder| folder.join(self.name()).is_file());
         if self != Self::Bitwuzla || is_there() {
             return Command::new(self.name());
         }
