@@ -48,7 +48,7 @@ impl CacheFolder {
         let path = match users {
             None => {
                 note(format!(
-                    "no HOME: {kept} stay with this command; set HOME or XDG_CACHE_HOME to an absolute path to keep them"
+                    "no HOME: {kept} stay with this command; to keep them, set XDG_CACHE_HOME to an absolute path"
                 ));
                 own_folder()?.to_path_buf()
             }
