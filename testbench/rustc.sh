@@ -8,7 +8,8 @@
 # those of hpu-prove within its library compile all of it: at level 1 they cost least in all.
 case "${CARGO_PKG_NAME-}: $* " in
 *" --crate-name high_precision "* | *" --crate-name postures "*) exec "$@" ;;
-hpu-datapath:*" --test "* | hpu-prove:*" --test "* | hpu-plant:*" --test "* | hpu-cosim:*" --test "*) exec "$@" -C opt-level=1 ;;
+hpu-datapath:*" --test "* | hpu-plant:*" --test "* | hpu-cosim:*" --test "*) exec "$@" -C opt-level=1 ;;
+hpu-prove:*" --test "*) exec "$@" -C opt-level=1 ;;
 *" --test "*) exec "$@" -C opt-level=0 ;;
 *) exec "$@" ;;
 esac

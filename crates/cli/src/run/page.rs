@@ -104,8 +104,8 @@ fn in_contact(page: &mut Page, ran: &Ran) {
         let (name, bits) = (port.signal.name, port.signal.format.width());
         let share = percent(port.usage.overflowed, ran.summary.edges);
         let said = format!(
-            "wraps: the count does not fit the {bits} bits of port {name} at {share} of the clock cycles; a design that \
-             does not follow the wraps reads another place"
+            "wraps: the count does not fit the {bits} bits of port {name} at {share} of the clock cycles; a design \
+             that does not follow the wraps reads another place"
         );
         page.line("position", said);
     }

@@ -155,7 +155,7 @@ fn what_is_no_chart_is_refused_with_its_reason_before_anything_is_written() {
     refused(&["hybrid-wall", "--contestants", "telepathy"], 2, &["`telepathy`", "events", "clock", "rk4"]);
     refused(&["hybrid-wall", "--contestants", "rk4@7us"], 2, &["`rk4@7us`", "@20ns"]);
     refused(&["phantom-drop", "--contestants", "averaged"], 2, &["`averaged`", "one-joint"]);
-    refused(&["replay-capture"], 2, &["recording", "no device"]);
+    refused(&["replay-capture"], 4, &["recording", "no device"]);
     refused(&["no-such-scene"], 4, &["no-such-scene", "hybrid-wall"]);
     refused(&["hybrid-wall", "--set", "wall.stifness=2"], 4, &["wall.stifness", "unknown key"]);
     refused(&["hybrid-wall", "--set", "accuracy.outputs=[\"beauty\"]"], 4, &["accuracy.outputs[0]", "beauty", "trace"]);

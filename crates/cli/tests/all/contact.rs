@@ -240,7 +240,7 @@ fn a_counter_that_wraps_under_its_device_is_told_with_its_share_and_the_bits_tha
     let said = stdout(&with(&[]));
     let line =
         |name: &str| said.lines().find(|line| line.starts_with(name)).unwrap_or_else(|| panic!("{name}: {said}"));
-    assert!(line("outcome").contains("; the position counter wrapped"), "{said}");
+    assert!(line("outcome").contains("position lost: ") && line("outcome").contains("counter had wrapped"), "{said}");
     assert!(line("position").contains("wraps: 10 bits hold -85.9"), "{said}");
     let found = json(&with(&["--json"]));
     let lost = &found["position_wrapped"];

@@ -436,6 +436,7 @@ pub const EXCEPTED: &[(&str, &str)] = &[
     ("`HPU_NO_DUT=1`", "a switch"),
     ("`motor = \"vasudevan_2007\"`", "a name"),
     ("rim.toml is VHDL-93", "the name of a standard"),
+    ("sought at 200 stiffnesses", "how the search is defined"),
     ("the last 30 % of the run", "how the window is defined"),
     ("more than 5 % faster here", "how `fit` is defined"),
     // Speeds and times depend on the machine. Those of the table are in testbench/record/speed.txt and compare.txt.

@@ -208,7 +208,7 @@ fn every_file_of_a_result_is_written_by_one_module() {
     found.sort();
     // The others write files whose names are numbers, or their own: journals, manifests, shards, input of Slurm's
     // tools.
-    assert_eq!(found, ["files.rs", "journal.rs", "sweep/manifest.rs", "sweep/shard.rs", "sweep/submit.rs"]);
+    assert_eq!(found, ["journal.rs", "shell/files.rs", "sweep/manifest.rs", "sweep/shard.rs", "sweep/submit.rs"]);
 }
 
 #[test]

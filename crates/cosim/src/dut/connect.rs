@@ -198,8 +198,8 @@ impl Wires {
         self.outputs.iter().map(|&index| &self.wires[index])
     }
 
-    /// Returns the index of the narrowest port that takes the encoder's count, and the least and the greatest count from
-    /// the start that it holds, as signed or as unsigned.
+    /// Returns the index of the narrowest port that takes the encoder's count, and the least and the greatest count
+    /// from the start that it holds, as signed or as unsigned.
     pub(super) fn counter(&self) -> Option<(usize, [i64; 2])> {
         let counters = self.wires.iter().enumerate().filter(|(_, wire)| wire.connection == Connection::Count);
         let (index, wire) = counters.min_by_key(|(_, wire)| wire.port.format.width())?;

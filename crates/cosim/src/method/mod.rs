@@ -13,8 +13,8 @@
 //!
 //! 1. `datapath/src/lib.rs`: the module, and a line in `laws!`.
 //! 2. `cosim/src/method/mod.rs`: the module, and a line in `laws!`; in `any_law.rs`, the use of its law in floats.
-//! 3. `study/src/limits`: its linear controller, or the reason why it has none.
-//! 4. `study/src/widths/proof/laws.rs`: the words that its invariant allows.
+//! 3. `prove/src/linear`: its linear controller, or the reason why it has none.
+//! 4. `prove/src/ranges/laws.rs`: the words that its invariant allows.
 //!
 //! Tests ask for the rest: VHDL, a scene, vectors and a row in the documentation of
 //! [`law`](crate::law) (`cosim/tests/all/methods.rs`), the least scene that accepts its keys

@@ -2,8 +2,8 @@
 //!
 //! The encoder's own count decides, edge by edge, whatever the logic has made of it. A count begins at its angle, so
 //! the device is beyond a wall's surface from the wall's own count on; the logic counts penetration from the next one
-//! on. So the world tells how long the device was inside its wall beside the [contact](crate::result::contact) that the logic
-//! counts, and for how long the position counter could not hold the place of the device.
+//! on. So the world tells how long the device was inside its wall beside the [contact](crate::result::contact) that the
+//! logic counts, and for how long the position counter could not hold the place of the device.
 
 use hpu_plant::Energy;
 

@@ -4,8 +4,8 @@ use std::fs;
 use std::path::Path;
 
 /// The modules outside of `scene` that its files may name: constant lists, the arithmetic of the judged window,
-/// messages, the list of methods, numbers drawn from a seed, and words that change.
-const KNOWN: [&str; 7] = ["joined", "judged", "message", "method", "random", "scene", "schedule"];
+/// text of messages, the list of methods, numbers drawn from a seed, and words that change.
+const KNOWN: [&str; 7] = ["joined", "judged", "method", "random", "scene", "schedule", "text"];
 
 #[test]
 fn the_reader_of_scenes_names_no_module_that_runs() {

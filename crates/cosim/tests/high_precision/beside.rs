@@ -203,8 +203,8 @@ pub struct Ulps {
 /// The least size of a value that is compared: below, a unit of the last place is less than the plant's own rounding.
 const LEAST: f64 = 1e-9;
 
-/// Compares the engine's outputs with the precise plant's, half way between ticks. Returns the number of values, and the
-/// differences of the outputs that verdicts read and of those that are shown.
+/// Compares the engine's outputs with the precise plant's, half way between ticks. Returns the number of values, and
+/// the differences of the outputs that verdicts read and of those that are shown.
 pub fn outputs_beside_precise(scene: &Scene, ticks: u64) -> (u64, [Ulps; 2]) {
     let simulation = AxisSimulation::new(scene).unwrap_or_else(|error| panic!("{}: {error}", scene.name));
     let laws = Laws::<4>::new(scene);

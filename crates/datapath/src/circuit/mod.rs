@@ -262,7 +262,8 @@ macro_rules! circuit {
                         $($in: $crate::circuit::circuit!(@read words $in $(: $at)? $(= $tied)?)),*
                     };
                     let shown = $module::Out { $($out: words[$crate::circuit::circuit!(@net $out $($to)?)]),* };
-                    let $module::Out { $($out),* } = $crate::circuit::part::Part::follow(&mut self.$label, &input, shown);
+                    let $module::Out { $($out),* } =
+                        $crate::circuit::part::Part::follow(&mut self.$label, &input, shown);
                     $(
                         let net = $crate::circuit::circuit!(@net $out $($to)?);
                         changed |= $crate::circuit::put(words, net, $out.word);

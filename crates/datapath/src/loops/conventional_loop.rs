@@ -1,6 +1,6 @@
 //! The conventional loop: position and velocity are sampled together, and the torque is held between samples.
 //!
-//! - **Equation**: as the [hybrid loop](crate::loops::hybrid_loop), with `delta` taken from the position held since the latest
+//! - **Equation**: as the [hybrid loop](crate::hybrid_loop), with `delta` taken from the position held since the latest
 //!   sample edge.
 //! - **Ports**: as the hybrid loop.
 //! - **Latency**: pin to position 4 edges; then up to `period` to the sample edge, 1, and `SETTLING`.

@@ -177,7 +177,9 @@ impl Law for VirtualCoupling {
 
 impl Block for VirtualCoupling {
     const NAME: &'static str = "virtual_coupling";
-    crate::base::law::law_ports!(self => Signal::new("memory", self.extension.to, "count", "Extension of the coupling"));
+    crate::base::law::law_ports!(
+        self => Signal::new("memory", self.extension.to, "count", "Extension of the coupling")
+    );
 
     fn equations(&self) -> Option<&dyn AnyStep> {
         Some(self)

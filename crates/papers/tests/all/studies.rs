@@ -14,7 +14,7 @@ use hpu_papers::template::{Template, Value, Values};
 fn load(name: &str, set: &[(String, String)]) -> Result<Experiment, String> {
     if name == "creep" {
         let mut load = |_: &str| unreachable!("no file is named");
-        return Experiment::parse("creep.toml", include_str!("../../../study/tests/all/creep.toml"), set, &mut load)
+        return Experiment::parse("creep.toml", include_str!("../../../study/tests/creep.toml"), set, &mut load)
             .map_err(|error| error.to_string());
     }
     let scene = shipped().iter().find(|scene| scene.name == name).ok_or_else(|| format!("no scene {name}"))?;

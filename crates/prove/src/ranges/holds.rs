@@ -30,7 +30,7 @@ impl<'s> Limits<'s> {
     ///
     /// # Errors
     ///
-    /// Why none are proved, as for [`Shaft::new`].
+    /// Why none are proved, as for the limits of a shaft.
     pub fn new(scene: &'s Scene) -> Result<Self, String> {
         Shaft::new(scene).map(|shaft| Self { shaft })
     }

@@ -2,7 +2,6 @@
 //! header leaves a limit undefined.
 
 use std::fs;
-use std::path::Path;
 
 use hpu_rtl::differs_from_the_hardware;
 
@@ -18,8 +17,8 @@ fn header(block: &str) -> String {
 /// Returns the differences in the documentation of the block's Rust, without the quotes of code.
 fn documented(block: &str) -> String {
     let source = |name: &str| {
-        let places = ["", "phantom/", "gimbal/"].map(|folder| format!("{ROOT}/crates/datapath/src/{folder}{name}.rs"));
-        places.into_iter().find(|place| Path::new(place).is_file())
+        let rooms = fs::read_dir(format!("{ROOT}/crates/datapath/src")).expect("a folder").flatten();
+        rooms.map(|room| room.path().join(format!("{name}.rs"))).find(|place| place.is_file())
     };
     // The five loops around a law are in one module.
     let place = source(block).or_else(|| source("method_loop")).expect("a module");

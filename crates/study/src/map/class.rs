@@ -11,8 +11,8 @@ use super::{Cell, Found, nearest, outcome_name};
 pub enum Class {
     /// The outcome of the motion.
     Outcome(OutcomeKind),
-    /// The wall saw no penetration in the judged window, so the outcome is no verdict on the wall. A logic that has lost
-    /// the position cannot tell that.
+    /// The wall saw no penetration in the judged window, so the outcome is no verdict on the wall. A logic that has
+    /// lost the position cannot tell that.
     WallNotReached,
 }
 

@@ -462,7 +462,7 @@ fn a_scene_without_a_limit_in_words_says_why() {
 }
 
 /// A device that creeps toward the rest of a soft wall: `(b + b_h + B) / (k_h + K)` is 67 / 215 s at the softest word.
-const CREEP: &str = include_str!("creep.toml");
+const CREEP: &str = include_str!("../creep.toml");
 
 fn soft(overrides: &[(&str, String)], range: [f64; 2]) -> Result<WordsSet, String> {
     let looks = Looks { phases: 2, coarse: 6, most: 12, climbs: false, nearest: 0.0 };
