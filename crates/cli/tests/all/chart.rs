@@ -160,7 +160,7 @@ fn what_is_no_chart_is_refused_with_its_reason_before_anything_is_written() {
     refused(&["hybrid-wall", "--set", "wall.stifness=2"], 4, &["wall.stifness", "unknown key"]);
     refused(&["hybrid-wall", "--set", "accuracy.outputs=[\"beauty\"]"], 4, &["accuracy.outputs[0]", "beauty", "trace"]);
     refused(&["hybrid-wall", "--set", "accuracy.within=0"], 4, &["accuracy.within", "above zero"]);
-    refused(&["hybrid-wall", "--set", "model.datapath=linear"], 2, &["linear"]);
+    refused(&["hybrid-wall", "--set", "model.datapath=linear"], 4, &["linear"]);
     let (x, y) = ("wall.stiffness=0.1..3 N.m/rad:3", "wall.damping=0..0.1 mN.m.s/rad:2");
     refused(&["hybrid-wall", "--x", x], 2, &["--y"]);
     refused(&["hybrid-wall", "--x", x, "--y", x], 2, &["both axes"]);

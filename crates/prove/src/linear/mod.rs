@@ -1,8 +1,8 @@
 //! The stable sets of a scene's linear loop over its stiffness.
 //!
 //! A set may have gaps: a loop may settle, oscillate and settle again as its wall becomes stiffer. [`StableSet`] is
-//! that of the loop with an ideal drive, [`DrivenSet`] that of the loop that runs, with its modulator and its registers, and
-//! [`BoxSet`] that of all loops over a box of parameters. What pulses add at rest is the [`Ripple`].
+//! that of the loop with an ideal drive, [`DrivenSet`] that of the loop that runs, with its modulator and its
+//! registers, and [`BoxSet`] that of all loops over a box of parameters. What pulses add at rest is the [`Ripple`].
 
 mod characteristic;
 mod controller;

@@ -51,6 +51,23 @@ pub(crate) struct Module {
     pub(crate) nets: BTreeMap<String, Vec<Bit>>,
 }
 
+impl Cell {
+    /// Returns the bits at its inputs.
+    pub(super) fn ins(&self) -> impl Iterator<Item = Bit> {
+        self.connections.iter().filter(|(port, _)| !self.outputs.contains(port)).flat_map(|(_, bits)| bits).copied()
+    }
+
+    /// Returns the bits at a port, the least first.
+    pub(crate) fn bits(&self, port: &str) -> &[Bit] {
+        self.connections.get(port).map_or(&[], Vec::as_slice)
+    }
+
+    /// Returns whether a bit of a parameter is 1.
+    pub(crate) fn is_set(&self, parameter: &str, index: usize) -> bool {
+        self.parameters.get(parameter).is_some_and(|bits| bits.bytes().rev().nth(index) == Some(b'1'))
+    }
+}
+
 impl Modules {
     /// Reads the modules of an entity in the configuration of a block.
     pub(crate) fn new(block: &dyn AnyBlock, library: &Library) -> Result<Self, CostError> {

@@ -183,23 +183,6 @@ fn is_register(cell: &Cell) -> bool {
     matches!(Kind::of(&cell.module), Some(Kind::Register { .. }))
 }
 
-impl Cell {
-    /// Returns the bits at its inputs.
-    pub(super) fn ins(&self) -> impl Iterator<Item = Bit> {
-        self.connections.iter().filter(|(port, _)| !self.outputs.contains(port)).flat_map(|(_, bits)| bits).copied()
-    }
-
-    /// Returns the bits at a port, the least first.
-    pub(crate) fn bits(&self, port: &str) -> &[Bit] {
-        self.connections.get(port).map_or(&[], Vec::as_slice)
-    }
-
-    /// Returns whether a bit of a parameter is 1.
-    fn is_set(&self, parameter: &str, index: usize) -> bool {
-        self.parameters.get(parameter).is_some_and(|bits| bits.bytes().rev().nth(index) == Some(b'1'))
-    }
-}
-
 /// The nets of a module.
 struct Nets<'m> {
     module: &'m Module,

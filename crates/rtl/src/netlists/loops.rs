@@ -87,7 +87,11 @@ fn made_of(cell: &Cell, index: usize) -> Vec<u64> {
             let by = constant(b).unwrap_or(0);
             match &*cell.module {
                 "$shl" | "$sshl" => index.checked_sub(by).and_then(|index| at(a, index)).into_iter().collect(),
-                _ => index.checked_add(by).and_then(|index| at(a, index)).into_iter().collect(),
+                // Beside a word without a sign come zeros.
+                _ => {
+                    let from = index.checked_add(by).filter(|from| *from < a.len() || cell.is_set("A_SIGNED", 0));
+                    from.and_then(|from| at(a, from)).into_iter().collect()
+                }
             }
         }
         _ => cell.ins().collect(),
