@@ -164,6 +164,6 @@ fn what_is_no_chart_is_refused_with_its_reason_before_anything_is_written() {
     let (x, y) = ("wall.stiffness=0.1..3 N.m/rad:3", "wall.damping=0..0.1 mN.m.s/rad:2");
     refused(&["hybrid-wall", "--x", x], 2, &["--y"]);
     refused(&["hybrid-wall", "--x", x, "--y", x], 2, &["both axes"]);
-    refused(&["replay-capture", "--x", x, "--y", y], 2, &["recording"]);
+    refused(&["replay-capture", "--x", x, "--y", y], 4, &["recording"]);
     assert_eq!(names(&dir), [""; 0]);
 }
