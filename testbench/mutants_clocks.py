@@ -253,6 +253,8 @@ def main():
         """Configurations of the VHDL as it is that are proved, or wired, or open for a leaf without equations."""
         chosen = [word for variant in quick(block) for word in ("--variant", variant)]
         done = run([hpu, "check", "--formal", block, *chosen, "--json", "-j", "1"])
+        if done.returncode == 3:
+            sys.exit(done.stderr)
         rows = json.loads(done.stdout)["rows"]
         return {row["variant"]: row["verdict"] for row in rows if row["verdict"] in ("proved", "wired", "open")}
 
