@@ -34,6 +34,7 @@ MOST = {"generics": 4, "no reset": 1, "enable": 2, "inverted": 2}
 EQUIVALENT = {
     ("control_switch", "if loads = '1' then"): "just before, `loads` has become `sample`",
     ("gimbal_loop", "LENGTH_FRAC  => OFFSET,"): "`crank_table` takes all lengths in one unit, whichever it is",
+    ("sampled_wall", "SCALE_FRAC   => ESTIMATOR,"): "this `velocity_register` does not rescale",
 }
 
 EDGE = "rising_edge(clk)"
