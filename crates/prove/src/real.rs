@@ -81,7 +81,7 @@ impl Word for Real {
     }
 }
 
-/// Returns the outputs of a block in real numbers, in units.
+/// Returns the outputs of a block in real numbers, in units. Tests hold laws to it.
 pub fn law(block: &dyn hpu_datapath::AnyBlock, registers: usize, inputs: &[f64]) -> Vec<f64> {
     let lsbs = block.inputs().into_iter().map(|port| port.format.lsb());
     let given: Vec<_> =

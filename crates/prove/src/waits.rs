@@ -127,7 +127,7 @@ fn own_duty(scene: &Scene) -> Option<f64> {
 /// A time that the loop of a scene waits.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Wait {
-    /// What it waits for.
+    /// The part of the loop that waits.
     pub what: &'static str,
     /// How long, in s.
     pub seconds: f64,

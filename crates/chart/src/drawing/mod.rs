@@ -1,4 +1,4 @@
-//! What all pictures are drawn with: canvas, panels, series, labels.
+//! The tools of all pictures: canvas, panels, series, labels.
 
 pub(crate) mod canvas;
 pub(crate) mod labels;

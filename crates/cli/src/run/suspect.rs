@@ -9,7 +9,7 @@ use hpu_cosim::{Control, Simulation, Summary};
 pub struct Suspect {
     /// Its name in JSON.
     pub name: &'static str,
-    /// What it is, and the change with which the wall has its torque.
+    /// The mistake, and the change with which the wall has its torque.
     pub said: &'static str,
     /// Corrects the connections; `false` where they have no such mistake.
     correct: fn(&mut Dut) -> bool,

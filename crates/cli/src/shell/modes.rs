@@ -1,6 +1,6 @@
 //! The modes of verbs: which options a mode does not read. Such an option is refused, never ignored.
 //!
-//! What a mode is, the other arguments decide: a positional argument that is missing, a flag, the value of an option.
+//! Other arguments decide the mode: a positional argument that is missing, a flag, the value of an option.
 //! Where the scene decides, the verb itself refuses the option once it has read the scene.
 
 use clap::parser::ValueSource;

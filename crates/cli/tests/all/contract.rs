@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use crate::common::{ROOT, code, hpu, scratch, stderr, stdout, text};
 
-/// What a verb does with a scene that has a design of the user's own.
+/// The answer of a verb to a scene that has a design of the user's own.
 #[derive(Clone, Copy, PartialEq, Debug)]
 enum Does {
     /// It builds the design: 1 where that does not compile, 3 without its tools.

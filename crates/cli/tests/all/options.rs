@@ -50,7 +50,7 @@ const ELSEWHERE: [&str; 1] = ["reproduce phantom-cost"];
 /// A short run. `@` is a folder of the run's own.
 const SHORT: &str = "run.duration=3 ms";
 
-/// What an option is given unless the mode says otherwise.
+/// The value that an option is given unless the mode says otherwise.
 const GIVEN: &[(&str, &[&str])] = &[
     ("set", &["--set", "run.duration=2 ms"]),
     ("json", &["--json"]),

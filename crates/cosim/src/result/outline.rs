@@ -39,7 +39,7 @@ pub struct Outline {
     pub(crate) contact: Option<usize>,
     /// The position of an axis's wall, in the unit of the position's column.
     pub(crate) wall: Option<f64>,
-    /// What that wall gives at rest.
+    /// The least torque or force that this wall gives at rest.
     pub(crate) push: Option<Push>,
     pub(crate) waves: Waves,
     pub(crate) rule: Rule,

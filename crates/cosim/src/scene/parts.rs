@@ -208,7 +208,7 @@ pub struct Wall {
     pub ramp: Option<Ramp>,
 }
 
-/// What a wall gives at rest, at the least: a torque or force that grows with the penetration, up to the actuator's
+/// The least that a wall gives at rest: a torque or force that grows with the penetration, up to the actuator's
 /// greatest.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Push {

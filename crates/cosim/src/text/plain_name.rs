@@ -9,7 +9,7 @@ use crate::text::message::is_unseen;
 /// file, come on top.
 const MOST_BYTES: usize = 150;
 
-/// What a plain name is, as messages tell it.
+/// The rule for a plain name, as messages tell it.
 const ACCEPTED: &str = "a plain name: no folder, no control character, no dot, dash or space at its beginning, no dot \
                         or space at its end, at most 150 bytes";
 

@@ -1,4 +1,4 @@
-//! What every block is made of: the trait, configurations, wirings, and logic that blocks share.
+//! The parts of every block: its trait, configurations, wirings, and logic that blocks share.
 
 pub(crate) mod block;
 pub(crate) mod computation;

@@ -40,7 +40,7 @@ pub struct DrivenSet {
     /// The set with one clock more, in which a modulator takes a command, if the scene's averaged bridge leaves this
     /// clock out.
     pub with_modulator: Option<StableSet>,
-    /// What the loop waits for, on the scene's own wall.
+    /// The times that the loop waits, on the scene's own wall.
     pub waits: Vec<Wait>,
 }
 

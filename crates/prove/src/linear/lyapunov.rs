@@ -119,7 +119,7 @@ impl<const N: usize> Scaled<N> {
     }
 }
 
-/// What a run of equal steps does to a state, and to the sum of weights: `X` becomes `map' X map + sum`.
+/// The effect of a run of equal steps on a state, and on the sum of weights: `X` becomes `map' X map + sum`.
 #[derive(Clone, Copy)]
 struct Run<const N: usize> {
     map: Scaled<N>,

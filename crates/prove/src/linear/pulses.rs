@@ -388,7 +388,7 @@ impl Pulses {
     }
 }
 
-/// What the plant does after a command of one unit.
+/// The response of the plant to a command of one unit.
 struct Response {
     /// The first whole clock from the command's effect on.
     after: u64,

@@ -18,7 +18,7 @@ use crate::formal::{Edge, Links, NOT_STRAIGHT, Netlist, Proof, ProofError, Quest
 
 /// The numbers of edges from the reset within which a difference is looked for, in turn.
 const EDGES: [usize; 5] = [1, 2, 4, 8, 16];
-/// What a proof assumes of a reset that acts between clock edges too, where ours acts at clock edges.
+/// The assumption of a proof about a reset that acts between clock edges too, where ours acts at clock edges.
 const RESETS_AT_ONCE: &str = "its reset acts at once: equal outside resets, if each of them lasts over a clock edge";
 
 impl Entity {

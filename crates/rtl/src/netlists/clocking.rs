@@ -94,7 +94,7 @@ const BUFFERS: [&str; 2] = ["$pos", "$_BUF_"];
 /// Buffers and inverters.
 const INVERTERS: [&str; 5] = ["$not", "$logic_not", "$_NOT_", "$pos", "$_BUF_"];
 
-/// What a cell keeps, and what makes it change.
+/// The state that a cell keeps, by what makes it change.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Kind {
     /// It keeps nothing.

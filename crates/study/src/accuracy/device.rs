@@ -1,4 +1,4 @@
-//! What a comparison of models asks a device.
+//! The questions of a comparison of models to a device.
 
 use hpu_cosim::Trace;
 

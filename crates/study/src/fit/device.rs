@@ -1,4 +1,4 @@
-//! What a search of the least model asks a device.
+//! The questions of a search of the least model to a device.
 
 use super::Simplifications;
 

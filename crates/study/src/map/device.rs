@@ -1,4 +1,4 @@
-//! What a map asks a device.
+//! The questions of a map to a device.
 
 use hpu_cosim::Simulation;
 use hpu_signal::Observe;

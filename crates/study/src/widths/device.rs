@@ -1,4 +1,4 @@
-//! What a study of widths asks a device.
+//! The questions of a study of widths to a device.
 
 use hpu_cosim::{LawConfig, TheLoop};
 

@@ -106,7 +106,7 @@ pub fn quoted(text: &str) -> String {
     format!("\"{}\"", text.chars().map(escaped).collect::<String>())
 }
 
-/// What is in a folder: of each entry its size and the time of its last change.
+/// The entries of a folder, each with its size and the time of its last change.
 pub type Seen = BTreeMap<PathBuf, (u64, Option<SystemTime>)>;
 
 /// Returns everything in a folder but what is in `out`.
