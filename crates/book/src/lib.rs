@@ -148,7 +148,7 @@ fn section(of: &str, to_root: &str) -> Result<String> {
 
 /// Returns the list of all keys, whose section names become headings.
 fn keys() -> Result<String> {
-    let lines = text("crates/cosim/src/scene/keys.md")?;
+    let lines = text("crates/scene/src/keys.md")?;
     let headed = lines.lines().map(|line| match line {
         "" => "\n".to_string(),
         row if row.starts_with('|') => format!("{row}\n"),

@@ -3,8 +3,8 @@
 use crate::dut::{Designs, DutSimulation, Fault};
 use crate::result::outline::Outline;
 use crate::run::simulation::Simulation;
-use crate::scene::Experiment;
 use crate::wired_simulation::WiredSimulation;
+use hpu_scene::Experiment;
 
 /// Any scene made ready.
 #[allow(clippy::large_enum_variant, reason = "one of them exists a run")]

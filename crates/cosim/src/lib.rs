@@ -1,26 +1,12 @@
-//! Joins datapath and plant: scenes, worlds, the engine, the energy audit and the verdict.
-
-pub mod law;
-#[macro_use]
-pub mod method;
-#[macro_use]
-pub mod scene;
+//! Joins datapath and plant: worlds, the engine, the energy audit and the verdict.
 
 mod any_simulation;
 pub mod dut;
 mod gimbal;
-mod joined;
-mod judged;
 mod linear;
-mod parse;
 mod phantom;
-mod random;
 mod result;
 mod run;
-mod scene_file;
-mod schedule;
-pub mod script;
-mod text;
 mod wired_simulation;
 mod world;
 
@@ -28,9 +14,7 @@ pub use any_simulation::AnySimulation;
 pub use dut::driven_world::{DrivenWorld, Halt, Logic};
 pub use gimbal::{ERROR, FORCE, GIMBAL_REALS, GIMBAL_ROW, GimbalSimulation, RADIUS, STRESSES, stress_error_pa};
 pub use linear::LinearLoop;
-pub use method::AxisLoop;
 pub use phantom::PhantomSimulation;
-pub use random::SplitMix64;
 pub use result::columns::{ARM_REALS, ARM_ROW, AXIS_ROW, RAIL_ROW, SIGNS, TORQUE_BETWEEN};
 pub use result::contact::judged_window_s;
 pub use result::outline::{Outline, Waves};
@@ -46,12 +30,6 @@ pub use run::look::look;
 pub use run::simulation::{Direct, LoopVisitor, Simulation, TheLoop, Wired, follow};
 pub use run::simulation_error::SimulationError;
 pub use run::untyped::{AnyClosedLoop, AnyWorld};
-pub use scene::{COMMAND_BITS, replay};
-pub use scene_file::SceneFile;
-pub use schedule::{Schedule, WordRamp};
-pub use text::files::{read_plain, read_stdin, read_text};
-pub use text::message::{Lines, did_you_mean, excerpt, figure, number, printable, printable_json, utf8};
-pub use text::plain_name::{NotPlain, PlainName};
 pub use wired_simulation::WiredSimulation;
 pub use world::axis_encoder::AxisEncoder;
 pub use world::axis_world::AxisWorld;
@@ -60,3 +38,9 @@ pub use world::plant::{Plant, PlantError};
 pub use world::{EncoderState, World};
 
 pub use hpu_plant::Pace;
+pub use hpu_scene as scene;
+pub use hpu_scene::{
+    AxisLoop, COMMAND_BITS, Lines, NotPlain, PlainName, SceneFile, Schedule, SplitMix64, WordRamp, did_you_mean,
+    excerpt, figure, law, method, number, printable, printable_json, read_plain, read_stdin, read_text, replay, script,
+    utf8, with_axis_loop,
+};

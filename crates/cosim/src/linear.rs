@@ -11,7 +11,7 @@
 
 use hpu_plant::{Linear, Mass, Matrix, Motor, State, Stride};
 
-use crate::scene::{Device, Scene};
+use hpu_scene::{Device, Scene};
 
 /// A linear loop, ready to run.
 pub struct LinearLoop {

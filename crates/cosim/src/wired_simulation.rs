@@ -10,7 +10,7 @@ use crate::run::engine::{Comparison, Control, Driver};
 use crate::run::simulation::{Direct, LoopVisitor, Simulation, TheLoop, Wired};
 use crate::run::simulation_error::SimulationError;
 use crate::run::untyped::AnyClosedLoop;
-use crate::scene::Experiment;
+use hpu_scene::Experiment;
 
 macro_rules! wired {
     (($d:tt) $(#[doc = $meaning:literal] $Device:ident: $module:ident, $Scene:ident, $Simulation:ident;)*) => {
@@ -51,7 +51,7 @@ macro_rules! wired {
         }
     };
 }
-devices!(wired);
+hpu_scene::devices!(wired);
 
 impl Simulation for WiredSimulation<'_> {
     fn outline(&self) -> &Outline {

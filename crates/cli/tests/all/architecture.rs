@@ -4,11 +4,12 @@ use std::fs;
 use std::path::Path;
 
 /// Each crate, and our crates that it may depend on.
-const MAY_KNOW: [(&str, &[&str]); 16] = [
+const MAY_KNOW: [(&str, &[&str]); 17] = [
     ("signal", &[]),
     ("datapath", &["signal"]),
     ("plant", &["signal"]),
-    ("cosim", &["signal", "datapath", "plant"]),
+    ("scene", &["signal", "datapath", "plant"]),
+    ("cosim", &["signal", "datapath", "plant", "scene"]),
     ("wave", &["signal", "datapath", "cosim"]),
     ("vhpi", &[]),
     ("rtl", &["signal", "datapath", "plant", "cosim", "wave", "vhpi"]),

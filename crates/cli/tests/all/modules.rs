@@ -230,25 +230,6 @@ impl Crate {
     }
 }
 
-/// Folders that still use each other in a circle, as `crate: folder uses folder`. This list may only shrink.
-const IN_CIRCLES: [&str; 12] = [
-    "cosim: method uses scene",
-    "cosim: method uses scene/keys",
-    "cosim: scene uses method",
-    "cosim: scene uses scene/gimbal",
-    "cosim: scene uses scene/keys",
-    "cosim: scene uses scene/phantom",
-    "cosim: scene/gimbal uses scene",
-    "cosim: scene/gimbal uses scene/keys",
-    "cosim: scene/keys uses method",
-    "cosim: scene/keys uses scene",
-    "cosim: scene/phantom uses scene",
-    "cosim: scene/phantom uses scene/keys",
-];
-
-/// Folders that still have more than [`MOST_FILES`] files. This list may only shrink.
-const CROWDED: [&str; 1] = ["cosim: scene"];
-
 /// The most files of Rust in one folder of `src`.
 const MOST_FILES: usize = 16;
 
@@ -345,7 +326,7 @@ fn folders_use_each_other_in_no_circle() {
         let circles = in_circles(&folders.uses(&sources));
         found.extend(circles.into_iter().map(|(from, to)| format!("{name}: {from} uses {to}")));
     }
-    assert_eq!(found, IN_CIRCLES);
+    assert!(found.is_empty(), "folders in circles:\n{}", found.join("\n"));
 }
 
 #[test]
@@ -355,7 +336,7 @@ fn no_folder_has_more_than_sixteen_files() {
         let counts = Folders::read(&source).files.into_iter().filter(|(_, count)| *count > MOST_FILES);
         crowded.extend(counts.map(|(folder, _)| format!("{name}: {folder}")));
     }
-    assert_eq!(crowded, CROWDED);
+    assert!(crowded.is_empty(), "more than {MOST_FILES} files: {crowded:?}");
 }
 
 #[test]

@@ -17,8 +17,8 @@ use crate::result::summary::{NetUse, Summary};
 use crate::result::trace::Trace;
 use crate::run::engine::{Control, Rows};
 use crate::run::simulation::{Recorder, Simulation, judged};
-use crate::schedule::Schedule;
 use crate::world::axis_world::AxisWorld;
+use hpu_scene::Schedule;
 
 /// The world of a design.
 type Driven<'a> = DrivenWorld<'a, AxisWorld<'a>>;

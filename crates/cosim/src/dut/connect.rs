@@ -6,9 +6,9 @@ use std::sync::Mutex;
 use hpu_signal::{Format, Signal};
 
 use super::{Design, Fault, Port};
-use crate::scene::{Connection, Driving, DutScene, Identifier, Line, SceneError};
 use crate::world::EncoderState;
 use crate::world::axis_encoder::AxisEncoder;
+use hpu_scene::{Connection, Driving, DutScene, Identifier, Line, SceneError};
 
 /// A port with its connection.
 #[derive(Clone, PartialEq, Eq, Debug)]

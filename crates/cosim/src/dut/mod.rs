@@ -20,10 +20,10 @@ use hpu_signal::Format;
 use crate::result::outline::Outline;
 use crate::result::stays::Places;
 use crate::run::simulation::Simulation;
-use crate::scene::{Connection, Driving, DutScene, SceneError};
 use crate::world::actuator::{Actuator, Shaping};
 use crate::world::faults::FaultPlan;
 use crate::world::plant::{Around, Plant};
+use hpu_scene::{Connection, Driving, DutScene, SceneError};
 
 pub use connect::{Misdriven, Wire, Wires};
 

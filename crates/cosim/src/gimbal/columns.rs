@@ -2,8 +2,8 @@
 
 use hpu_signal::Real;
 
-use crate::joined::joined;
 use crate::result::columns::{ARM_BETWEEN, ARM_REALS, real};
+use hpu_scene::joined::joined;
 
 /// The continuous outputs of a segment on a gimbal; only a scene with shear has the last two.
 pub const GIMBAL_REALS: [Real; 15] = [

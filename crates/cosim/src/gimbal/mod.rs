@@ -12,9 +12,9 @@ use crate::result::outline::{Command, Outline, Rule, Waves};
 use crate::result::trace::Trace;
 use crate::run::simulation::{LoopVisitor, Simulation, TheLoop, Wired};
 use crate::run::simulation_error::SimulationError;
-use crate::scene::{GimbalScene, GimbalWords, Setup};
 use crate::world::arm::ArmPlant;
 use crate::world::arm_world::ArmWorld;
+use hpu_scene::{GimbalScene, GimbalWords, Setup};
 
 pub use columns::{ERROR, FORCE, GIMBAL_REALS, GIMBAL_ROW, RADIUS, STRESSES};
 use segment_loop::SegmentLoop;

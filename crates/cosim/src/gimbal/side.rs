@@ -10,10 +10,10 @@ use hpu_plant::arm::{Gimbal, Links};
 use hpu_signal::{Cycle, Real};
 
 use super::GIMBAL_REALS;
-use crate::random::SplitMix64;
-use crate::scene::{Displacement, GimbalScene, along};
 use crate::world::arm::ArmState;
 use crate::world::arm_world::Side;
+use hpu_scene::SplitMix64;
+use hpu_scene::{Displacement, GimbalScene, along};
 
 /// The things that act at instants of their own, by their index.
 const HOST: usize = 0;

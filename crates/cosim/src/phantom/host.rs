@@ -10,7 +10,7 @@ use std::collections::VecDeque;
 use hpu_plant::arm::kinematics::Pose;
 use hpu_signal::Format;
 
-use crate::random::SplitMix64;
+use hpu_scene::SplitMix64;
 
 /// Edges from an encoder's pins to a host that reads its counter.
 pub(crate) const COUNTING: u64 = 4;

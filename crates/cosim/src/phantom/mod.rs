@@ -17,14 +17,14 @@ use hpu_datapath::phantom::{PhantomIn, PhantomIo, PhantomIoIn, PhantomLoop, Phan
 use hpu_plant::arm::{Arm, ArmModel, Transmission, kinematics};
 use hpu_signal::{Format, Ports};
 
-use crate::random::SplitMix64;
 use crate::result::columns::{ARM_REALS, ARM_ROW};
 use crate::result::outline::{Outline, Rule};
 use crate::run::simulation::{Direct, LoopVisitor, Simulation, TheLoop, Wired};
 use crate::run::simulation_error::SimulationError;
-use crate::scene::{PhantomLaw, PhantomScene, PhantomWords, Platform, Premium};
 use crate::world::arm::{ArmPlant, Stops};
 use crate::world::arm_world::ArmWorld;
+use hpu_scene::SplitMix64;
+use hpu_scene::{PhantomLaw, PhantomScene, PhantomWords, Platform, Premium};
 
 /// Apparent mass of the Premium 1.0 at its tip (the maker's figure is "below 75 g").
 const APPARENT_KG: f64 = 0.075;

@@ -6,8 +6,8 @@ use hpu_signal::{Cycle, Observe};
 use super::*;
 use crate::result::summary::Summary;
 use crate::run::engine::{ClosedLoop, Control, Driver};
-use crate::scene::{Experiment, shipped};
 use crate::world::World;
+use hpu_scene::{Experiment, shipped};
 
 /// The words of all nets, from each edge at which one of them changed.
 #[derive(Default)]

@@ -8,7 +8,7 @@
 use hpu_plant::{Axis, Measured, REALS};
 use hpu_signal::Real;
 
-use crate::joined::joined;
+use hpu_scene::joined::joined;
 
 /// The convention of signs, as traces, waveforms and summaries state it.
 pub const SIGNS: &str = "torques and forces are positive along the positive direction of the position that they act \

@@ -15,8 +15,8 @@
 
 use hpu_signal::Cycle;
 
-use crate::judged::{stride, window_start};
-use crate::scene::{Experiment, moves_until_s};
+use hpu_scene::judged::{stride, window_start};
+use hpu_scene::{Experiment, moves_until_s};
 
 /// Returns begin and end of the judged window of a scene's complete run, in seconds.
 pub fn judged_window_s(experiment: &Experiment) -> [f64; 2] {

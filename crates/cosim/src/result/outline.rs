@@ -3,13 +3,13 @@
 use hpu_plant::REALS;
 use hpu_signal::{Clock, Real, Signal};
 
-use crate::judged::{is_enough, stride};
 use crate::result::columns::{AXIS_ROW, CURRENTS, RAIL_ROW, TORQUE_BETWEEN};
 use crate::result::summary::Summary;
 use crate::result::time_constants::TimeConstants;
 use crate::result::trace::{ANGLE, TORQUE, Trace};
 use crate::result::verdict::{Abort, Verdict, judge_drop, judge_following, judge_hand, judge_rest, without_torque};
-use crate::scene::{Device, Head, Push, Record, moves_until_s};
+use hpu_scene::judged::{is_enough, stride};
+use hpu_scene::{Device, Head, Push, Record, moves_until_s};
 
 /// A net that commands an actuator, the column of the effort that it asks for, and the effort of one ulp of its word.
 pub(crate) type Command = (&'static str, &'static str, f64);

@@ -6,7 +6,7 @@ use hpu_signal::{Signal, SignalUse};
 use crate::result::stays::Stays;
 use crate::result::trace::{ANGLE, TORQUE, Trace};
 use crate::result::verdict::{Abort, Verdict};
-use crate::scene::{Experiment, Metric, OutcomeKind};
+use hpu_scene::{Experiment, Metric, OutcomeKind};
 
 /// A fault that has happened.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

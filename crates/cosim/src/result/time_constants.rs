@@ -1,6 +1,6 @@
 //! The slowest decay of an axis with its hand, in front of its wall and in it.
 
-use crate::scene::{Device, Scene};
+use hpu_scene::{Device, Scene};
 
 /// The greatest time constants of an axis, of which the law's delays are left out: those of `m x'' + b x' + k x = 0`.
 #[derive(Clone, Copy, PartialEq, Debug)]

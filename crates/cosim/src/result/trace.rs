@@ -5,8 +5,8 @@ use std::ops::Range;
 
 use hpu_signal::{Clock, Cycle, Observe};
 
-use crate::judged::window;
 use crate::result::window::{Streamed, range};
+use hpu_scene::judged::window;
 
 /// Index of an axis's angle among its outputs.
 pub const ANGLE: usize = 2;

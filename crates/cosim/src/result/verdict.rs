@@ -70,7 +70,7 @@
 
 use crate::result::trace::Trace;
 use crate::result::window::{PARTS, Streamed, part, passage, range, turns};
-use crate::scene::{OutcomeKind, Push, positions_along};
+use hpu_scene::{OutcomeKind, Push, positions_along};
 
 /// The verdict on a motion, with the numbers it was decided on.
 #[derive(Clone, Copy, PartialEq, Debug)]

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::judged::window;
+use hpu_scene::judged::window;
 
 /// Number of parts of a window.
 pub(crate) const PARTS: usize = 8;

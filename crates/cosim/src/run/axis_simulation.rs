@@ -2,7 +2,6 @@
 
 use hpu_datapath::{AxisWiring, LoopIn};
 
-use crate::method::AxisLoop;
 use crate::result::outline::Outline;
 use crate::result::stays::DEEP_COUNTS;
 use crate::result::time_constants::TimeConstants;
@@ -10,10 +9,11 @@ use crate::run::closed::Closed;
 use crate::run::direct::{AxisDirect, Computed};
 use crate::run::simulation::{Direct, LoopVisitor, Simulation, TheLoop, Wired};
 use crate::run::simulation_error::SimulationError;
-use crate::scene::{Device, EncoderModel, LoopWords, Scene, Setup, Solver};
 use crate::world::actuator::Actuator;
 use crate::world::axis_world::AxisWorld;
 use crate::world::plant::Plant;
+use hpu_scene::method::AxisLoop;
+use hpu_scene::{Device, EncoderModel, LoopWords, Scene, Setup, Solver};
 
 /// A scene made ready: its words, its wiring, its plant.
 pub struct AxisSimulation<'s> {
@@ -113,7 +113,7 @@ impl Wired for AxisSimulation<'_> {
     fn visit<'v, V: LoopVisitor<'v>>(&'v self, visitor: V) -> V::Out {
         match &self.closed {
             Closed::Words(axis_loop) => {
-                with_axis_loop!(axis_loop, wiring => visitor.visit(wiring, self.world(wiring), self.input()))
+                hpu_scene::with_axis_loop!(axis_loop, wiring => visitor.visit(wiring, self.world(wiring), self.input()))
             }
             Closed::Law(wiring) => visitor.visit(wiring, self.world(wiring), self.input()),
         }

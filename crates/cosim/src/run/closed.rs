@@ -1,10 +1,10 @@
 //! The wiring that closes the loop of an axis: a scene's method in words, or its reference law in floats.
 
-use crate::method::{AxisLoop, Unmade};
 use crate::run::law_loop::{LawConfig, LawLoop};
 use crate::run::simulation::TheLoop;
 use crate::run::simulation_error::SimulationError;
-use crate::scene::{Datapath, LoopWords, Scene};
+use hpu_scene::method::{AxisLoop, Unmade};
+use hpu_scene::{Datapath, LoopWords, Scene};
 
 /// The wiring that closes the loop of an axis.
 #[allow(clippy::large_enum_variant, reason = "one of them exists a run")]

@@ -3,10 +3,10 @@
 
 use hpu_datapath::{Loaded, LoopIn};
 
-use crate::method::{AnyLaw, SampledLaw};
 use crate::run::law_loop::{COMMAND, LawConfig, NETS, PENETRATION, POSITION};
-use crate::schedule::Schedule;
 use crate::world::encoder::Pins;
+use hpu_scene::Schedule;
+use hpu_scene::method::{AnyLaw, SampledLaw};
 
 /// A position, as counts and as the true angle; a controller reads one of the two.
 #[derive(Clone, Copy, Debug)]

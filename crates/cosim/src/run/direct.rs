@@ -19,7 +19,6 @@ use hpu_datapath::{Loaded, LoopIn};
 use hpu_plant::{Axis, Chord, Device, Drive, Gauge, Method, Pace, REALS, State};
 use hpu_signal::{Cycle, Observe};
 
-use crate::method::AxisLoop;
 use crate::result::columns::tell;
 use crate::result::contact::share_beyond;
 use crate::result::stays::Stays;
@@ -30,12 +29,13 @@ use crate::run::controller::{Asked, Controller, FloatsLaw, LoadedLoop, Reading};
 use crate::run::engine::{Control, TURN};
 use crate::run::law_loop::LawConfig;
 use crate::run::simulation::Direct;
-use crate::schedule::Schedule;
 use crate::world::actuator::{Actuator, Latch, Shaping};
 use crate::world::encoder::Encoder;
 use crate::world::integrator::Integrator;
 use crate::world::plant::{Kind, Plant};
 use crate::world::stepped::{DIVERGED, FAR};
+use hpu_scene::Schedule;
+use hpu_scene::method::AxisLoop;
 
 /// The law that an [`AxisDirect`] closes its loop with.
 pub(crate) enum Computed<'p> {
@@ -101,7 +101,7 @@ impl Direct for AxisDirect<'_> {
                 let law = FloatsLaw::new(config, self.schedule, ideal);
                 self.close(law, window, stride, trace, observer, control)
             }
-            Computed::Words(axis_loop, input, live) => with_axis_loop!(axis_loop, wiring => {
+            Computed::Words(axis_loop, input, live) => hpu_scene::with_axis_loop!(axis_loop, wiring => {
                 self.close(self.loaded(wiring, input, live), window, stride, trace, observer, control)
             }),
         }

@@ -8,8 +8,8 @@
 use hpu_datapath::{AxisWiring, Block, Generic, Instance, LoopIn, LoopOut, Wiring, flatten};
 use hpu_signal::{Format, Meter, Ports, Signal, SignalUse};
 
-use crate::method::{AnyLaw, SampledLaw};
-use crate::scene::COMMAND_BITS;
+use hpu_scene::COMMAND_BITS;
+use hpu_scene::method::{AnyLaw, SampledLaw};
 
 /// The configuration of a [`LawLoop`].
 #[derive(Clone, PartialEq, Debug)]

@@ -5,8 +5,6 @@ use std::ops::Range;
 use hpu_datapath::{AnyBlock, AnyWiring, Instance, Wiring};
 use hpu_signal::{Clock, Cycle, Observe, Real, Signal, UNKNOWN};
 
-use crate::judged::{stride, window_start};
-use crate::method::AxisLoop;
 use crate::result::contact::Contact;
 use crate::result::outline::{Command, Outline, Waves};
 use crate::result::stopwatch::Stopwatch;
@@ -16,8 +14,10 @@ use crate::result::verdict::Abort;
 use crate::run::engine::{ClosedLoop, Comparison, Control, Driver, compare};
 use crate::run::law_loop::LawLoop;
 use crate::run::untyped::{AnyClosedLoop, Closed};
-use crate::scene::Record;
 use crate::world::World;
+use hpu_scene::Record;
+use hpu_scene::judged::{stride, window_start};
+use hpu_scene::method::AxisLoop;
 
 /// The wiring of a scene, to read.
 #[derive(Clone, Copy)]

@@ -2,9 +2,9 @@
 
 use std::fmt;
 
-use crate::method::Unmade;
-use crate::scene::SceneError;
 use crate::world::plant::PlantError;
+use hpu_scene::SceneError;
+use hpu_scene::method::Unmade;
 
 /// The reason why a scene cannot run.
 #[derive(Debug)]

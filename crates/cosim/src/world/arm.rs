@@ -6,9 +6,9 @@ use hpu_plant::{Band, Method, Pace};
 
 use crate::result::columns::three;
 use crate::result::summary::{EnergyAudit, Summary};
-use crate::scene::MOST_EDGES;
 use crate::world::arm_body::ArmBody;
 use crate::world::encoder::Encoder;
+use hpu_scene::MOST_EDGES;
 
 /// Returns why a run must be aborted at these counts, or `None`.
 pub(crate) type Stops = Box<dyn Fn([i64; 3]) -> Option<&'static str> + Send + Sync>;

@@ -1,6 +1,5 @@
 //! The words of an axis's encoder that a logic outside this crate gets beside its lines.
 
-use crate::scene;
 use crate::world::EncoderState;
 
 /// An axis's encoder, of which the logic gets the index, the count and the contact too.
@@ -17,10 +16,10 @@ impl AxisEncoder {
     pub(crate) const WORDS: usize = 3;
 
     /// Returns the encoder of a scene, and its wall at this angle (of a mass: position) from 0.
-    pub fn new(encoder: scene::Encoder, wall_rad: f64) -> Self {
+    pub fn new(encoder: hpu_scene::Encoder, wall_rad: f64) -> Self {
         let revolution = match encoder {
-            scene::Encoder::Rotary { lines } => Some(4 * i64::from(lines)),
-            scene::Encoder::Linear { .. } => None,
+            hpu_scene::Encoder::Rotary { lines } => Some(4 * i64::from(lines)),
+            hpu_scene::Encoder::Linear { .. } => None,
         };
         Self { revolution, wall: encoder.nearest(wall_rad) }
     }

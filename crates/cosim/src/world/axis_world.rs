@@ -10,7 +10,6 @@ use hpu_signal::{Cycle, Observe, Real};
 use crate::result::columns::{AXIS_ROW, CURRENT_BETWEEN, SPEED_BETWEEN, TORQUE_BETWEEN, tell};
 use crate::result::stays::{Sums, Tally};
 use crate::result::summary::{EnergyAudit, Summary, Unheld};
-use crate::schedule::Schedule;
 use crate::world::actuator::{Actuator, Latch, Shaping};
 use crate::world::any_device::AnyDevice;
 use crate::world::encoder::{Encoder, Pins};
@@ -18,6 +17,7 @@ use crate::world::faults::FaultState;
 use crate::world::plant::{Kind, Plant};
 use crate::world::stepped::Stepped;
 use crate::world::{EncoderState, World};
+use hpu_scene::Schedule;
 
 /// Steps passed at a time: enough that the leaps between them cost little, few enough that a run can be stopped.
 const GLIDES: u32 = 64;

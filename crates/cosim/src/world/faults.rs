@@ -14,10 +14,10 @@ use std::collections::BTreeMap;
 use hpu_datapath::LoopOut;
 use hpu_signal::Clock;
 
-use crate::random::SplitMix64;
 use crate::result::summary::Mark;
-use crate::scene::{EncoderLine, Faults, Run, Stuck, Switch, Times};
 use crate::world::encoder::Pins;
+use hpu_scene::SplitMix64;
+use hpu_scene::{EncoderLine, Faults, Run, Stuck, Switch, Times};
 
 /// The faults of a scene, on clock edges.
 #[derive(Clone, PartialEq, Debug)]

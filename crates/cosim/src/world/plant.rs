@@ -6,11 +6,11 @@ use hpu_plant::{Axis, Bridge, Hand, Motor, Push};
 use hpu_signal::Clock;
 
 use crate::result::stays::Places;
-use crate::scene::{self, BridgeModel, COMMAND_BITS, Datapath, Friction, PathPoint, Scene, Winding};
 use crate::world::actuator::{Actuator, Latch, Shaping};
 use crate::world::encoder::Pins;
 use crate::world::faults::FaultPlan;
 use crate::world::stepped::Stepping;
+use hpu_scene::{self, BridgeModel, COMMAND_BITS, Datapath, Friction, PathPoint, Scene, Winding};
 
 /// The reason why a scene has no plant of this kind.
 #[derive(Clone, PartialEq, Debug)]
@@ -56,9 +56,9 @@ pub struct Plant {
 
 /// The parts of a scene that make up its world.
 pub(crate) struct Around<'a> {
-    pub(crate) device: &'a scene::Device,
+    pub(crate) device: &'a hpu_scene::Device,
     pub(crate) bridge: Bridge,
-    pub(crate) hand: &'a scene::Hand,
+    pub(crate) hand: &'a hpu_scene::Hand,
     pub(crate) friction: Friction,
     pub(crate) winding: Winding,
     pub(crate) clock: Clock,
@@ -104,7 +104,7 @@ impl Plant {
         let Around { device, bridge, hand, friction, winding, clock, horizon, .. } = around;
         let Around { count_rad, actuator, modulator, stepping, faults, places, .. } = around;
         let edge_s = clock.period_s();
-        if let scene::Hand::Capture { edges } = hand {
+        if let hpu_scene::Hand::Capture { edges } = hand {
             let pins = edges
                 .iter()
                 .map(|edge| {
@@ -124,20 +124,20 @@ impl Plant {
             });
         }
         let (hand, path) = match hand {
-            scene::Hand::ConstantTorque { torque_nm } => (Hand::Torque(*torque_nm), &[][..]),
-            scene::Hand::SpringDamper { stiffness_nm_per_rad, damping_nm_s_per_rad, path } => (
+            hpu_scene::Hand::ConstantTorque { torque_nm } => (Hand::Torque(*torque_nm), &[][..]),
+            hpu_scene::Hand::SpringDamper { stiffness_nm_per_rad, damping_nm_s_per_rad, path } => (
                 Hand::Spring(Push {
                     stiffness_nm_per_rad: *stiffness_nm_per_rad,
                     damping_nm_s_per_rad: *damping_nm_s_per_rad,
                 }),
                 &path[..],
             ),
-            scene::Hand::Prescribed { path } => (Hand::Prescribed, &path[..]),
-            scene::Hand::None | scene::Hand::Capture { .. } => (Hand::Torque(0.0), &[][..]),
+            hpu_scene::Hand::Prescribed { path } => (Hand::Prescribed, &path[..]),
+            hpu_scene::Hand::None | hpu_scene::Hand::Capture { .. } => (Hand::Torque(0.0), &[][..]),
         };
         let rubs = friction != Friction::None;
         let axis = match device {
-            scene::Device::Motor(motor) => {
+            hpu_scene::Device::Motor(motor) => {
                 let shaft = Motor {
                     resistance_ohm: motor.resistance_ohm,
                     inductance_h: motor.inductance_h,
@@ -151,7 +151,7 @@ impl Plant {
                     Winding::Resistive => axis.without_inductance(),
                 })
             }
-            scene::Device::Mass(mass) => {
+            hpu_scene::Device::Mass(mass) => {
                 let body =
                     Motor::on_rail(mass.mass_kg, mass.damping_n_s_per_m, if rubs { mass.coulomb_n } else { 0.0 });
                 Axis::amplified(body, hand, edge_s, horizon)
@@ -163,10 +163,10 @@ impl Plant {
         })
         .map_err(|error| PlantError(error.to_string()))?;
         let (current_a, mut speed_rad_per_s, mut angle_rad) = match device {
-            scene::Device::Motor(motor) => {
+            hpu_scene::Device::Motor(motor) => {
                 (motor.initial_current_a, motor.initial_speed_rad_per_s, motor.initial_angle_rad)
             }
-            scene::Device::Mass(mass) => (0.0, mass.initial_speed_m_per_s, mass.initial_position_m),
+            hpu_scene::Device::Mass(mass) => (0.0, mass.initial_speed_m_per_s, mass.initial_position_m),
         };
         let knots = knots(path, clock);
         if let (Hand::Prescribed, Some(first)) = (hand, knots.first()) {
@@ -196,19 +196,19 @@ fn actuator(scene: &Scene) -> Result<Actuator, PlantError> {
     let bits = if scene.model.datapath == Datapath::Law { COMMAND_BITS } else { scene.method.pwm.bits };
     let full_scale = 2f64.powi(bits.cast_signed());
     match (&scene.device, &scene.amplifier, scene.model.bridge) {
-        (scene::Device::Motor(_), _, BridgeModel::Switching) => Ok(Actuator::Switching),
-        (scene::Device::Motor(_), _, BridgeModel::Averaged) => {
+        (hpu_scene::Device::Motor(_), _, BridgeModel::Switching) => Ok(Actuator::Switching),
+        (hpu_scene::Device::Motor(_), _, BridgeModel::Averaged) => {
             let pwm = scene.method.pwm;
             let latch = pwm.latched.then(|| Latch::new(1 << pwm.bits, pwm.antiphase));
             Ok(Actuator::Averaged { full_scale, latch })
         }
-        (scene::Device::Mass(_), Some(amplifier), _) => {
+        (hpu_scene::Device::Mass(_), Some(amplifier), _) => {
             let shaping = amplifier
                 .shaper
                 .map(|shaper| Shaping::new(shaper.cutoff_hz, scene.clock.period_s(), scene.clock.edges(shaper.hold_s)));
             Ok(Actuator::Amplified { quantum_n: amplifier.full_scale_n / full_scale, shaping })
         }
-        (scene::Device::Mass(_), None, _) => Err(PlantError("a mass in words needs an amplifier".into())),
+        (hpu_scene::Device::Mass(_), None, _) => Err(PlantError("a mass in words needs an amplifier".into())),
     }
 }
 

@@ -15,8 +15,8 @@ use hpu_datapath::{Repeat, Wiring};
 use hpu_signal::{Cycle, Observe, Ports};
 
 use crate::result::stays::Stays;
-use crate::scene::Solver;
 use crate::world::World;
+use hpu_scene::Solver;
 
 use recurrence::Search;
 

@@ -1,0 +1,264 @@
+//! Reads the tree of a scene into its parts: every key, its default, its range.
+
+use crate::axis::Scene;
+use crate::axis::parts::{Device, Hand, Ramp, Wall};
+use crate::axis::read_device::{Kind, amplifier, bridge, device, encoder};
+use crate::axis::read_hand::{Load, hand};
+use crate::axis::read_method::{PWM_FREQUENCY, method};
+use crate::axis::read_model::{agree_on_model, model};
+use crate::axis::rows as keys;
+use crate::faults::read::{Pins, agree_on_faults, faults};
+use crate::head::expect::{Expect, Metric, expect};
+use crate::head::model::{BridgeModel, Datapath, EncoderModel};
+use crate::head::{Own, about, clock};
+use crate::method::{LOOPS, Loop, SCALED};
+use crate::schema::quoted;
+use crate::schema::section::Section;
+use crate::schema::source::{SceneError, Source};
+use crate::text::message::{number, number_above, number_below};
+
+/// The head of a scene of an axis.
+const OWN: Own =
+    Own { kind: "axis", plant_rate: &keys::record::plant_rate, expect: axis_expect, outputs: &keys::accuracy::outputs };
+
+/// The reason why a scene of an axis without a method is refused.
+const NO_METHOD: &str = "\
+    missing; write a [method] of hpu's own blocks or a [dut] of yours; a motor's scene without both is for a logic \
+    outside of hpu, which opens the plant alone: hpu_open of libhpu, or hpu.Plant in Python";
+
+/// Reads a scene of a motor or a mass.
+pub(crate) fn scene(file: &str, source: &Source, kind: Kind, load: Load) -> Result<Scene, SceneError> {
+    let root = Section::root(source);
+    if root.has("pwm") {
+        let asked = root.section("pwm").is_ok_and(|pwm| pwm.has("frequency"));
+        return Err(root.unknown("pwm", if asked { PWM_FREQUENCY } else { "the PWM's keys stand in [method.pwm]" }));
+    }
+    root.accept(&["axis"])?;
+    if !root.has("method") {
+        return Err(root.error("method", NO_METHOD));
+    }
+    let about = about(&root)?;
+    let (device, axis) = device(&root.section("device")?, kind)?;
+    let root = root.along(axis);
+    let count = || Ok(encoder(&root.section("encoder")?, &device, true)?.count_rad());
+    let hand = hand(&root.section("hand")?, load, &count)?;
+    imposed(&root.section("device")?, &hand)?;
+    let clock = clock(&root.section("clock")?)?;
+    let model = model(&root.section("model")?, &device)?;
+    let words = model.datapath != Datapath::Linear;
+    let mut parts = Scene {
+        device,
+        encoder: encoder(&root.section("encoder")?, &device, words)?,
+        amplifier: amplifier(&root, &device, words)?,
+        bridge: bridge(&root.section("bridge")?)?,
+        method: method(&root.section("method")?)?,
+        wall: wall(&root.section("wall")?)?,
+        hand,
+        faults: faults(&root, clock)?,
+        model,
+        head: OWN.head(file, source, &root, (about, clock))?,
+    };
+    parts.parameters = source.parameters.take(&unused(&parts)).into();
+    agree(&parts)?;
+    Ok(parts)
+}
+
+/// Returns the sections and keys that are read but that no run of the scene uses.
+fn unused(scene: &Scene) -> Vec<&'static str> {
+    let mut unused = vec!["about", "expect", "accuracy"];
+    if matches!(scene.hand, Hand::Prescribed { .. }) {
+        unused.extend(["device.initial_angle", "device.initial_position", "device.initial_speed"]);
+    }
+    if matches!(scene.device, Device::Mass(_)) {
+        unused.extend(["bridge", "model.bridge", "model.winding"]);
+    }
+    if scene.method.reference_rate_hz.is_none() && scene.method.kind.scale().is_none() {
+        unused.push("method.scale_format");
+    }
+    unused.extend(scene.method.kind.unused());
+    if scene.model.datapath != Datapath::Linear {
+        unused.push("model.delay");
+    }
+    unused
+}
+
+/// Refuses a start that the hand would overrule; it is not silently ignored.
+pub(crate) fn imposed(device: &Section, hand: &Hand) -> Result<(), SceneError> {
+    let starts = [keys::motor::initial_angle.name, keys::mass::initial_position.name, keys::motor::initial_speed.name];
+    match starts.into_iter().find(|key| device.has(key)) {
+        Some(key) if matches!(hand, Hand::Prescribed { .. }) => {
+            Err(device.error(key, "a prescribed hand imposes the motion from its first point on; leave this out"))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Checks the conditions between the parts of a scene.
+fn agree(scene: &Scene) -> Result<(), SceneError> {
+    let linear = scene.model.datapath == Datapath::Linear;
+    if let (Loop::Law(law), true) = (scene.method.kind, linear) {
+        let reason = format!(
+            "\"linear\" is the law of the hybrid and the conventional loop; {} runs with \"words\" or \"law\"",
+            law.name()
+        );
+        return Err(scene.places.error("model.datapath", reason));
+    }
+    if let (Device::Motor(_), Datapath::Law, BridgeModel::Switching) =
+        (&scene.device, scene.model.datapath, scene.model.bridge)
+    {
+        let reason = "\"law\" has no gates to switch a bridge with; write bridge = \"averaged\" beside it";
+        return Err(scene.places.error("model.datapath", reason));
+    }
+    if let (Hand::Capture { .. }, true) = (&scene.hand, linear) {
+        let reason =
+            "\"capture\" feeds encoder lines, which the linear law does not read; write model.datapath = \"words\"";
+        return Err(scene.places.error("hand.kind", reason));
+    }
+    if scene.model.delay_s > 0.0 && !linear {
+        return Err(scene
+            .places
+            .error("model.delay", "only the linear law takes a delay; write datapath = \"linear\""));
+    }
+    if scene.method.settling > 0 && scene.model.datapath != Datapath::Words {
+        let reason = "only words settle; write model.datapath = \"words\", or leave this out";
+        return Err(scene.places.error("method.settling", reason));
+    }
+    agree_on_model(scene)?;
+    if !linear {
+        agree_on_speeds(scene)?;
+    }
+    if let Some(ramp) = &scene.wall.ramp {
+        agree_on_ramp(scene, ramp)?;
+    }
+    if let Some(faults) = &scene.faults {
+        let model = &scene.model;
+        let has_lines = model.datapath == Datapath::Words && model.encoder == EncoderModel::Quantised;
+        if !has_lines || matches!(scene.hand, Hand::Capture { .. }) {
+            let reason = "faults are those of an encoder's lines and a bridge's switches, which neither a recording \
+                          nor a law without lines has; write model.datapath = \"words\" and \
+                          model.encoder = \"quantised\"";
+            return Err(scene.places.error("faults", reason));
+        }
+        let pins = Pins { lines: true, index: false, switches: scene.modulator_clocks().is_some() };
+        agree_on_faults(&scene.places, faults, pins)?;
+    }
+    if let Some(shaper) = scene.amplifier.and_then(|amplifier| amplifier.shaper)
+        && scene.clock.edges(shaper.hold_s) == 0
+    {
+        let reason = format!("less than half a clock; write at least {} s", number_above(scene.clock.period_s()));
+        return Err(scene.places.error("amplifier.shaper.hold", reason));
+    }
+    scene.check_period()?;
+    if linear {
+        return Ok(());
+    }
+    scene.check_datapath(&scene.words()?)
+}
+
+/// The most counts that may pass in one clock edge: about a thousand times as many as a decoder follows, which is one.
+const MOST_COUNTS_AN_EDGE: f64 = 1000.0;
+
+/// Refuses speeds that pass too many counts in a clock edge to teach anything.
+fn agree_on_speeds(scene: &Scene) -> Result<(), SceneError> {
+    let (clock, count_rad, unit) = (scene.clock, scene.encoder.count_rad(), scene.device.units().position);
+    let most = MOST_COUNTS_AN_EDGE * count_rad;
+    let check = |key: &str, when: &dyn Fn() -> String, edges: f64, change: f64| {
+        if change.abs() <= most * edges {
+            return Ok(());
+        }
+        let reason = format!(
+            "{}{} {unit}/s passes {} encoder counts in one clock edge; \
+             accepted: {MOST_COUNTS_AN_EDGE} counts, which is {} {unit}/s",
+            when(),
+            number_below(change.abs() / (edges * clock.period_s())),
+            number_below(change.abs() / count_rad / edges),
+            number_below(most / clock.period_s()),
+        );
+        Err(scene.places.error(key, reason))
+    };
+    let start = match &scene.device {
+        Device::Motor(motor) => motor.initial_speed_rad_per_s,
+        Device::Mass(mass) => mass.initial_speed_m_per_s,
+    };
+    check("device.initial_speed", &String::new, 1.0, start * clock.period_s())?;
+    let Hand::Prescribed { path } = &scene.hand else { return Ok(()) };
+    for (pair, index) in path.windows(2).zip(1..) {
+        let [from, to] = [pair[0].time_s, pair[1].time_s];
+        let when = || format!("between {} s and {} s ", number(from), number(to));
+        let edges = ((to - from) / clock.period_s()).max(1.0);
+        check(&format!("hand.path[{index}]"), &when, edges, pair[1].angle_rad - pair[0].angle_rad)?;
+    }
+    Ok(())
+}
+
+fn agree_on_ramp(scene: &Scene, ramp: &Ramp) -> Result<(), SceneError> {
+    let refused = |key: &str, reason: String| Err(scene.places.error(key, reason));
+    if scene.model.datapath == Datapath::Linear {
+        return refused("wall.ramp", "the linear law has one wall; write model.datapath = \"words\"".into());
+    }
+    let method = scene.method.kind;
+    if ramp.scale.is_some() && method.scale().is_none() {
+        let reason = format!(
+            "\"{}\" does not scale its force, {} does; write stiffness instead",
+            method.name(),
+            quoted(&SCALED[LOOPS.len()..])
+        );
+        return refused("wall.ramp.scale", reason);
+    }
+    if let Some(reason) = method.features().fixed_wall {
+        return refused("wall.ramp", reason.into());
+    }
+    if scene.model.datapath == Datapath::Law && scene.wall.stiffness_nm_per_rad == 0.0 {
+        let reason =
+            "the law in floats takes a ramp as a share of the wall's stiffness, which is 0; write one above it";
+        return refused("wall.ramp", reason.into());
+    }
+    if scene.clock.edges(ramp.to_s) <= scene.clock.edges(ramp.from_s) {
+        let reason = format!("{} s is no clock after from, {} s", number(ramp.to_s), number(ramp.from_s));
+        return refused("wall.ramp.to", reason);
+    }
+    Ok(())
+}
+
+fn wall(s: &Section) -> Result<Wall, SceneError> {
+    s.accept(&["axis"])?;
+    Ok(Wall {
+        position_rad: s.read(&keys::wall::position)?,
+        stiffness_nm_per_rad: s.read(&keys::wall_axis::stiffness)?,
+        damping_nm_s_per_rad: s.read(&keys::wall_axis::damping)?,
+        wraps: s.read(&keys::wall::wraps)?,
+        ramp: if s.has("ramp") { Some(ramp(&s.section("ramp")?)?) } else { None },
+    })
+}
+
+fn ramp(s: &Section) -> Result<Ramp, SceneError> {
+    use keys::wall_ramp as key;
+    s.accept(&[])?;
+    let scale = s.given(&key::scale)?;
+    Ok(Ramp {
+        scale,
+        stiffness_nm_per_rad: match scale {
+            Some(_) => s.given(&key::stiffness)?,
+            None => Some(s.read(&key::stiffness)?),
+        },
+        from_s: s.read(&key::from)?,
+        to_s: s.read(&key::to)?,
+    })
+}
+
+pub(crate) fn axis_expect(s: &Section) -> Result<Expect, SceneError> {
+    use keys::expect as key;
+    s.accept(&["axis"])?;
+    let metrics = [
+        (Metric::FinalAngle, &key::final_angle),
+        (Metric::PeakAngle, &key::peak_angle),
+        (Metric::PeakPenetration, &key::peak_penetration),
+        (Metric::Amplitude, &key::amplitude),
+        (Metric::Frequency, &key::frequency),
+        (Metric::PeakTorque, &key::peak_torque),
+        (Metric::SpringOverflowShare, &key::spring_overflow_share),
+        (Metric::EncoderEdges, &key::encoder_edges),
+        (Metric::ContactShare, &key::contact_share),
+    ];
+    expect(s, &metrics, &key::outcome)
+}

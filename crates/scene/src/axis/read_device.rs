@@ -1,0 +1,155 @@
+//! Reading `[device]`, `[encoder]`, `[bridge]` and `[amplifier]`.
+
+use hpu_plant::Bridge;
+
+use crate::axis::parts::{Amplifier, AnalogShaper, Device, Encoder, Mass, Motor};
+use crate::axis::rows as keys;
+use crate::schema::parameter::Origin;
+use crate::schema::quantity::{Axis, RAIL, SHAFT};
+use crate::schema::section::Section;
+use crate::schema::source::SceneError;
+use crate::schema::{Key, Quantity};
+
+/// The kind of an axis.
+#[derive(Clone, Copy)]
+pub(crate) enum Kind {
+    Motor,
+    Mass,
+}
+
+/// Reads the device of this kind, and returns it with the dimensions of its motion.
+pub(crate) fn device(s: &Section, kind: Kind) -> Result<(Device, &'static Axis), SceneError> {
+    match kind {
+        Kind::Motor => Ok((Device::Motor(motor(s)?), &SHAFT)),
+        Kind::Mass => Ok((Device::Mass(mass(s)?), &RAIL)),
+    }
+}
+
+/// The kind of a device, as rows of keys call it.
+pub(crate) fn kind(device: &Device) -> &'static str {
+    match device {
+        Device::Motor(_) => "motor",
+        Device::Mass(_) => "mass",
+    }
+}
+
+fn mass(s: &Section) -> Result<Mass, SceneError> {
+    use keys::mass as key;
+    s.accept(&["mass"])?;
+    Ok(Mass {
+        mass_kg: s.read(&key::mass)?,
+        damping_n_s_per_m: s.read(&key::damping)?,
+        coulomb_n: s.read(&key::coulomb)?,
+        initial_position_m: s.read(&key::initial_position)?,
+        initial_speed_m_per_s: s.read(&key::initial_speed)?,
+    })
+}
+
+/// A motor whose data a scene can name: what its winding and its rotor are.
+#[derive(PartialEq)]
+pub(crate) struct NamedMotor {
+    pub name: &'static str,
+    resistance_ohm: f64,
+    inductance_h: f64,
+    torque_constant_nm_per_a: f64,
+    rotor_inertia_kg_m2: f64,
+    viscous_friction_nm_s_per_rad: f64,
+}
+
+/// The motors that a scene can name.
+pub(crate) static MOTORS: &[NamedMotor] = &[
+    // Assumed values of the 22 W motor of Vasudevan et al. 2007. Its published stall torque at 24 V is 265 mN·m; no
+    // data sheet of that winding was available.
+    NamedMotor {
+        name: "vasudevan_2007",
+        resistance_ohm: 25.9e-3 * 24.0 / 0.265,
+        inductance_h: 0.226e-3,
+        torque_constant_nm_per_a: 25.9e-3,
+        rotor_inertia_kg_m2: 1.37e-6,
+        viscous_friction_nm_s_per_rad: 1.3e-6,
+    },
+];
+
+fn motor(s: &Section) -> Result<Motor, SceneError> {
+    use keys::motor as key;
+    s.accept(&["motor"])?;
+    let named = s.given(&key::motor)?;
+    // One of a motor's own data: the scene's, or else that of the motor that the scene names.
+    let datum = |key: &Key<Quantity>, of: fn(&NamedMotor) -> f64| match named {
+        Some(named) => s.read_or(key, of(named), Origin::Motor(named.name)),
+        None if s.has(key.name) => s.read(key),
+        None => {
+            let dimension = key.value.dimension(s);
+            let reason = format!(
+                "missing; write {} as {}, or name the motor: motor = \"{}\"",
+                dimension.name,
+                dimension.accepted(),
+                MOTORS[0].name
+            );
+            Err(s.error(key.name, reason))
+        }
+    };
+    Ok(Motor {
+        resistance_ohm: datum(&key::resistance, |motor| motor.resistance_ohm)?,
+        inductance_h: datum(&key::inductance, |motor| motor.inductance_h)?,
+        torque_constant_nm_per_a: datum(&key::torque_constant, |motor| motor.torque_constant_nm_per_a)?,
+        rotor_inertia_kg_m2: datum(&key::rotor_inertia, |motor| motor.rotor_inertia_kg_m2)?,
+        viscous_friction_nm_s_per_rad: match named {
+            Some(_) => datum(&key::viscous_friction, |motor| motor.viscous_friction_nm_s_per_rad)?,
+            None => s.read(&key::viscous_friction)?,
+        },
+        coulomb_friction_nm: s.read(&key::coulomb_friction)?,
+        wheel_ratio: s.read(&key::wheel_ratio)?,
+        wheel_inertia_kg_m2: s.read(&key::wheel_inertia)?,
+        initial_angle_rad: s.read(&key::initial_angle)?,
+        initial_speed_rad_per_s: s.read(&key::initial_speed)?,
+        initial_current_a: s.read(&key::initial_current)?,
+    })
+}
+
+/// Reads the encoder of a device; a mass needs none if no words are computed.
+pub(crate) fn encoder(s: &Section, device: &Device, words: bool) -> Result<Encoder, SceneError> {
+    s.accept(&[kind(device)])?;
+    if let Device::Motor(_) = device {
+        return Ok(Encoder::Rotary { lines: s.read(&keys::encoder_motor::lines)? });
+    }
+    let key = &keys::encoder_mass::resolution;
+    let resolution_m = if words { s.read(key)? } else { s.read_or(key, 0.0, Origin::Default)? };
+    Ok(Encoder::Linear { resolution_m })
+}
+
+/// Reads the amplifier of a mass; the mass needs none if no words are computed.
+pub(crate) fn amplifier(root: &Section, device: &Device, words: bool) -> Result<Option<Amplifier>, SceneError> {
+    let s = root.section("amplifier")?;
+    if let Device::Motor(_) = device {
+        let refused = root.error("amplifier", "a motor hangs on a bridge; write [bridge], or device.kind = \"mass\"");
+        return if root.has("amplifier") { Err(refused) } else { Ok(None) };
+    }
+    if root.has("bridge") {
+        return Err(root.error("bridge", "a mass has a force amplifier and no bridge; write [amplifier]"));
+    }
+    if !words && !root.has("amplifier") {
+        return Ok(None);
+    }
+    s.accept(&[])?;
+    let full_scale_n = s.read(&keys::amplifier::full_scale)?;
+    let shaper = if s.has("shaper") { Some(shaper(&s.section("shaper")?)?) } else { None };
+    Ok(Some(Amplifier { full_scale_n, shaper }))
+}
+
+fn shaper(s: &Section) -> Result<AnalogShaper, SceneError> {
+    s.accept(&[])?;
+    Ok(AnalogShaper {
+        cutoff_hz: s.read(&keys::amplifier_shaper::cutoff)?,
+        hold_s: s.read(&keys::amplifier_shaper::hold)?,
+    })
+}
+
+pub(crate) fn bridge(s: &Section) -> Result<Bridge, SceneError> {
+    s.accept(&[])?;
+    Ok(Bridge {
+        supply_v: s.read(&keys::bridge::supply)?,
+        on_resistance_ohm: s.read(&keys::bridge::on_resistance)?,
+        diode_drop_v: s.read(&keys::bridge::diode_drop)?,
+    })
+}

@@ -1,0 +1,114 @@
+//! Reading `[hand]`: the hand that moves the device, and the recordings it may name.
+
+use std::fmt::Display;
+use std::io;
+
+use crate::axis::parts::{Hand, PathPoint};
+use crate::axis::replay::{self, Motion};
+use crate::axis::rows as keys;
+use crate::axis::smooth::smooth;
+use crate::schema::parameter::{Origin, ParameterValue};
+use crate::schema::quantity as q;
+use crate::schema::quantity::Sense::{Any, NotNegative};
+use crate::schema::section::Section;
+use crate::schema::source::SceneError;
+use crate::text::message::{number, utf8};
+
+/// Reads a file that the scene names.
+pub(crate) type Load<'a> = &'a mut dyn FnMut(&str) -> io::Result<Vec<u8>>;
+
+/// Reads the angle, or length, of one encoder count.
+type Count<'a> = &'a dyn Fn() -> Result<f64, SceneError>;
+
+/// Reads the hand. `count` is called only for a motion that is recorded in encoder counts.
+pub(crate) fn hand(s: &Section, load: Load, count: Count) -> Result<Hand, SceneError> {
+    let kind = s.read(&keys::hand::kind)?;
+    s.accept(&[kind])?;
+    match kind {
+        "none" => Ok(Hand::None),
+        "constant_torque" => Ok(Hand::ConstantTorque { torque_nm: s.read(&keys::hand_torque::torque)? }),
+        "spring_damper" => Ok(Hand::SpringDamper {
+            stiffness_nm_per_rad: s.read(&keys::hand_grip::stiffness)?,
+            damping_nm_s_per_rad: s.read(&keys::hand_grip::damping)?,
+            path: motion(s, load, count)?,
+        }),
+        "prescribed" => Ok(Hand::Prescribed { path: motion(s, load, count)? }),
+        _ => {
+            let file = s.read(&keys::hand_capture::file)?;
+            let channel_a = s.read(&keys::hand_capture::channel_a)?;
+            let channel_b = s.read(&keys::hand_capture::channel_b)?;
+            let bytes = read(s, &file, load)?;
+            utf8(&bytes).map_err(|error| s.error("file", format!("{file}:{error}")))?;
+            let edges = replay::read_capture(&bytes, &channel_a, &channel_b)
+                .map_err(|error| s.error("file", format!("{file}:{error}")))?;
+            Ok(Hand::Capture { edges })
+        }
+    }
+}
+
+fn read(s: &Section, file: &str, load: Load) -> Result<Vec<u8>, SceneError> {
+    let accepted = "write the name of a file beside the scene";
+    load(file).map_err(|error| s.error("file", format!("cannot read `{file}` ({error}); {accepted}")))
+}
+
+/// Returns the points of `path`, or those of `file`.
+fn motion(s: &Section, load: Load, count: Count) -> Result<Vec<PathPoint>, SceneError> {
+    match (s.has("path"), s.has("file")) {
+        (true, true) => Err(s.error("file", "a path is given too; write one of path, file")),
+        (false, false) => Err(s.error("path", "missing; write path = [[time, angle], ...], or file = \"motion.csv\"")),
+        (true, false) => path(s),
+        (false, true) => {
+            let file = s.read(&keys::hand_motion::file)?;
+            let bytes = read(s, &file, load)?;
+            let refused = |error: &dyn Display| s.error("file", format!("{file}:{error}"));
+            let text = utf8(&bytes).map_err(|error| refused(&error))?;
+            let most = (q::TIME.most, s.axis().position.most);
+            let points = match replay::read_motion_csv(text, most).map_err(|error| refused(&error))? {
+                Motion::Angles(points) => points,
+                Motion::Counts(recording) => behind(&recording, count()?, most.1).map_err(|error| refused(&error))?,
+            };
+            Ok(points.into_iter().map(|(time_s, angle_rad)| PathPoint { time_s, angle_rad }).collect())
+        }
+    }
+}
+
+/// Returns the smooth motion behind a recording of encoder counts; no angle may exceed `most_rad`.
+fn behind(recording: &[(f64, i64)], count_rad: f64, most_rad: f64) -> Result<Vec<(f64, f64)>, String> {
+    // A position is up to a count farther than its count.
+    let beyond = |count: i64| (count.unsigned_abs() + 1) as f64 * count_rad > most_rad;
+    if let Some((time_s, count)) = recording.iter().find(|(_, count)| beyond(*count)) {
+        let most = (most_rad / count_rad - 1.0).max(0.0).floor();
+        let [at, most] = [*time_s, most].map(number);
+        return Err(format!(" the count {count} at {at} s; accepted with this encoder: -{most} to {most}"));
+    }
+    let positions = smooth(recording).ok_or(" no smooth motion is found; write times at more even distances")?;
+    Ok(recording.iter().zip(positions).map(|((time_s, _), counts)| (*time_s, counts * count_rad)).collect())
+}
+
+fn path(s: &Section) -> Result<Vec<PathPoint>, SceneError> {
+    let accepted = format!("write {}", keys::PATH);
+    let points = s.get("path").and_then(|item| item.as_array()).filter(|points| !points.is_empty());
+    let points = points.ok_or_else(|| s.error("path", format!("not a path; {accepted}")))?;
+    let mut path: Vec<PathPoint> = Vec::new();
+    for (index, point) in points.iter().enumerate() {
+        let key = format!("path[{index}]");
+        let pair = point.as_array().filter(|pair| pair.len() == 2);
+        let pair = pair.ok_or_else(|| s.error(&key, format!("not a pair; {accepted}")))?;
+        let quantity = |at: usize, dimension, sense| {
+            let item = toml_edit::Item::Value(pair.get(at).expect("one of two").clone());
+            s.quantity_of(&format!("{key}[{at}]"), &item, dimension, sense, |_| None)
+        };
+        let time_s = quantity(0, &q::TIME, NotNegative)?;
+        let angle_rad = quantity(1, s.axis().position, Any)?;
+        if let Some(before) = path.last().filter(|before| time_s <= before.time_s) {
+            let reason = format!("times must increase: {} s follows {} s", number(time_s), number(before.time_s));
+            return Err(s.error(&format!("{key}[0]"), reason));
+        }
+        path.push(PathPoint { time_s, angle_rad });
+    }
+    let points = path.iter().map(|point| format!("[{}, {}]", number(point.time_s), number(point.angle_rad)));
+    let text = format!("[{}]", points.collect::<Vec<_>>().join(", "));
+    let unit = if s.axis().position.si == "m" { "s, m" } else { "s, rad" };
+    s.note("path", ParameterValue::Text(text), unit, Origin::Scene);
+    Ok(path)
+}

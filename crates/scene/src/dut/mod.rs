@@ -1,0 +1,381 @@
+//! A design of the user's own: its files, and the connections of its ports.
+
+pub(crate) mod read;
+pub(crate) mod rows;
+
+use std::fmt;
+use std::sync::Arc;
+
+use hpu_signal::Format;
+
+use crate::head::{Head, Units, has_head};
+use hpu_plant::Bridge;
+
+use crate::axis::initial_angle_rad;
+use crate::axis::parts::{Amplifier, Device, Encoder, Hand, Push};
+use crate::faults::Faults;
+use crate::head::accuracy::Output;
+use crate::head::model::{Model, Solver};
+use crate::head::setup::Setup;
+use crate::schema::identifier::Identifier;
+
+/// One experiment of an axis whose loop is closed by a design of the user's own; in SI units.
+#[derive(Clone, PartialEq, Debug)]
+pub struct DutScene {
+    /// The part that every scene has.
+    pub head: Head,
+    /// The device that the hand holds.
+    pub device: Device,
+    /// The encoder on the shaft, or along the rail.
+    pub encoder: Encoder,
+    /// The H-bridge of a motor.
+    pub bridge: Bridge,
+    /// The force amplifier of a mass.
+    pub amplifier: Option<Amplifier>,
+    /// The design.
+    pub dut: Dut,
+    /// The position of the wall that the design renders.
+    pub wall_rad: f64,
+    /// Whether the wall may stand out of the range of a port that takes its count.
+    pub wraps: bool,
+    /// Key of the generic or constant that makes the wall stiffer, if the scene names one.
+    pub varies: Option<String>,
+    /// The hand, which moves the device.
+    pub hand: Hand,
+    /// The faults between device and design.
+    pub faults: Option<Faults>,
+    /// The parts of the device's physics that are modelled.
+    pub model: Model,
+}
+
+has_head!(DutScene);
+
+impl DutScene {
+    /// Returns the wall's count, from angle 0.
+    pub fn wall_count(&self) -> i64 {
+        self.encoder.nearest(self.wall_rad)
+    }
+
+    /// Returns what the wall gives at rest, at the least. Only its author knows the stiffness of a design, so a wall is
+    /// taken to be a tenth as stiff as the grip of the hand, or to give a tenth of a constant push; where nothing is
+    /// known of the hand, a hundredth of what the actuator can.
+    pub fn wall_push(&self) -> Push {
+        let full = match (&self.device, self.amplifier) {
+            (Device::Motor(motor), _) => motor.stall_nm(self.bridge),
+            (Device::Mass(_), amplifier) => amplifier.map_or(0.0, |amplifier| amplifier.full_scale_n),
+        };
+        match self.hand {
+            Hand::SpringDamper { stiffness_nm_per_rad, .. } if stiffness_nm_per_rad > 0.0 => {
+                Push { stiffness: 0.1 * stiffness_nm_per_rad, most: full }
+            }
+            Hand::ConstantTorque { torque_nm } => {
+                Push { stiffness: f64::INFINITY, most: full.min(0.1 * torque_nm.abs()) }
+            }
+            _ => Push { stiffness: f64::INFINITY, most: 0.01 * full },
+        }
+    }
+
+    /// Returns the count at which the device starts, from angle 0.
+    pub fn start_count(&self) -> i64 {
+        self.encoder.count(initial_angle_rad(&self.hand, &self.device))
+    }
+}
+
+/// A design.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Dut {
+    /// Its files in the order in which they are compiled; none where a scene is that of the plant alone.
+    pub files: Vec<SourceFile>,
+    /// The VHDL library that they are compiled into.
+    pub library: Identifier,
+    /// Its topmost entity or module; empty where a scene is that of the plant alone.
+    pub top: Identifier,
+    /// The edition of VHDL that it is written in.
+    pub standard: Standard,
+    /// The simulator.
+    pub engine: Engine,
+    /// Its clocks.
+    pub clocks: Vec<DutClock>,
+    /// Its reset, if it has one.
+    pub reset: Option<DutReset>,
+    /// Generics or parameters, and their values as the language writes them.
+    pub generics: Vec<(Identifier, Generic)>,
+    /// Ports with their connections.
+    pub ports: Vec<(Identifier, Connection)>,
+    /// Whether a bridge leg is open, instead of braking, while `bridge.pwm` is 0.
+    pub floats: bool,
+}
+
+/// A file of a design: its name, as the scene has it, and its content.
+pub type SourceFile = (String, Arc<[u8]>);
+
+hpu_signal::named! {
+    /// An edition of VHDL.
+    #[derive(Clone, Copy, PartialEq, Eq, Debug)]
+    pub enum Standard {
+        /// VHDL-93.
+        Vhdl93 = "93",
+        /// VHDL-2008.
+        Vhdl2008 = "2008",
+    }
+}
+
+hpu_signal::named! {
+    /// A simulator of designs.
+    #[derive(Clone, Copy, PartialEq, Eq, Debug)]
+    pub enum Engine {
+        /// Verilator where it can simulate the design, else GHDL.
+        Auto = "auto",
+        /// GHDL.
+        Ghdl = "ghdl",
+        /// Verilator, after GHDL's synthesis for VHDL.
+        Verilator = "verilator",
+    }
+}
+
+/// A clock of a design.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct DutClock {
+    /// Its port.
+    pub port: Identifier,
+    /// Number of cycles of the scene's clock in one of its own.
+    pub divide: u32,
+}
+
+/// The reset of a design.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct DutReset {
+    /// Its port.
+    pub port: Identifier,
+    /// Whether it resets at 0.
+    pub active_low: bool,
+    /// Number of cycles of the slowest clock for which it is active before the run.
+    pub clocks: u32,
+}
+
+/// The value of a generic or parameter.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub enum Generic {
+    /// A whole number.
+    Integer(i64),
+    /// True or false.
+    Flag(bool),
+    /// A text.
+    Text(String),
+}
+
+impl fmt::Display for Generic {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::Integer(value) => value.fmt(f),
+            Self::Flag(value) => value.fmt(f),
+            Self::Text(value) => f.write_str(value),
+        }
+    }
+}
+
+hpu_signal::named! {
+    /// A line of one bit between world and design.
+    #[derive(Clone, Copy, PartialEq, Eq, Debug)]
+    pub enum Line {
+        /// Encoder line A.
+        A = "encoder.a",
+        /// Encoder line B.
+        B = "encoder.b",
+        /// The encoder's index: 1 at one count of a revolution.
+        Index = "encoder.index",
+        /// The high switch of the leg at the motor's plus terminal.
+        PlusHigh = "bridge.plus_high",
+        /// The low switch of the leg at the plus terminal.
+        PlusLow = "bridge.plus_low",
+        /// The high switch of the leg at the minus terminal.
+        MinusHigh = "bridge.minus_high",
+        /// The low switch of the leg at the minus terminal.
+        MinusLow = "bridge.minus_low",
+        /// The plus leg: high at 1, low at 0.
+        Plus = "bridge.plus",
+        /// The minus leg: high at 1, low at 0.
+        Minus = "bridge.minus",
+        /// The pulse: the motor is driven at 1.
+        Pwm = "bridge.pwm",
+        /// The direction in which it is driven: positive at 1.
+        Direction = "bridge.direction",
+        /// Enable: at 0 all switches are open.
+        Enable = "bridge.enable",
+    }
+}
+
+impl Line {
+    /// Returns whether it is an input of the design, driven by the world.
+    pub fn is_given(self) -> bool {
+        matches!(self, Self::A | Self::B | Self::Index)
+    }
+}
+
+/// The connection of a port.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Connection {
+    /// A line, inverted if the flag is set.
+    Line(Line, bool),
+    /// The encoder's count, from 0 at the start, modulo the port's range.
+    Count,
+    /// The encoder's angle, in whole counts, as a word of this format, modulo its range.
+    Angle(Format),
+    /// The wall's position in counts from the start.
+    Wall,
+    /// A constant word.
+    Constant(i64),
+    /// The mean voltage of the bridge over its supply, as a word of this format; in offset binary if the flag is set.
+    Duty(Format, bool),
+    /// The amplifier's force over its full scale, as a word of this format; in offset binary if the flag is set.
+    Force(Format, bool),
+    /// Nothing: an output that nothing reads.
+    Open,
+}
+
+impl Connection {
+    /// Returns its name in scenes.
+    pub fn name(self) -> String {
+        match self {
+            Self::Line(line, inverted) => format!("{}{}", if inverted { "not " } else { "" }, line.name()),
+            Self::Count => "encoder.count".to_string(),
+            Self::Angle(_) => "encoder.angle".to_string(),
+            Self::Wall => "wall.count".to_string(),
+            Self::Constant(word) => word.to_string(),
+            Self::Duty(..) => "bridge.duty".to_string(),
+            Self::Force(..) => "amplifier.force".to_string(),
+            Self::Open => "open".to_string(),
+        }
+    }
+
+    /// Returns whether the port is an input of the design.
+    pub fn is_given(self) -> bool {
+        match self {
+            Self::Line(line, _) => line.is_given(),
+            Self::Count | Self::Angle(_) | Self::Wall | Self::Constant(_) => true,
+            Self::Duty(..) | Self::Force(..) | Self::Open => false,
+        }
+    }
+
+    /// Returns whether its word drives the device.
+    pub fn drives(self) -> bool {
+        !self.is_given() && self != Self::Open
+    }
+
+    /// Returns the format of its words, if the connection fixes it.
+    pub fn format(self) -> Option<Format> {
+        match self {
+            Self::Angle(format) | Self::Duty(format, _) | Self::Force(format, _) => Some(format),
+            Self::Line(..) => Some(Format::BIT),
+            Self::Count | Self::Wall | Self::Constant(_) | Self::Open => None,
+        }
+    }
+}
+
+/// The way in which a design drives its device.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Driving {
+    /// By the four switches of the bridge.
+    Gates,
+    /// By its two legs.
+    Legs,
+    /// By a pulse and a direction.
+    PulseAndDirection,
+    /// By a word for the mean voltage.
+    Duty,
+    /// By a word for the force.
+    Force,
+}
+
+impl Dut {
+    /// Returns the pins of a motor's plant alone, for a logic that no scene names: the lines of the encoder and the
+    /// gates of the bridge, by the names that they have in this project's loops.
+    pub fn pins() -> Self {
+        let line = |(name, line): (&'static str, Line)| (Identifier::fixed(name), Connection::Line(line, false));
+        let pins = [
+            ("a_pin", Line::A),
+            ("b_pin", Line::B),
+            ("a_high", Line::MinusHigh),
+            ("a_low", Line::MinusLow),
+            ("b_high", Line::PlusHigh),
+            ("b_low", Line::PlusLow),
+        ];
+        Self {
+            files: Vec::new(),
+            library: Identifier::fixed("work"),
+            top: Identifier::default(),
+            standard: Standard::Vhdl2008,
+            engine: Engine::Auto,
+            clocks: Vec::new(),
+            reset: None,
+            generics: Vec::new(),
+            ports: pins.map(line).into(),
+            floats: false,
+        }
+    }
+
+    /// Returns the lines that are connected.
+    pub fn lines(&self) -> impl Iterator<Item = Line> + '_ {
+        self.ports.iter().filter_map(|(_, connection)| match connection {
+            Connection::Line(line, _) => Some(*line),
+            _ => None,
+        })
+    }
+
+    /// Returns the way in which the design drives its device.
+    ///
+    /// # Errors
+    ///
+    /// A message about the connection that is missing, or one too many.
+    pub fn driving(&self) -> Result<Driving, String> {
+        let has = |line: Line| self.lines().any(|connected| connected == line);
+        let ways = [
+            (Driving::Gates, &[Line::PlusHigh, Line::PlusLow, Line::MinusHigh, Line::MinusLow][..]),
+            (Driving::Legs, &[Line::Plus, Line::Minus]),
+            (Driving::PulseAndDirection, &[Line::Pwm, Line::Direction]),
+        ];
+        let words = self.ports.iter().filter_map(|(_, connection)| match connection {
+            Connection::Duty(..) => Some(Driving::Duty),
+            Connection::Force(..) => Some(Driving::Force),
+            _ => None,
+        });
+        let begun = ways.iter().filter(|(_, lines)| lines.iter().any(|line| has(*line))).map(|(way, _)| *way);
+        let all: Vec<_> = words.chain(begun).collect();
+        let choices = "the four of bridge.plus_high, plus_low, minus_high and minus_low; or bridge.plus and \
+                       bridge.minus; or bridge.pwm and bridge.direction; or bridge.duty; or, of a mass, \
+                       amplifier.force";
+        match all[..] {
+            [] => Err(format!("no output drives the device; connect {choices}")),
+            [way] => {
+                let lines = ways.iter().find(|(of, _)| *of == way).map_or(&[][..], |(_, lines)| lines);
+                match lines.iter().find(|line| !has(**line)) {
+                    Some(missing) => Err(format!("nothing is connected to {}; connect {choices}", missing.name())),
+                    None => Ok(way),
+                }
+            }
+            _ => Err(format!("the device is driven in more than one way; connect only one of: {choices}")),
+        }
+    }
+}
+
+impl Setup for DutScene {
+    fn solver(&self) -> Solver {
+        self.model.solver
+    }
+
+    fn units(&self) -> Units {
+        self.device.units()
+    }
+
+    fn outputs(&self) -> &'static [Output] {
+        &Output::OF_AN_AXIS
+    }
+
+    fn wall_position(&self) -> f64 {
+        self.wall_rad
+    }
+
+    fn hand_path(&self) -> Vec<(f64, f64)> {
+        self.hand.path()
+    }
+}

@@ -1,0 +1,366 @@
+//! Reading a scene with a design of the user's own.
+
+use hpu_signal::Format;
+use toml_edit::{Item, TableLike, Value};
+
+use crate::axis::parts::{Device, Hand};
+use crate::axis::read::{axis_expect, imposed};
+use crate::axis::read_device::{Kind, amplifier, bridge, device, encoder};
+use crate::axis::read_hand::{Load, hand};
+use crate::axis::read_model::friction;
+use crate::dut::rows as keys;
+use crate::dut::{Connection, Driving, Dut, DutClock, DutReset, DutScene, Generic, Line, SourceFile};
+use crate::faults::read::{Pins, agree_on_faults, faults};
+use crate::head::model::{BridgeModel, Datapath, EncoderModel, Model, Solver, Winding};
+use crate::head::{Own, about, clock};
+use crate::schema::identifier::{Identifier, Language};
+use crate::schema::parameter::{Origin, ParameterValue};
+use crate::schema::section::{Section, shown};
+use crate::schema::source::{SceneError, Source};
+use crate::schema::{Key, Read, Text};
+use crate::text::message::excerpt;
+
+/// The head of a scene with a design of the user's own.
+const OWN: Own =
+    Own { kind: "dut", plant_rate: &keys::record::plant_rate, expect: axis_expect, outputs: &keys::accuracy::outputs };
+
+/// Reads a scene with a design, or one of a plant alone.
+pub(crate) fn scene(file: &str, source: &Source, kind: Kind, load: Load) -> Result<DutScene, SceneError> {
+    let root = Section::root(source);
+    if root.has("method") {
+        let reason = "a scene has a [method] of hpu's own blocks or a [dut] of yours; leave one out";
+        return Err(root.error("method", reason));
+    }
+    let is_alone = !root.has("dut");
+    root.accept(&["dut"])?;
+    let about = about(&root)?;
+    let (device, axis) = device(&root.section("device")?, kind)?;
+    let root = root.along(axis);
+    let count = || Ok(encoder(&root.section("encoder")?, &device, true)?.count_rad());
+    let hand = hand(&root.section("hand")?, load, &count)?;
+    if let Hand::Capture { .. } = hand {
+        return Err(root.error("hand.kind", "a recording has no device to drive; write \"prescribed\""));
+    }
+    imposed(&root.section("device")?, &hand)?;
+    let wall = root.section("wall")?;
+    wall.accept(&["dut"])?;
+    let clock = clock(&root.section("clock")?)?;
+    let mut scene = DutScene {
+        device,
+        encoder: encoder(&root.section("encoder")?, &device, true)?,
+        amplifier: amplifier(&root, &device, true)?,
+        bridge: bridge(&root.section("bridge")?)?,
+        dut: if is_alone { Dut::pins() } else { dut(&root.section("dut")?, load)? },
+        // A plant alone needs no wall; one in infinity is never touched.
+        wall_rad: if is_alone && !root.has("wall") { f64::INFINITY } else { wall.read(&keys::wall::position)? },
+        wraps: wall.read(&keys::wall::wraps)?,
+        varies: if is_alone { unvaried(&wall)? } else { varies(&wall)? },
+        hand,
+        faults: faults(&root, clock)?,
+        model: model(&root.section("model")?)?,
+        head: OWN.head(file, source, &root, (about, clock))?,
+    };
+    scene.auto = false;
+    let driving = scene.dut.driving().map_err(|reason| scene.error("dut.ports", reason))?;
+    match (driving, &scene.device) {
+        (Driving::Force, Device::Motor(_)) => {
+            return Err(
+                scene.error("dut.ports", "a motor hangs on a bridge and has no amplifier.force; write bridge.duty")
+            );
+        }
+        (Driving::Force, Device::Mass(_)) | (_, Device::Motor(_)) => {}
+        (_, Device::Mass(_)) => {
+            return Err(scene.error("dut.ports", "a mass has an amplifier and no bridge; connect amplifier.force"));
+        }
+    }
+    if let Some(faults) = &scene.faults {
+        let has = |line: Line| scene.dut.lines().any(|connected| connected == line);
+        agree_on_faults(
+            &scene.places,
+            faults,
+            Pins {
+                lines: has(Line::A) || has(Line::B),
+                index: has(Line::Index),
+                switches: !matches!(driving, Driving::Duty | Driving::Force),
+            },
+        )?;
+    }
+    if driving == Driving::Duty {
+        scene.model.bridge = BridgeModel::Averaged;
+    }
+    if scene.dut.lines().any(|line| line == Line::Index) && matches!(scene.device, Device::Mass(_)) {
+        return Err(scene.error("dut.ports", "the encoder of a mass has no index; leave encoder.index out"));
+    }
+    scene.parameters = source.parameters.take(&["about", "expect", "accuracy"]).into();
+    Ok(scene)
+}
+
+/// Returns the key that `hpu limits` varies.
+fn varies(s: &Section) -> Result<Option<String>, SceneError> {
+    let key = &keys::wall_dut::varies;
+    let Some(varied) = s.given(key)? else { return Ok(None) };
+    let is_one = ["dut.ports.", "dut.generics.", "dut.parameters."].iter().any(|of| varied.starts_with(of));
+    if is_one { Ok(Some(varied)) } else { Err(s.error(key.name, format!("`{varied}` is not {}", key.value.0))) }
+}
+
+/// Refuses the key of a plant alone, which has no design to vary.
+fn unvaried(s: &Section) -> Result<Option<String>, SceneError> {
+    match s.given(&keys::wall_dut::varies)? {
+        Some(_) => {
+            Err(s.error(keys::wall_dut::varies.name, "a scene without a [dut] has nothing to vary; leave this out"))
+        }
+        None => Ok(None),
+    }
+}
+
+/// Reads the part of the device's physics that is modelled.
+fn model(s: &Section) -> Result<Model, SceneError> {
+    s.accept(&["dut"])?;
+    Ok(Model {
+        solver: Solver::Events,
+        step_s: None,
+        datapath: Datapath::Words,
+        bridge: BridgeModel::Switching,
+        winding: Winding::Inductive,
+        friction: friction(s)?,
+        encoder: EncoderModel::Quantised,
+        delay_s: 0.0,
+    })
+}
+
+fn dut(s: &Section, load: Load) -> Result<Dut, SceneError> {
+    use keys::dut as key;
+    s.accept(&[])?;
+    let files = files(s, load)?;
+    let language = Language::of(&files);
+    let name = |key: &Key<Text>| -> Result<Identifier, SceneError> {
+        let text = s.read(key)?;
+        let refused =
+            || s.error(key.name, format!("`{}` is not {}: {}", excerpt(&text), key.value.0, language.identifiers()));
+        Identifier::unit(language, &text).ok_or_else(refused)
+    };
+    let dut = Dut {
+        library: name(&key::library)?,
+        top: name(&key::top)?,
+        standard: s.read(&key::standard)?,
+        engine: s.read(&key::engine)?,
+        clocks: clocks(s, language)?,
+        reset: if s.has("reset") { Some(reset(&s.section("reset")?, language)?) } else { None },
+        generics: generics(s, language)?,
+        ports: ports(&s.section("ports")?, language)?,
+        files,
+        floats: s.read(&key::off)?,
+    };
+    one_use(s, &dut)?;
+    Ok(dut)
+}
+
+/// Returns the port that the value of a key names.
+fn port_of(s: &Section, key: &Key<Text>, language: Language) -> Result<Identifier, SceneError> {
+    let text = s.read(key)?;
+    Identifier::new(language, &text).ok_or_else(|| s.error(key.name, no_identifier(&text, language)))
+}
+
+/// Returns a key as the name of a port or a generic.
+fn named(s: &Section, key: &str, language: Language) -> Result<Identifier, SceneError> {
+    Identifier::new(language, key).ok_or_else(|| s.key_error(key, no_identifier(key, language)))
+}
+
+fn no_identifier(text: &str, language: Language) -> String {
+    format!("`{}` is no identifier: {}", excerpt(text), language.identifiers())
+}
+
+fn files(s: &Section, load: Load) -> Result<Vec<SourceFile>, SceneError> {
+    const WHAT: &str = keys::FILES;
+    let array = s.get("files").and_then(Item::as_array);
+    let Some(array) = array.filter(|array| !array.is_empty()) else {
+        return Err(s.error("files", format!("missing; write {WHAT}")));
+    };
+    let mut files: Vec<SourceFile> = Vec::new();
+    for (index, value) in array.iter().enumerate() {
+        let key = format!("files[{index}]");
+        let Some(name) = value.as_str().filter(|name| !name.trim().is_empty()) else {
+            return Err(s.error(&key, format!("write {WHAT}")));
+        };
+        let extension = name.rsplit_once('.').map_or("", |(_, extension)| extension);
+        if !["vhd", "vhdl", "v", "sv", "vh", "svh"].contains(&extension) {
+            let reason = format!("`{name}` is neither VHDL (.vhd, .vhdl) nor Verilog (.v, .sv, .vh, .svh)");
+            return Err(s.error(&key, reason));
+        }
+        let base = |name: &str| name.rsplit('/').next().unwrap_or(name).to_string();
+        if files.iter().any(|(other, _)| base(other) == base(name)) {
+            return Err(s.error(&key, format!("a file of the name `{}` is there already", base(name))));
+        }
+        let bytes = load(name).map_err(|error| {
+            s.error(&key, format!("cannot read `{name}` ({error}); write a path from the scene's folder"))
+        })?;
+        files.push((name.to_string(), bytes.into()));
+    }
+    let language = |file: &SourceFile| Language::of(std::slice::from_ref(file));
+    if files.iter().any(|file| language(file) != language(&files[0])) {
+        return Err(s.error("files", "VHDL and Verilog in one design; hpu takes either"));
+    }
+    let names: Vec<_> = files.iter().map(|(name, _)| name.as_str()).collect();
+    s.note("files", ParameterValue::Text(names.join(", ")), "", Origin::Scene);
+    Ok(files)
+}
+
+/// Reads the clocks: `clock = "clk"`, or `[dut.clocks]` with each clock's number of cycles of the scene's clock.
+fn clocks(s: &Section, language: Language) -> Result<Vec<DutClock>, SceneError> {
+    let clock = &keys::dut::clock;
+    match (s.has("clock"), s.has("clocks")) {
+        (true, false) => Ok(vec![DutClock { port: port_of(s, clock, language)?, divide: 1 }]),
+        (false, true) => {
+            let all = s.section("clocks")?;
+            let clocks = all.keys().map(|port| {
+                let divide = keys::dut_clocks::PORT.value.read(&all, port)?;
+                Ok(DutClock { port: named(&all, port, language)?, divide })
+            });
+            let clocks = clocks.collect::<Result<Vec<_>, SceneError>>()?;
+            if !clocks.iter().any(|clock| clock.divide == 1) {
+                let reason =
+                    "no clock has 1: clock.frequency is that of the fastest one, the others are divided from it";
+                return Err(s.error("clocks", reason));
+            }
+            Ok(clocks)
+        }
+        (false, false) => Err(s.error("clock", format!("no clock; write {}", clock.value.0))),
+        (true, true) => Err(s.error("clocks", "clock and clocks are both there; leave one out")),
+    }
+}
+
+fn reset(s: &Section, language: Language) -> Result<DutReset, SceneError> {
+    s.accept(&[])?;
+    Ok(DutReset {
+        port: port_of(s, &keys::dut_reset::port, language)?,
+        active_low: s.read(&keys::dut_reset::active)?,
+        clocks: s.read(&keys::dut_reset::clocks)?,
+    })
+}
+
+fn generics(s: &Section, language: Language) -> Result<Vec<(Identifier, Generic)>, SceneError> {
+    let mut all = Vec::new();
+    for key in ["generics", "parameters"] {
+        let section = s.section(key)?;
+        for name in section.keys() {
+            let value = match section.get(name) {
+                Some(Item::Value(Value::Integer(number))) => Generic::Integer(*number.value()),
+                Some(Item::Value(Value::Boolean(flag))) => Generic::Flag(*flag.value()),
+                Some(Item::Value(Value::String(text))) => Generic::Text(text.value().clone()),
+                other => {
+                    let reason = format!(
+                        "{} is no value of a generic; write a whole number, true, false or a text",
+                        other.map_or_else(String::new, shown)
+                    );
+                    return Err(section.error(name, reason));
+                }
+            };
+            if let (Generic::Text(text), Language::Vhdl) = (&value, language)
+                && text.chars().any(char::is_control)
+            {
+                let reason = "a text of VHDL has no control character, such as a line's end; leave it out";
+                return Err(section.error(name, reason));
+            }
+            section.note(name, ParameterValue::Text(value.to_string()), "", Origin::Scene);
+            all.push((named(&section, name, language)?, value));
+        }
+    }
+    Ok(all)
+}
+
+fn ports(s: &Section, language: Language) -> Result<Vec<(Identifier, Connection)>, SceneError> {
+    s.keys()
+        .map(|port| {
+            let (connection, shown) = connection(s, port)?;
+            s.note(port, ParameterValue::Text(shown), "", Origin::Scene);
+            Ok((named(s, port, language)?, connection))
+        })
+        .collect()
+}
+
+/// Returns the connection of a port, and the text that describes it among the parameters.
+fn connection(s: &Section, port: &str) -> Result<(Connection, String), SceneError> {
+    let item = s.get(port).expect("the key of a section");
+    if let Some(number) = item.as_integer() {
+        return Ok((Connection::Constant(number), number.to_string()));
+    }
+    if let Some(flag) = item.as_bool() {
+        return Ok((Connection::Constant(flag.into()), flag.to_string()));
+    }
+    if let Some(text) = item.as_str() {
+        let (text, inverted) = text.strip_prefix("not ").map_or((text, false), |rest| (rest, true));
+        if let Some(line) = Line::ALL.into_iter().find(|line| line.name() == text.trim()) {
+            let connection = Connection::Line(line, inverted);
+            return Ok((connection, connection.name()));
+        }
+        let connection = match (text.trim(), inverted) {
+            ("encoder.count", false) => Connection::Count,
+            ("wall.count", false) => Connection::Wall,
+            ("open", false) => Connection::Open,
+            (word @ ("encoder.angle" | "bridge.duty" | "amplifier.force"), false) => {
+                let reason = format!("{word} needs a format; write {{ is = \"{word}\", format = \"(1,0,11)\" }}");
+                return Err(s.error(port, reason));
+            }
+            _ => return Err(s.error(port, format!("{} is nothing that a port can be; {}", shown(item), accepted()))),
+        };
+        return Ok((connection, connection.name()));
+    }
+    if item.as_table_like().is_some_and(|table: &dyn TableLike| !table.is_empty()) {
+        let own = s.section(port)?;
+        own.accept_as("dut.ports.PORT", &[])?;
+        let is = own.read(&keys::dut_port::is)?;
+        let text = own.read(&keys::dut_port::format)?;
+        let format: Format =
+            text.parse().map_err(|error: hpu_signal::FormatError| own.error("format", error.to_string()))?;
+        let offset = own.read(&keys::dut_port::offset_binary)?;
+        if !(2..=32).contains(&format.width()) {
+            return Err(own.error("format", format!("{format} has {} bits; accepted: 2 to 32", format.width())));
+        }
+        if offset && !format.is_signed() {
+            return Err(own.error(
+                "offset_binary",
+                format!("{format} has no sign; offset binary is a signed word whose highest bit is inverted"),
+            ));
+        }
+        let connection = match is.as_str() {
+            "encoder.angle" if !offset => Connection::Angle(format),
+            "bridge.duty" => Connection::Duty(format, offset),
+            "amplifier.force" => Connection::Force(format, offset),
+            _ => return Err(own.error("is", format!("`{is}` has no format; {}", accepted()))),
+        };
+        let binary = if offset { ", offset binary" } else { "" };
+        return Ok((connection, format!("{is} {format}{binary}")));
+    }
+    Err(s.error(port, format!("{} is nothing that a port can be; {}", shown(item), accepted())))
+}
+
+/// Returns the accepted connections as a message lists them.
+fn accepted() -> String {
+    let lines: Vec<_> = Line::ALL.iter().map(|line| line.name()).collect();
+    format!(
+        "accepted: {}, each also after \"not \"; encoder.count, wall.count, open, a whole number; \
+         {{ is = \"bridge.duty\", format = \"(1,0,11)\" }}, and so encoder.angle and amplifier.force",
+        lines.join(", ")
+    )
+}
+
+/// Checks that every port is named once, and that no line of the world has two drivers.
+fn one_use(s: &Section, dut: &Dut) -> Result<(), SceneError> {
+    let clocks = dut.clocks.iter().map(|clock| &clock.port);
+    for port in clocks.chain(dut.reset.iter().map(|reset| &reset.port)) {
+        if dut.ports.iter().any(|(other, _)| other == port) {
+            return Err(s.error(&format!("ports.{port}"), "it is a clock or the reset already; leave it out here"));
+        }
+    }
+    for (index, (port, connection)) in dut.ports.iter().enumerate().filter(|(_, (_, connection))| connection.drives()) {
+        let same = |other: &Connection| match (other, connection) {
+            (Connection::Line(one, _), Connection::Line(two, _)) => one == two,
+            (one, two) => std::mem::discriminant(one) == std::mem::discriminant(two),
+        };
+        if let Some((other, _)) = dut.ports[..index].iter().find(|(_, other)| same(other)) {
+            let reason = format!("two drivers: `{other}` and `{port}` are both connected to {}", connection.name());
+            return Err(s.error(&format!("ports.{port}"), reason));
+        }
+    }
+    Ok(())
+}

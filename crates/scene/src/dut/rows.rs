@@ -1,0 +1,84 @@
+//! The keys of a design of the user's own.
+
+pub(crate) use crate::axis::rows::*;
+
+use crate::dut::{Engine, Standard};
+use crate::schema::Otherwise::{Is, Required, Said};
+use crate::schema::{Choice, Flag, Group, Key, Own, Shape, Takes, Text, Whole, keys, named};
+
+/// The form of `dut.files`.
+pub(crate) const FILES: &str = "the design's files in the order of compilation, as in [\"a.vhd\", \"b.vhd\"]";
+
+/// The forms of a constant.
+const CONSTANT: &str = "a whole number, true, false or a text";
+
+keys! { dut: "dut" of [];
+    /// Files of the design in the order of compilation, VHDL or Verilog.
+    files: Own = Own::new(|| Takes::Own(Shape::List, FILES), Required);
+    /// VHDL library that the files are compiled into.
+    library: Text = Text("the name of a VHDL library", Is("work"));
+    /// Topmost entity or module.
+    top: Text = Text("the name of the topmost entity or module", Required);
+    /// VHDL standard of the files.
+    standard: Choice<Standard> =
+        Choice::new(|| named(&Standard::ALL, Standard::name), Is(Standard::Vhdl2008));
+    /// Simulator of the design; auto takes Verilator where it can, else GHDL.
+    engine: Choice<Engine> = Choice::new(|| named(&Engine::ALL, Engine::name), Is(Engine::Auto));
+    /// Port of the clock; required without `[dut.clocks]`.
+    clock: Text = Text(
+        "the port of the clock, as in clock = \"clk\", or [dut.clocks] with a line a port, as in clk = 1",
+        Said("none"));
+    /// Ports of several clocks, in the place of `clock`.
+    clocks: Own = Own::section(Said("none"));
+    /// Reset of the design.
+    reset: Own = Own::section(Said("none"));
+    /// Generics of a VHDL entity.
+    generics: Own = Own::section(Said("the design's"));
+    /// Parameters of a Verilog module.
+    parameters: Own = Own::section(Said("the design's"));
+    /// Ports, and what each is connected to.
+    ports: Own = Own::section(Required);
+    /// State of the bridge while `bridge.pwm` is 0: it shorts the motor, or opens all switches.
+    off: Choice<bool> = Choice::new(|| vec![("brake", false), ("float", true)], Is(false));
+}
+
+keys! { dut_clocks: "dut.clocks" of [];
+    /// Cycles of `clock.frequency` in one cycle of this port's clock; one of the clocks has 1.
+    PORT: Whole<u32> = Whole::new(1, 1 << 16, Required);
+}
+
+keys! { dut_reset: "dut.reset" of [];
+    /// Port of the reset.
+    port: Text = Text("the port of the reset", Required);
+    /// Level at which the port resets.
+    active: Choice<bool> = Choice::new(|| vec![("high", false), ("low", true)], Is(false));
+    /// Cycles of the slowest clock for which the reset is active before the run.
+    clocks: Whole<u32> = Whole::new(1, 1 << 16, Is(4));
+}
+
+keys! { dut_generics: "dut.generics" of [];
+    /// Value of the generic of this name.
+    NAME: Own = Own::new(|| Takes::Own(Shape::Scalar, CONSTANT), Said("the design's"));
+}
+
+keys! { dut_parameters: "dut.parameters" of [];
+    /// Value of the parameter of this name.
+    NAME: Own = Own::new(|| Takes::Own(Shape::Scalar, CONSTANT), Said("the design's"));
+}
+
+keys! { dut_ports: "dut.ports" of [];
+    /// Connection of the port of this name: a line, also after "not "; a count; a constant; open; or a word with a
+    /// format.
+    PORT: Own = Own::new(
+        || Takes::Own(Shape::Connection, "a line, encoder.count, wall.count, open, a constant or { is, format }"),
+        Said("an output is open"));
+}
+
+keys! { dut_port: "dut.ports.PORT" of [];
+    /// Quantity that the word stands for.
+    is: Text = Text("\"encoder.angle\", \"bridge.duty\" or \"amplifier.force\"", Required);
+    /// Format of the word, 2 to 32 bits.
+    format: Text = Text("the word's format, as in \"(1,0,11)\"", Required);
+    /// Inverts the highest bit of a signed word, as offset binary does; not of `encoder.angle`.
+    offset_binary: Flag = Flag(false);
+}

@@ -1,0 +1,82 @@
+//! Finds all errors of a scene at once. A reader ends at its first refusal; the rows of the keys then tell which other
+//! keys are refused.
+//!
+//! Conditions between sections are checked only by readers, after every section was read.
+
+use crate::experiment::devices::KINDS;
+use crate::experiment::groups::{has_own_kind, kinds_of, schema};
+use crate::schema::is_any_name;
+use crate::schema::quantity::{Axis, RAIL, SHAFT};
+use crate::schema::section::Section;
+use crate::schema::source::{SceneError, Source};
+
+/// Returns the first error of a scene with all others that its keys have, each by itself.
+pub(crate) fn with_others(source: &Source, first: SceneError) -> SceneError {
+    let root = Section::root(source);
+    let Some((scene, device, axis)) = kinds(&root) else { return first };
+    // Without a method, nobody knows whether its keys and the wall's were meant to be there: none is missing.
+    let misses = scene != "axis" || root.has("method");
+    first.with(Audit::of(&root.along(axis), (scene, device), misses))
+}
+
+/// Returns the first error of a scene of a plant alone with all unknown keys, those of a `[dut]` apart.
+pub(crate) fn with_others_of_plant(source: &Source, first: SceneError) -> SceneError {
+    let root = Section::root(source);
+    let Some((_, device, axis)) = kinds(&root) else { return first };
+    first.with(Audit::of(&root.along(axis), ("dut", device), false))
+}
+
+/// Returns the kind of a scene, the kind of its device, and the dimensions of the device's motion.
+pub(crate) fn kinds(root: &Section) -> Option<(&'static str, &'static str, &'static Axis)> {
+    let device = kind(&root.section("device").ok()?)?;
+    let has = |&(scene, of): &(&str, &str)| of == device && (scene != "dut" || root.has("dut"));
+    let (scene, device) = *KINDS.iter().rfind(|kinds| has(kinds))?;
+    Some((scene, device, if device == "mass" { &RAIL } else { &SHAFT }))
+}
+
+fn kind<'a>(s: &Section<'a>) -> Option<&'a str> {
+    s.get("kind").and_then(|kind| kind.as_str())
+}
+
+struct Audit<'a> {
+    scene: &'a str,
+    device: &'a str,
+    errors: Vec<SceneError>,
+}
+
+impl<'a> Audit<'a> {
+    /// Returns all errors of a scene of these kinds; a key that is missing is one if `misses` says so.
+    fn of(root: &Section, (scene, device): (&'a str, &'a str), misses: bool) -> Vec<SceneError> {
+        let mut audit = Audit { scene, device, errors: Vec::new() };
+        audit.section(root, "", misses);
+        audit.errors
+    }
+
+    /// Checks every key of a section and of the sections below. A key is reported as missing only if no unknown key
+    /// stands around it, because that key may be the missing one, misspelt.
+    fn section(&mut self, s: &Section, name: &str, misses: bool) {
+        let kinds = kinds_of(name, self.scene, self.device, kind(s));
+        if has_own_kind(name, self.scene)
+            && let Some(Err(error)) = schema().kind_of(name).map(|key| key.check(s))
+        {
+            self.errors.extend((s.has("kind") || misses).then_some(error));
+            return;
+        }
+        let taken: Vec<_> = schema().accepted(name, &kinds).collect();
+        let is_free = taken.iter().any(|key| is_any_name(key.name()));
+        // A section with free names has its own reader.
+        if is_free {
+            return;
+        }
+        let unknown = s.unknown_keys(name, &kinds);
+        let misses = misses && unknown.is_empty();
+        self.errors.extend(unknown.into_iter().chain(s.alone(name, &kinds)));
+        for key in taken.into_iter().filter(|key| s.has(key.name()) || misses && key.is_required()) {
+            match s.section(key.name()) {
+                Ok(below) if key.is_section() => self.section(&below, &s.key(key.name()), misses),
+                Err(error) if key.is_section() => self.errors.push(error),
+                _ => self.errors.extend(key.check(s).err()),
+            }
+        }
+    }
+}

@@ -1,0 +1,38 @@
+//! The questions that every kind of scene answers about its device.
+
+use crate::head::Units;
+use crate::head::accuracy::Output;
+use crate::head::miss::Miss;
+use crate::head::model::Solver;
+
+/// A `Setup` is a scene of one kind, asked without knowing the kind: summaries, maps and messages read it. Implemented
+/// by the scene of each kind of device. [`Experiment::setup`](crate::Experiment::setup) returns it.
+pub trait Setup {
+    /// Returns the solver of the device's motion.
+    fn solver(&self) -> Solver;
+    /// Returns the units of the device's motion.
+    fn units(&self) -> Units;
+    /// Returns the outputs by which models of the scene can be compared.
+    fn outputs(&self) -> &'static [Output];
+    /// Returns the position of the wall from which penetration is measured; 0 where nothing is measured from it.
+    fn wall_position(&self) -> f64 {
+        0.0
+    }
+    /// Returns the path of the hand, as times in s and positions in the unit of the motion; none where no hand follows
+    /// a path.
+    fn hand_path(&self) -> Vec<(f64, f64)> {
+        Vec::new()
+    }
+    /// Returns the relative error of the stiffness that the words realise; `None` without such words.
+    fn stiffness_error(&self) -> Option<f64> {
+        self.stiffness_miss().map(|miss| miss.error)
+    }
+    /// Returns the miss of the stiffness, if its word is far from it.
+    fn stiffness_miss(&self) -> Option<Miss> {
+        None
+    }
+    /// Returns the key that sets the format of the stiffness, if a scene can set it.
+    fn stiffness_format(&self) -> Option<&'static str> {
+        None
+    }
+}

@@ -1,0 +1,82 @@
+//! The text of a scene, found by the path of its file or by its shipped name.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use crate::experiment::Experiment;
+use crate::experiment::devices::shipped;
+use crate::experiment::shipped::shipped_file;
+use crate::head::shipped::Shipped;
+use crate::schema::source::SceneError;
+use crate::text::files::{read_plain, read_text};
+use crate::text::message::did_you_mean;
+
+/// The text of a scene, and the place of the data files that it names.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct SceneFile {
+    /// The name of the file in errors.
+    pub name: String,
+    /// Its text.
+    pub text: String,
+    /// The directory of its data files.
+    pub data: PathBuf,
+    /// Whether the scene is a shipped one, whose data files are shipped too.
+    pub is_shipped: bool,
+}
+
+impl SceneFile {
+    /// Finds a scene by the path of its file, which has a slash or ends in `.toml`, or by its shipped name.
+    ///
+    /// # Errors
+    ///
+    /// A message with the file's name when it cannot be read, or with the shipped names when there is no such scene.
+    pub fn find(scene: &str) -> Result<Self, String> {
+        let is_path = scene.contains('/') || scene.ends_with(".toml");
+        if let (false, Some(Shipped { name, text })) = (is_path, shipped().iter().find(|shipped| shipped.name == scene))
+        {
+            let name = format!("testbench/scenes/{name}.toml");
+            return Ok(Self { name, text: (*text).to_string(), data: PathBuf::from("."), is_shipped: true });
+        }
+        let path = Path::new(scene);
+        if !is_path && !path.exists() {
+            let names: Vec<_> = shipped().iter().map(|shipped| shipped.name).collect();
+            return Err(format!(
+                "no scene `{scene}`: neither a file nor one of the shipped {}{}",
+                names.join(", "),
+                did_you_mean(scene, &names)
+            ));
+        }
+        let text = read_text(path)?;
+        let data = path.parent().unwrap_or(Path::new("")).to_path_buf();
+        Ok(Self { name: scene.to_string(), text, data, is_shipped: false })
+    }
+
+    /// Parses the scene with these overrides, as [`Experiment::parse`] does.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError`] with file, line, column, key, and what is accepted instead.
+    pub fn parse(&self, overrides: &[(String, String)]) -> Result<Experiment, SceneError> {
+        Experiment::parse(&self.name, &self.text, overrides, &mut |file: &str| self.load(file))
+    }
+
+    /// Parses the scene with these overrides for its plant, as [`Experiment::plant`] does.
+    ///
+    /// # Errors
+    ///
+    /// As [`parse`](Self::parse).
+    pub fn plant(&self, overrides: &[(String, String)]) -> Result<Experiment, SceneError> {
+        Experiment::plant(&self.name, &self.text, overrides, &mut |file: &str| self.load(file))
+    }
+
+    /// Reads a data file that the scene names: of a shipped scene the shipped one, else one where the command runs.
+    ///
+    /// # Errors
+    ///
+    /// As [`std::fs::read`]; also when it is no ordinary file, or larger than 256 MiB.
+    pub fn load(&self, file: &str) -> io::Result<Vec<u8>> {
+        let read = || read_plain(&self.data.join(file));
+        // A file of the same name where the command runs is another file.
+        if self.is_shipped { shipped_file(file).or_else(|_| read()) } else { read() }
+    }
+}

@@ -1,0 +1,10 @@
+//! All tests of the crate in one binary: linked once, and spread over the cores together.
+
+mod counts;
+mod errors;
+mod keys;
+mod laws;
+mod methods;
+mod phantom_refusals;
+mod replay;
+mod words;
