@@ -87,11 +87,10 @@ pub mod script;
 mod text;
 
 pub use axis::Scene;
-pub use axis::parts::{
-    Amplifier, AnalogShaper, Device, Encoder, Hand, Mass, Method, Motor, PathPoint, Push, Pwm, Ramp, Wall,
-};
+pub use axis::parts::{Amplifier, Device, Encoder, Hand, Method, Motor, PathPoint, Push, Ramp, Wall};
 pub use axis::path::{along, moves_until_s, positions_along};
 pub use axis::replay;
+pub use axis::rows::{AnalogShaper, Mass};
 pub use axis::words::{COMMAND_BITS, LoopWords, Realised};
 pub use dut::{Connection, Driving, Dut, DutClock, DutReset, DutScene, Engine, Generic, Line, SourceFile, Standard};
 pub use experiment::Experiment;
@@ -112,6 +111,7 @@ pub use head::model::{BridgeModel, Datapath, EncoderModel, Friction, Model, Solv
 pub use head::setup::Setup;
 pub use head::shipped::{Begin, Shipped};
 pub use head::{Head, MOST_EDGES, Record, Run, Units};
+pub use method::rows::Pwm;
 pub use method::{AxisLoop, LawMethod, Loop, SampledWallMethod};
 pub use phantom::{
     Direction, Drop, Irregularity, PhantomLaw, PhantomMethod, PhantomModel, PhantomScene, PhantomWords, Platform,

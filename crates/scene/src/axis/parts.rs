@@ -4,8 +4,10 @@ use hpu_plant::Bridge;
 use hpu_signal::Format;
 
 use crate::axis::replay::PinEdge;
+use crate::axis::rows::{AnalogShaper, Mass};
 use crate::head::Units;
 use crate::method::Loop;
+use crate::method::rows::Pwm;
 
 /// The device that the hand holds.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -66,21 +68,6 @@ impl Motor {
     }
 }
 
-/// A mass on a rail.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Mass {
-    /// Mass.
-    pub mass_kg: f64,
-    /// Viscous friction.
-    pub damping_n_s_per_m: f64,
-    /// Coulomb friction.
-    pub coulomb_n: f64,
-    /// Position at the start.
-    pub initial_position_m: f64,
-    /// Speed at the start.
-    pub initial_speed_m_per_s: f64,
-}
-
 /// An incremental encoder, decoded x4.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Encoder {
@@ -125,15 +112,6 @@ pub struct Amplifier {
     pub shaper: Option<AnalogShaper>,
 }
 
-/// An analog input shaper: its force only pushes out of the wall, and its fast part is taken off.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct AnalogShaper {
-    /// Cutoff of its high-pass filter.
-    pub cutoff_hz: f64,
-    /// The time for which the amplifier holds its output: a step of the emulation, not of the hardware.
-    pub hold_s: f64,
-}
-
 /// The method that closes the loop, and its words.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Method {
@@ -164,21 +142,6 @@ pub struct Method {
     pub shaper_hz: Option<f64>,
     /// The modulator.
     pub pwm: Pwm,
-}
-
-/// The pulse-width modulator.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Pwm {
-    /// Width of the duty; a period is 2^bits clocks.
-    pub bits: u32,
-    /// Locked antiphase instead of sign and magnitude.
-    pub antiphase: bool,
-    /// Duty taken once a period instead of at once.
-    pub latched: bool,
-    /// All switches open in the off phase instead of a brake.
-    pub floating: bool,
-    /// Time during which both switches of a leg stay open around a change.
-    pub dead_time_s: f64,
 }
 
 /// A virtual wall: a spring and a damper at the shaft, at angles beyond its position.

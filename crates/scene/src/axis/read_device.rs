@@ -2,8 +2,9 @@
 
 use hpu_plant::Bridge;
 
-use crate::axis::parts::{Amplifier, AnalogShaper, Device, Encoder, Mass, Motor};
+use crate::axis::parts::{Amplifier, Device, Encoder, Motor};
 use crate::axis::rows as keys;
+use crate::axis::rows::{AnalogShaper, Mass};
 use crate::schema::parameter::Origin;
 use crate::schema::quantity::{Axis, RAIL, SHAFT};
 use crate::schema::section::Section;
@@ -21,7 +22,7 @@ pub(crate) enum Kind {
 pub(crate) fn device(s: &Section, kind: Kind) -> Result<(Device, &'static Axis), SceneError> {
     match kind {
         Kind::Motor => Ok((Device::Motor(motor(s)?), &SHAFT)),
-        Kind::Mass => Ok((Device::Mass(mass(s)?), &RAIL)),
+        Kind::Mass => Ok((Device::Mass(Mass::read(s)?), &RAIL)),
     }
 }
 
@@ -31,18 +32,6 @@ pub(crate) fn kind(device: &Device) -> &'static str {
         Device::Motor(_) => "motor",
         Device::Mass(_) => "mass",
     }
-}
-
-fn mass(s: &Section) -> Result<Mass, SceneError> {
-    use keys::mass as key;
-    s.accept(&["mass"])?;
-    Ok(Mass {
-        mass_kg: s.read(&key::mass)?,
-        damping_n_s_per_m: s.read(&key::damping)?,
-        coulomb_n: s.read(&key::coulomb)?,
-        initial_position_m: s.read(&key::initial_position)?,
-        initial_speed_m_per_s: s.read(&key::initial_speed)?,
-    })
 }
 
 /// A motor whose data a scene can name: what its winding and its rotor are.
@@ -133,16 +122,8 @@ pub(crate) fn amplifier(root: &Section, device: &Device, words: bool) -> Result<
     }
     s.accept(&[])?;
     let full_scale_n = s.read(&keys::amplifier::full_scale)?;
-    let shaper = if s.has("shaper") { Some(shaper(&s.section("shaper")?)?) } else { None };
+    let shaper = if s.has("shaper") { Some(AnalogShaper::read(&s.section("shaper")?)?) } else { None };
     Ok(Some(Amplifier { full_scale_n, shaper }))
-}
-
-fn shaper(s: &Section) -> Result<AnalogShaper, SceneError> {
-    s.accept(&[])?;
-    Ok(AnalogShaper {
-        cutoff_hz: s.read(&keys::amplifier_shaper::cutoff)?,
-        hold_s: s.read(&keys::amplifier_shaper::hold)?,
-    })
 }
 
 pub(crate) fn bridge(s: &Section) -> Result<Bridge, SceneError> {

@@ -1,7 +1,8 @@
 //! Reading `[method]`: the loop and its words.
 
-use crate::axis::parts::{Method, Pwm};
+use crate::axis::parts::Method;
 use crate::axis::rows as keys;
+use crate::method::rows::Pwm;
 use crate::method::{LOOPS, LawMethod, Loop};
 use crate::schema::section::Section;
 use crate::schema::source::SceneError;
@@ -61,12 +62,5 @@ fn pwm(s: &Section) -> Result<Pwm, SceneError> {
     if s.has("frequency") {
         return Err(s.unknown("frequency", PWM_FREQUENCY));
     }
-    s.accept(&[])?;
-    Ok(Pwm {
-        bits: s.read(&keys::pwm::bits)?,
-        antiphase: s.read(&keys::pwm::mode)?,
-        latched: s.read(&keys::pwm::duty)?,
-        floating: s.read(&keys::pwm::off)?,
-        dead_time_s: s.read(&keys::pwm::dead_time)?,
-    })
+    Pwm::read(s)
 }

@@ -9,7 +9,7 @@ use crate::head::model::{BridgeModel, Datapath, EncoderModel, Friction, Solver, 
 use crate::schema::Otherwise::{Is, Required, Said};
 use crate::schema::quantity as q;
 use crate::schema::quantity::Sense::{Any, NotNegative, Positive, Within};
-use crate::schema::{Choice, Flag, Group, Key, Own, Quantity, Shape, Takes, Text, Whole, keys, named};
+use crate::schema::{Choice, Flag, Group, Key, Own, Quantity, Shape, Takes, Text, Whole, keys, named, scene};
 
 /// The form of `hand.path`.
 pub(crate) const PATH: &str = "[[time, angle], ...] with at least one point, as in [[0, 0], [\"50 ms\", \"30 deg\"]]";
@@ -45,17 +45,21 @@ keys! { motor: "device" of ["motor"];
     initial_current: Quantity = Quantity::new(&q::CURRENT, Any, Is(0.0));
 }
 
-keys! { mass: "device" of ["mass"];
-    /// The mass.
-    mass: Quantity = Quantity::new(&q::MASS, Positive, Required);
-    /// Viscous friction of the rail.
-    damping: Quantity = Quantity::new(&q::DAMPING, NotNegative, Required);
-    /// Coulomb friction of the rail.
-    coulomb: Quantity = Quantity::new(&q::FORCE, NotNegative, Is(0.0));
-    /// Position at the start.
-    initial_position: Quantity = Quantity::new(&q::LENGTH, Any, Is(0.0));
-    /// Speed at the start.
-    initial_speed: Quantity = Quantity::new(&q::SPEED, Any, Is(0.0));
+scene! { mass: "device" of ["mass"];
+    /// A mass on a rail.
+    #[derive(Clone, Copy, PartialEq, Debug)]
+    pub struct Mass {
+        /// The mass.
+        mass_kg: f64 = mass: Quantity = Quantity::new(&q::MASS, Positive, Required);
+        /// Viscous friction of the rail.
+        damping_n_s_per_m: f64 = damping: Quantity = Quantity::new(&q::DAMPING, NotNegative, Required);
+        /// Coulomb friction of the rail.
+        coulomb_n: f64 = coulomb: Quantity = Quantity::new(&q::FORCE, NotNegative, Is(0.0));
+        /// Position at the start.
+        initial_position_m: f64 = initial_position: Quantity = Quantity::new(&q::LENGTH, Any, Is(0.0));
+        /// Speed at the start.
+        initial_speed_m_per_s: f64 = initial_speed: Quantity = Quantity::new(&q::SPEED, Any, Is(0.0));
+    }
 }
 
 keys! { encoder_motor: "encoder" of ["motor"];
@@ -84,11 +88,15 @@ keys! { amplifier: "amplifier" of [];
     shaper: Own = Own::section(Said("none"));
 }
 
-keys! { amplifier_shaper: "amplifier.shaper" of [];
-    /// Cutoff of the shaper's high-pass filter.
-    cutoff: Quantity = Quantity::new(&q::FREQUENCY, Positive, Required);
-    /// Time for which the amplifier holds its output: a step of the emulation, no part of the hardware.
-    hold: Quantity = Quantity::new(&q::TIME, Positive, Is(1e-6));
+scene! { amplifier_shaper: "amplifier.shaper" of [];
+    /// An analog input shaper: its force only pushes out of the wall, and its fast part is taken off.
+    #[derive(Clone, Copy, PartialEq, Debug)]
+    pub struct AnalogShaper {
+        /// Cutoff of the shaper's high-pass filter.
+        cutoff_hz: f64 = cutoff: Quantity = Quantity::new(&q::FREQUENCY, Positive, Required);
+        /// Time for which the amplifier holds its output: a step of the emulation, no part of the hardware.
+        hold_s: f64 = hold: Quantity = Quantity::new(&q::TIME, Positive, Is(1e-6));
+    }
 }
 
 keys! { wall: "wall" of ["axis", "dut"];

@@ -8,6 +8,7 @@ pub(crate) mod shipped;
 mod target;
 
 pub(crate) use read::scene;
+pub use rows::ForceSensor;
 pub use shear::{Displacement, Shear};
 pub use target::{Posture, Target, TargetKind};
 
@@ -41,17 +42,6 @@ pub struct Servo {
     /// Coulomb friction at the output.
     pub coulomb_nm: f64,
     /// Rate at which the servo takes a drive.
-    pub rate_hz: f64,
-}
-
-/// The sensor of the finger's force, with its converter of 12 bits.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct ForceSensor {
-    /// Force of all ones.
-    pub full_scale_n: f64,
-    /// Root mean square of the noise.
-    pub noise_n: f64,
-    /// Rate of the conversions.
     pub rate_hz: f64,
 }
 

@@ -50,7 +50,7 @@ pub(crate) fn scene(file: &str, source: &Source) -> Result<GimbalScene, SceneErr
             [&key::stall_torque, &key::no_load_speed, &key::inertia, &key::coulomb, &key::rate],
         )?
     };
-    let force_sensor = force_sensor(&root.section("force_sensor")?)?;
+    let force_sensor = ForceSensor::read(&root.section("force_sensor")?)?;
     let head = OWN.head(file, source, &root, (about, clock))?;
     let (switch, latched, bumpless, decay) = switch(&root.section("switch")?)?;
     let finger = root.section("finger")?;
@@ -108,16 +108,6 @@ fn servo(s: &Section, keys: [&'static Key<Quantity>; 5]) -> Result<Servo, SceneE
         inertia_kg_m2: s.read(inertia)?,
         coulomb_nm: s.read(coulomb)?,
         rate_hz: s.read(rate)?,
-    })
-}
-
-fn force_sensor(s: &Section) -> Result<ForceSensor, SceneError> {
-    use rows::force_sensor as key;
-    s.accept(&[])?;
-    Ok(ForceSensor {
-        full_scale_n: s.read(&key::full_scale)?,
-        noise_n: s.read(&key::noise)?,
-        rate_hz: s.read(&key::rate)?,
     })
 }
 

@@ -9,7 +9,9 @@ use crate::head::model::Solver;
 use crate::schema::Otherwise::{Is, Required, Said};
 use crate::schema::quantity::Sense::{NotNegative, Positive, UpTo, Within};
 use crate::schema::quantity::{self as q, STANDARD_GRAVITY_M_PER_S2};
-use crate::schema::{Choice, DeviceKeys, Expected, Flag, Group, Key, Own, Quantity, Shape, Takes, Whole, keys, named};
+use crate::schema::{
+    Choice, DeviceKeys, Expected, Flag, Group, Key, Own, Quantity, Shape, Takes, Whole, keys, named, scene,
+};
 
 /// The form of `target.path`.
 pub(crate) const TARGET_PATH: &str =
@@ -86,13 +88,17 @@ keys! { crank_servo: "crank_servo" of [];
     rate: Quantity = Quantity::new(&q::FREQUENCY, Within(1.0, 1e6), Is(250.0));
 }
 
-keys! { force_sensor: "force_sensor" of [];
-    /// Force of all ones; the word has 12 bits.
-    full_scale: Quantity = Quantity::new(&q::FORCE, Within(1e-2, 1e4), Is(10.0));
-    /// Root mean square of the noise (assumed).
-    noise: Quantity = Quantity::new(&q::FORCE, UpTo(10.0), Is(5e-3));
-    /// Rate of the conversions.
-    rate: Quantity = Quantity::new(&q::FREQUENCY, Within(1.0, 1e6), Is(1e3));
+scene! { force_sensor: "force_sensor" of [];
+    /// The sensor of the finger's force, with its converter of 12 bits.
+    #[derive(Clone, Copy, PartialEq, Debug)]
+    pub struct ForceSensor {
+        /// Force of all ones; the word has 12 bits.
+        full_scale_n: f64 = full_scale: Quantity = Quantity::new(&q::FORCE, Within(1e-2, 1e4), Is(10.0));
+        /// Root mean square of the noise (assumed).
+        noise_n: f64 = noise: Quantity = Quantity::new(&q::FORCE, UpTo(10.0), Is(5e-3));
+        /// Rate of the conversions.
+        rate_hz: f64 = rate: Quantity = Quantity::new(&q::FREQUENCY, Within(1.0, 1e6), Is(1e3));
+    }
 }
 
 keys! { method_gimbal: "method" of ["gimbal"];

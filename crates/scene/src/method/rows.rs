@@ -6,7 +6,7 @@ use crate::method::{LAWS, LOOPS, METHODS, SCALED};
 use crate::schema::Otherwise::{Is, Required, Said};
 use crate::schema::quantity as q;
 use crate::schema::quantity::Sense::{NotNegative, Positive};
-use crate::schema::{Choice, Flag, GainFormat, Group, Key, Own, Quantity, Whole, keys, named};
+use crate::schema::{Choice, Flag, GainFormat, Group, Key, Own, Quantity, Whole, keys, named, scene};
 
 keys! { method: "method" of METHODS;
     /// The control law: position read at once and damping sampled (hybrid), both sampled (conventional), or a published
@@ -54,15 +54,20 @@ keys! { method_shaper: "method.shaper" of [];
     cutoff: Quantity = Quantity::new(&q::FREQUENCY, Positive, Required);
 }
 
-keys! { pwm: "method.pwm" of [];
-    /// Width of the duty; the PWM's frequency is `clock.frequency` / 2^bits.
-    bits: Whole<u32> = Whole::bits(2, 24, 12);
-    /// Drives one leg by sign and magnitude, or both in opposite phase.
-    mode: Choice<bool> = Choice::new(|| vec![("sign_magnitude", false), ("locked_antiphase", true)], Is(false));
-    /// When a new duty takes effect: at the next period, or at once.
-    duty: Choice<bool> = Choice::new(|| vec![("latched", true), ("immediate", false)], Is(true));
-    /// State of the bridge in the off phase: it shorts the motor, or opens all switches.
-    off: Choice<bool> = Choice::new(|| vec![("brake", false), ("float", true)], Is(false));
-    /// Time for which both switches of a leg stay open around a change; at most half a PWM period.
-    dead_time: Quantity = Quantity::new(&q::TIME, NotNegative, Is(0.0));
+scene! { pwm: "method.pwm" of [];
+    /// The pulse-width modulator.
+    #[derive(Clone, Copy, PartialEq, Debug)]
+    pub struct Pwm {
+        /// Width of the duty; the PWM's frequency is `clock.frequency` / 2^bits.
+        bits: u32 = bits: Whole<u32> = Whole::bits(2, 24, 12);
+        /// Drives one leg by sign and magnitude, or both in opposite phase.
+        antiphase: bool = mode: Choice<bool> =
+            Choice::new(|| vec![("sign_magnitude", false), ("locked_antiphase", true)], Is(false));
+        /// When a new duty takes effect: at the next period, or at once.
+        latched: bool = duty: Choice<bool> = Choice::new(|| vec![("latched", true), ("immediate", false)], Is(true));
+        /// State of the bridge in the off phase: it shorts the motor, or opens all switches.
+        floating: bool = off: Choice<bool> = Choice::new(|| vec![("brake", false), ("float", true)], Is(false));
+        /// Time for which both switches of a leg stay open around a change; at most half a PWM period.
+        dead_time_s: f64 = dead_time: Quantity = Quantity::new(&q::TIME, NotNegative, Is(0.0));
+    }
 }

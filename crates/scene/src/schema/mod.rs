@@ -141,6 +141,46 @@ macro_rules! keys {
 }
 pub(crate) use keys;
 
+/// A section whose fields are its keys: the struct, the rows of its keys and its reader in one place.
+///
+/// ```text
+/// scene! { shaper: "method.shaper" of [];
+///     /// An input shaper.
+///     #[derive(Clone, Copy)]
+///     pub struct Shaper {
+///         /// Cutoff of its filter.
+///         cutoff_hz: f64 = cutoff: Quantity = Quantity::new(&q::FREQUENCY, Positive, Required);
+///     }
+/// }
+/// ```
+///
+/// makes the keys of [`keys!`], here `shaper::cutoff`, the struct with a field of each key's value, and
+/// `Shaper::read(&section)`, which refuses keys that the section does not have.
+macro_rules! scene {
+    ($group:ident: $section:literal of $kinds:expr;
+     $(#[$about:meta])* pub struct $Struct:ident {
+         $($(#[doc = $meaning:literal])+ $field:ident: $of:ty = $key:ident: $value:ty = $given:expr;)*
+     }) => {
+        $(#[$about])*
+        pub struct $Struct {
+            $($(#[doc = $meaning])+ pub $field: $of,)*
+        }
+
+        $crate::schema::keys! { $group: $section of $kinds;
+            $($(#[doc = $meaning])+ $key: $value = $given;)*
+        }
+
+        impl $Struct {
+            /// Reads the section.
+            pub(crate) fn read(s: &$crate::schema::section::Section) -> Result<Self, $crate::SceneError> {
+                s.accept(&$kinds)?;
+                Ok(Self { $($field: s.read(&$group::$key)?,)* })
+            }
+        }
+    };
+}
+pub(crate) use scene;
+
 pub(crate) const fn beside(of: &[&'static str]) -> Option<&'static str> {
     if of.is_empty() { None } else { Some(of[0]) }
 }
