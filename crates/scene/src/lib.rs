@@ -72,6 +72,7 @@ mod dut;
 #[macro_use]
 mod experiment;
 mod faults;
+mod files;
 mod gimbal;
 mod head;
 pub mod joined;
@@ -100,6 +101,7 @@ pub use experiment::resolved::{
 };
 pub use experiment::shipped::shipped_file;
 pub use faults::{EncoderLine, Faults, Stuck, Switch, Times};
+pub use files::{read_plain, read_stdin, read_text, utf8};
 pub use gimbal::{
     Displacement, ForceSensor, GimbalMethod, GimbalModel, GimbalScene, GimbalWords, PositionGains, Posture, Probe,
     Servo, Shear, Target, TargetKind, Thresholds,
@@ -123,8 +125,7 @@ pub use schedule::{Schedule, WordRamp};
 pub use schema::identifier::{Identifier, Language};
 pub use schema::parameter::{Origin, Parameter, ParameterValue};
 pub use schema::source::SceneError;
-pub use text::files::{read_plain, read_stdin, read_text};
-pub use text::message::{Lines, did_you_mean, excerpt, figure, number, printable, printable_json, utf8};
+pub use text::message::{Lines, did_you_mean, excerpt, figure, number, printable, printable_json};
 pub use text::plain_name::{NotPlain, PlainName};
 
 pub use hpu_plant::Bridge;

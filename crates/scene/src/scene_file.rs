@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use crate::experiment::Experiment;
 use crate::experiment::devices::shipped;
 use crate::experiment::shipped::shipped_file;
+use crate::files::{read_plain, read_text};
 use crate::head::shipped::Shipped;
 use crate::schema::source::SceneError;
-use crate::text::files::{read_plain, read_text};
 use crate::text::message::did_you_mean;
 
 /// The text of a scene, and the place of the data files that it names.
@@ -29,8 +29,8 @@ impl SceneFile {
     ///
     /// # Errors
     ///
-    /// A message with the file's name when it cannot be read, or with the shipped names when there is no such scene.
-    pub fn find(scene: &str) -> Result<Self, String> {
+    /// [`SceneError`] with the file's name when it cannot be read, or with the shipped names when there is no such scene.
+    pub fn find(scene: &str) -> Result<Self, SceneError> {
         let is_path = scene.contains('/') || scene.ends_with(".toml");
         if let (false, Some(Shipped { name, text })) = (is_path, shipped().iter().find(|shipped| shipped.name == scene))
         {
@@ -40,11 +40,9 @@ impl SceneFile {
         let path = Path::new(scene);
         if !is_path && !path.exists() {
             let names: Vec<_> = shipped().iter().map(|shipped| shipped.name).collect();
-            return Err(format!(
-                "no scene `{scene}`: neither a file nor one of the shipped {}{}",
-                names.join(", "),
-                did_you_mean(scene, &names)
-            ));
+            let reason =
+                format!("neither a file nor one of the shipped {}{}", names.join(", "), did_you_mean(scene, &names));
+            return Err(SceneError::at(format!("no scene `{scene}`"), reason));
         }
         let text = read_text(path)?;
         let data = path.parent().unwrap_or(Path::new("")).to_path_buf();

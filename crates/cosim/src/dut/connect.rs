@@ -157,7 +157,7 @@ impl Wires {
             Connection::Duty(format, offset) | Connection::Force(format, offset) => Some((place, format, offset)),
             _ => None,
         });
-        let driving = scene.dut.driving().map_err(|reason| scene.error("dut.ports", reason))?;
+        let driving = scene.driving()?;
         Ok(Self {
             lines: match driving {
                 Driving::Gates => [Line::MinusHigh, Line::MinusLow, Line::PlusHigh, Line::PlusLow].map(line),

@@ -200,7 +200,7 @@ fn actuator(scene: &DutScene) -> Result<Actuator, SceneError> {
             _ => None,
         })
     };
-    let driving = scene.dut.driving().map_err(|reason| scene.error("dut.ports", reason))?;
+    let driving = scene.driving()?;
     Ok(match (driving, format(scene), scene.amplifier) {
         (Driving::Duty, Some(format), _) => Actuator::Averaged { full_scale: format.lsb().recip(), latch: None },
         (Driving::Force, Some(format), Some(amplifier)) => {

@@ -47,7 +47,7 @@ pub(super) fn start(span: Option<Range<usize>>) -> usize {
 impl<'a> File<'a> {
     /// Reads the file as TOML.
     pub fn parse(name: &'a str, bytes: &'a [u8]) -> Result<(Self, Document<String>), FileErrors> {
-        let text = utf8(bytes).map_err(|error| FileErrors(vec![format!("{name}:{error}")]))?;
+        let text = utf8(name, bytes).map_err(|error| FileErrors(vec![error.to_string()]))?;
         let mut file = Self { name, lines: Lines::new(text), errors: BTreeMap::new() };
         match Document::parse(text.to_string()) {
             Ok(document) => Ok((file, document)),

@@ -7,12 +7,13 @@ use crate::axis::parts::{Hand, PathPoint};
 use crate::axis::replay::{self, Motion};
 use crate::axis::rows as keys;
 use crate::axis::smooth::smooth;
+use crate::files::utf8;
 use crate::schema::parameter::{Origin, ParameterValue};
 use crate::schema::quantity as q;
 use crate::schema::quantity::Sense::{Any, NotNegative};
 use crate::schema::section::Section;
 use crate::schema::source::SceneError;
-use crate::text::message::{number, utf8};
+use crate::text::message::number;
 
 /// Reads a file that the scene names.
 pub(crate) type Load<'a> = &'a mut dyn FnMut(&str) -> io::Result<Vec<u8>>;
@@ -38,7 +39,7 @@ pub(crate) fn hand(s: &Section, load: Load, count: Count) -> Result<Hand, SceneE
             let channel_a = s.read(&keys::hand_capture::channel_a)?;
             let channel_b = s.read(&keys::hand_capture::channel_b)?;
             let bytes = read(s, &file, load)?;
-            utf8(&bytes).map_err(|error| s.error("file", format!("{file}:{error}")))?;
+            utf8(&file, &bytes).map_err(|error| s.error("file", error.to_string()))?;
             let edges = replay::read_capture(&bytes, &channel_a, &channel_b)
                 .map_err(|error| s.error("file", format!("{file}:{error}")))?;
             Ok(Hand::Capture { edges })
@@ -61,7 +62,7 @@ fn motion(s: &Section, load: Load, count: Count) -> Result<Vec<PathPoint>, Scene
             let file = s.read(&keys::hand_motion::file)?;
             let bytes = read(s, &file, load)?;
             let refused = |error: &dyn Display| s.error("file", format!("{file}:{error}"));
-            let text = utf8(&bytes).map_err(|error| refused(&error))?;
+            let text = utf8(&file, &bytes).map_err(|error| s.error("file", error.to_string()))?;
             let most = (q::TIME.most, s.axis().position.most);
             let points = match replay::read_motion_csv(text, most).map_err(|error| refused(&error))? {
                 Motion::Angles(points) => points,

@@ -212,8 +212,8 @@ impl Scene {
     ///
     /// # Errors
     ///
-    /// A message, if the words still differ: then the change is one of the hardware, not of its world.
-    pub fn with_words_of(mut self, nominal: &Self) -> Result<Self, String> {
+    /// [`SceneError`], if the words still differ: then the change is one of the hardware, not of its world.
+    pub fn with_words_of(mut self, nominal: &Self) -> Result<Self, SceneError> {
         let by = self.full_command_over(nominal);
         let scale = |values: &mut [&mut f64]| values.iter_mut().for_each(|value| **value *= by);
         scale(&mut [&mut self.wall.stiffness_nm_per_rad, &mut self.wall.damping_nm_s_per_rad]);
@@ -226,11 +226,11 @@ impl Scene {
         if self.model.datapath == Datapath::Linear {
             return Ok(self);
         }
-        let [own, other] = [&self, nominal].map(|scene| scene.words().map_err(|error| error.to_string()));
-        let (own, other) = (own?, other?);
+        let (own, other) = (self.words()?, nominal.words()?);
         let realised = other.realised;
         if (LoopWords { realised, ..own }) != other {
-            return Err("the words change with it: it is of the hardware, not of the world around it".into());
+            let reason = "it is of the hardware, not of the world around it";
+            return Err(SceneError::at("the words change with it", reason));
         }
         Ok(self)
     }

@@ -18,6 +18,7 @@ use crate::head::accuracy::Output;
 use crate::head::model::{Model, Solver};
 use crate::head::setup::Setup;
 use crate::schema::identifier::Identifier;
+use crate::schema::source::SceneError;
 
 /// One experiment of an axis whose loop is closed by a design of the user's own; in SI units.
 #[derive(Clone, PartialEq, Debug)]
@@ -51,6 +52,42 @@ pub struct DutScene {
 has_head!(DutScene);
 
 impl DutScene {
+    /// Returns the way in which the design drives its device.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError`] about the connection that is missing, or one too many.
+    pub fn driving(&self) -> Result<Driving, SceneError> {
+        let refused = |reason: String| Err(self.error("dut.ports", reason));
+        let has = |line: Line| self.dut.lines().any(|connected| connected == line);
+        let ways = [
+            (Driving::Gates, &[Line::PlusHigh, Line::PlusLow, Line::MinusHigh, Line::MinusLow][..]),
+            (Driving::Legs, &[Line::Plus, Line::Minus]),
+            (Driving::PulseAndDirection, &[Line::Pwm, Line::Direction]),
+        ];
+        let words = self.dut.ports.iter().filter_map(|(_, connection)| match connection {
+            Connection::Duty(..) => Some(Driving::Duty),
+            Connection::Force(..) => Some(Driving::Force),
+            _ => None,
+        });
+        let begun = ways.iter().filter(|(_, lines)| lines.iter().any(|line| has(*line))).map(|(way, _)| *way);
+        let all: Vec<_> = words.chain(begun).collect();
+        let choices = "the four of bridge.plus_high, plus_low, minus_high and minus_low; or bridge.plus and \
+                       bridge.minus; or bridge.pwm and bridge.direction; or bridge.duty; or, of a mass, \
+                       amplifier.force";
+        match all[..] {
+            [] => refused(format!("no output drives the device; connect {choices}")),
+            [way] => {
+                let lines = ways.iter().find(|(of, _)| *of == way).map_or(&[][..], |(_, lines)| lines);
+                match lines.iter().find(|line| !has(**line)) {
+                    Some(missing) => refused(format!("nothing is connected to {}; connect {choices}", missing.name())),
+                    None => Ok(way),
+                }
+            }
+            _ => refused(format!("the device is driven in more than one way; connect only one of: {choices}")),
+        }
+    }
+
     /// Returns the wall's count, from angle 0.
     pub fn wall_count(&self) -> i64 {
         self.encoder.nearest(self.wall_rad)
@@ -320,41 +357,6 @@ impl Dut {
             Connection::Line(line, _) => Some(*line),
             _ => None,
         })
-    }
-
-    /// Returns the way in which the design drives its device.
-    ///
-    /// # Errors
-    ///
-    /// A message about the connection that is missing, or one too many.
-    pub fn driving(&self) -> Result<Driving, String> {
-        let has = |line: Line| self.lines().any(|connected| connected == line);
-        let ways = [
-            (Driving::Gates, &[Line::PlusHigh, Line::PlusLow, Line::MinusHigh, Line::MinusLow][..]),
-            (Driving::Legs, &[Line::Plus, Line::Minus]),
-            (Driving::PulseAndDirection, &[Line::Pwm, Line::Direction]),
-        ];
-        let words = self.ports.iter().filter_map(|(_, connection)| match connection {
-            Connection::Duty(..) => Some(Driving::Duty),
-            Connection::Force(..) => Some(Driving::Force),
-            _ => None,
-        });
-        let begun = ways.iter().filter(|(_, lines)| lines.iter().any(|line| has(*line))).map(|(way, _)| *way);
-        let all: Vec<_> = words.chain(begun).collect();
-        let choices = "the four of bridge.plus_high, plus_low, minus_high and minus_low; or bridge.plus and \
-                       bridge.minus; or bridge.pwm and bridge.direction; or bridge.duty; or, of a mass, \
-                       amplifier.force";
-        match all[..] {
-            [] => Err(format!("no output drives the device; connect {choices}")),
-            [way] => {
-                let lines = ways.iter().find(|(of, _)| *of == way).map_or(&[][..], |(_, lines)| lines);
-                match lines.iter().find(|line| !has(**line)) {
-                    Some(missing) => Err(format!("nothing is connected to {}; connect {choices}", missing.name())),
-                    None => Ok(way),
-                }
-            }
-            _ => Err(format!("the device is driven in more than one way; connect only one of: {choices}")),
-        }
     }
 }
 

@@ -61,7 +61,7 @@ pub(crate) fn scene(file: &str, source: &Source, kind: Kind, load: Load) -> Resu
         head: OWN.head(file, source, &root, (about, clock))?,
     };
     scene.auto = false;
-    let driving = scene.dut.driving().map_err(|reason| scene.error("dut.ports", reason))?;
+    let driving = scene.driving()?;
     match (driving, &scene.device) {
         (Driving::Force, Device::Motor(_)) => {
             return Err(

@@ -10,7 +10,7 @@ use crate::schema::Schema;
 use crate::schema::parameter::{Origin, Parameters};
 use crate::text::message::{Lines, excerpt};
 
-/// The reason why a scene was refused: place, key, and what is accepted instead.
+/// The reason why a scene, or a text, was refused: place, key, and what is accepted instead.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct SceneError {
     place: String,
@@ -21,6 +21,11 @@ pub struct SceneError {
 }
 
 impl SceneError {
+    /// Returns an error about no key: of a file, or of an argument if `place` is empty.
+    pub(crate) fn at(place: impl Into<String>, reason: impl Into<String>) -> Self {
+        Self { place: place.into(), key: String::new(), reason: reason.into(), others: Vec::new() }
+    }
+
     /// Returns this error with others of the same scene: those at other keys, in the order of the file.
     pub(crate) fn with(self, mut others: Vec<Self>) -> Self {
         others.retain(|other| other.key != self.key);
@@ -62,11 +67,10 @@ const OVERRIDE: &str = "--set ";
 /// The first error, which is one line; as `{:#}` all errors of the scene, a line each, and their number.
 impl fmt::Display for SceneError {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        if self.key.is_empty() {
-            write!(f, "{}: {}", self.place, self.reason)?;
-        } else {
-            write!(f, "{}: {}: {}", self.place, excerpt(&self.key), self.reason)?;
+        for part in [&*self.place, &*excerpt(&self.key)].into_iter().filter(|part| !part.is_empty()) {
+            write!(f, "{part}: ")?;
         }
+        f.write_str(&self.reason)?;
         if f.alternate() && !self.others.is_empty() {
             for other in &self.others {
                 write!(f, "\n{other}")?;

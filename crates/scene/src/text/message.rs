@@ -168,19 +168,6 @@ fn after(at: (usize, usize), bytes: &[u8]) -> (usize, usize) {
     })
 }
 
-/// Returns input as text.
-///
-/// # Errors
-///
-/// For input that is not UTF-8: the line where the invalid bytes begin, and the reason, as they follow a file's name
-/// and a colon.
-pub fn utf8(bytes: &[u8]) -> Result<&str, String> {
-    std::str::from_utf8(bytes).map_err(|error| {
-        let line = bytes[..error.valid_up_to()].iter().filter(|byte| **byte == b'\n').count() + 1;
-        format!("{line}: not text in UTF-8")
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::{Lines, did_you_mean, excerpt, letters_apart, number, number_above, number_below};

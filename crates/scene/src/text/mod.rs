@@ -1,5 +1,4 @@
-//! Text in and out: files, messages, names.
+//! Text in messages, and names of files.
 
-pub(crate) mod files;
 pub(crate) mod message;
 pub(crate) mod plain_name;

@@ -26,7 +26,7 @@ fn a_run_has_the_rows_of_the_engine() {
     for name in ["hybrid-wall", "rail-drop", "phantom-thrown", "gimbal-switch"] {
         let set = [("run.duration".to_string(), "50 ms".to_string())];
         let answer = ask(&json!({ "do": "run", "scene": name, "set": ["run.duration=50 ms"] }));
-        let experiment = SceneFile::find(name).and_then(|file| file.parse(&set).map_err(|error| error.to_string()));
+        let experiment = SceneFile::find(name).and_then(|file| file.parse(&set)).map_err(|error| error.to_string());
         let experiment = experiment.expect("a scene");
         let simulation = WiredSimulation::new(&experiment).expect("a simulation");
         let mut trace = simulation.brief_trace();

@@ -4,7 +4,7 @@ use std::fs::{self, File};
 use std::io::{self, Error, ErrorKind, Read};
 use std::path::Path;
 
-use crate::text::message::utf8;
+use crate::schema::source::SceneError;
 
 /// The largest size of a file, in bytes.
 const MOST_BYTES: u64 = 256 << 20;
@@ -26,10 +26,11 @@ pub fn read_plain(path: &Path) -> io::Result<Vec<u8>> {
 ///
 /// # Errors
 ///
-/// A message with the file's name, and with line and column where the file is not UTF-8.
-pub fn read_text(path: &Path) -> Result<String, String> {
-    let bytes = File::open(path).and_then(read).map_err(|error| format!("{}: {error}", path.display()))?;
-    text(&path.display().to_string(), bytes)
+/// [`SceneError`] with the file's name, and with the line where the file is not UTF-8.
+pub fn read_text(path: &Path) -> Result<String, SceneError> {
+    let name = path.display().to_string();
+    let bytes = File::open(path).and_then(read).map_err(|error| SceneError::at(&*name, error.to_string()))?;
+    text(&name, bytes)
 }
 
 /// Reads the standard input as text.
@@ -37,13 +38,13 @@ pub fn read_text(path: &Path) -> Result<String, String> {
 /// # Errors
 ///
 /// As [`read_text`].
-pub fn read_stdin() -> Result<String, String> {
-    let bytes = read(io::stdin()).map_err(|error| format!("standard input: {error}"))?;
+pub fn read_stdin() -> Result<String, SceneError> {
+    let bytes = read(io::stdin()).map_err(|error| SceneError::at("standard input", error.to_string()))?;
     text("-", bytes)
 }
 
-fn text(name: &str, bytes: Vec<u8>) -> Result<String, String> {
-    utf8(&bytes).map_err(|error| format!("{name}:{error}"))?;
+fn text(name: &str, bytes: Vec<u8>) -> Result<String, SceneError> {
+    utf8(name, &bytes)?;
     Ok(String::from_utf8(bytes).expect("it is UTF-8"))
 }
 
@@ -55,4 +56,16 @@ fn read(from: impl Read) -> io::Result<Vec<u8>> {
         return Err(Error::new(ErrorKind::InvalidInput, said));
     }
     Ok(bytes)
+}
+
+/// Returns the bytes of an input of this name as text.
+///
+/// # Errors
+///
+/// [`SceneError`] with the line where the first bytes stand that are not UTF-8.
+pub fn utf8<'a>(name: &str, bytes: &'a [u8]) -> Result<&'a str, SceneError> {
+    std::str::from_utf8(bytes).map_err(|error| {
+        let line = bytes[..error.valid_up_to()].iter().filter(|byte| **byte == b'\n').count() + 1;
+        SceneError::at(format!("{name}:{line}"), "not text in UTF-8")
+    })
 }
