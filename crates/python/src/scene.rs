@@ -64,7 +64,7 @@ pub fn scene(given: &Bound<PyAny>) -> PyResult<answers::Named> {
             if path.contains('/') { path } else { format!("./{path}") }
         }
     };
-    let file = SceneFile::find(&place).map_err(|why| SceneError::new_err((why, place.clone())))?;
+    let file = SceneFile::find(&place).map_err(|why| SceneError::new_err((why.to_string(), place.clone())))?;
     Ok((place, file))
 }
 

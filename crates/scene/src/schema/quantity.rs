@@ -277,7 +277,7 @@ mod tests {
 
     #[test]
     fn the_bounds_are_those_that_the_documentation_lists() {
-        let documentation = include_str!("mod.rs");
+        let documentation = include_str!("../lib.rs");
         for Dimension { name, si, least, most, .. } in ALL {
             let row = format!("//! | {name} | {least:e} | {most:e} | {si} |\n");
             assert!(documentation.contains(&row), "{row}");
