@@ -124,6 +124,9 @@ fn accepted(of: Of, row: &KeyRow) -> Value {
         Takes::Own(Shape::List, _) => json!({ "type": "array" }),
         Takes::Own(Shape::NumberOrList, _) => json!({ "type": ["integer", "array"] }),
         Takes::Own(Shape::Scalar, _) => json!({ "type": ["integer", "boolean", "string"] }),
+        Takes::Own(Shape::File, _) => {
+            json!({ "anyOf": [{ "type": "string" }, object(of, "hand.file", row.kinds)] })
+        }
         Takes::Own(Shape::Connection, _) => {
             json!({ "anyOf": [{ "type": ["integer", "boolean", "string"] }, object(of, "dut.ports.PORT", &[])] })
         }

@@ -109,7 +109,7 @@ impl Plant {
                 .iter()
                 .map(|edge| {
                     let pins = Pins { a: i64::from(edge.a), b: i64::from(edge.b) };
-                    (clock.first_edge_at(edge.picoseconds).0, pins)
+                    (clock.first_edge_at(edge.picoseconds.unsigned_abs()).0, pins)
                 })
                 .collect();
             return Ok(Self {

@@ -109,7 +109,7 @@ impl Observe for Analyser {
         // The pins are the first two nets of every loop.
         let (a, b) = (words[0] != 0, words[1] != 0);
         if self.edges.last().is_none_or(|last| (last.a, last.b) != (a, b)) {
-            self.edges.push(PinEdge { picoseconds: self.clock.picoseconds(cycle), a, b });
+            self.edges.push(PinEdge { picoseconds: self.clock.picoseconds(cycle).cast_signed(), a, b });
         }
     }
     fn reals(&mut self, _: Cycle, _: &[f64]) {}

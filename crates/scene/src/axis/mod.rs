@@ -1,5 +1,6 @@
 //! A scene of one axis: a motor or a mass, its wall, its method, its hand.
 
+mod file;
 pub(crate) mod parts;
 pub(crate) mod path;
 pub(crate) mod read;
@@ -7,10 +8,8 @@ pub(crate) mod read_device;
 pub(crate) mod read_hand;
 mod read_method;
 pub(crate) mod read_model;
-pub mod replay;
 pub(crate) mod rows;
 pub(crate) mod shipped;
-mod smooth;
 pub(crate) mod words;
 
 use hpu_plant::Bridge;

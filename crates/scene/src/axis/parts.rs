@@ -3,11 +3,11 @@
 use hpu_plant::Bridge;
 use hpu_signal::Format;
 
-use crate::axis::replay::PinEdge;
 use crate::axis::rows::{AnalogShaper, Mass};
 use crate::head::Units;
 use crate::method::Loop;
 use crate::method::rows::Pwm;
+use crate::replay::PinEdge;
 
 /// The device that the hand holds.
 #[derive(Clone, Copy, PartialEq, Debug)]

@@ -3,11 +3,11 @@
 use std::fmt::Display;
 use std::io;
 
+use crate::axis::file::{Covered, FileOfHand};
 use crate::axis::parts::{Hand, PathPoint};
-use crate::axis::replay::{self, Motion};
 use crate::axis::rows as keys;
-use crate::axis::smooth::smooth;
 use crate::files::utf8;
+use crate::replay::{self, Motion, Unit, smooth};
 use crate::schema::parameter::{Origin, ParameterValue};
 use crate::schema::quantity as q;
 use crate::schema::quantity::Sense::{Any, NotNegative};
@@ -21,28 +21,30 @@ pub(crate) type Load<'a> = &'a mut dyn FnMut(&str) -> io::Result<Vec<u8>>;
 /// Reads the angle, or length, of one encoder count.
 type Count<'a> = &'a dyn Fn() -> Result<f64, SceneError>;
 
-/// Reads the hand. `count` is called only for a motion that is recorded in encoder counts.
-pub(crate) fn hand(s: &Section, load: Load, count: Count) -> Result<Hand, SceneError> {
+/// Reads the hand, and tells which part of a run a recording covers. `count` is called only for a motion that is
+/// recorded in encoder counts.
+pub(crate) fn hand(s: &Section, load: Load, count: Count) -> Result<(Hand, Option<Covered>), SceneError> {
     let kind = s.read(&keys::hand::kind)?;
     s.accept(&[kind])?;
     match kind {
-        "none" => Ok(Hand::None),
-        "constant_torque" => Ok(Hand::ConstantTorque { torque_nm: s.read(&keys::hand_torque::torque)? }),
-        "spring_damper" => Ok(Hand::SpringDamper {
-            stiffness_nm_per_rad: s.read(&keys::hand_grip::stiffness)?,
-            damping_nm_s_per_rad: s.read(&keys::hand_grip::damping)?,
-            path: motion(s, load, count)?,
-        }),
-        "prescribed" => Ok(Hand::Prescribed { path: motion(s, load, count)? }),
+        "none" => Ok((Hand::None, None)),
+        "constant_torque" => Ok((Hand::ConstantTorque { torque_nm: s.read(&keys::hand_torque::torque)? }, None)),
+        "spring_damper" => {
+            let stiffness_nm_per_rad = s.read(&keys::hand_grip::stiffness)?;
+            let damping_nm_s_per_rad = s.read(&keys::hand_grip::damping)?;
+            let (path, covered) = motion(s, load, count)?;
+            Ok((Hand::SpringDamper { stiffness_nm_per_rad, damping_nm_s_per_rad, path }, covered))
+        }
+        "prescribed" => motion(s, load, count).map(|(path, covered)| (Hand::Prescribed { path }, covered)),
         _ => {
-            let file = s.read(&keys::hand_capture::file)?;
+            let FileOfHand { path: file, part, .. } = s.read(&keys::hand_capture::file)?;
             let channel_a = s.read(&keys::hand_capture::channel_a)?;
             let channel_b = s.read(&keys::hand_capture::channel_b)?;
             let bytes = read(s, &file, load)?;
-            utf8(&file, &bytes).map_err(|error| s.error("file", error.to_string()))?;
-            let edges = replay::read_capture(&bytes, &channel_a, &channel_b)
+            let capture = replay::read_capture(&bytes, &channel_a, &channel_b)
                 .map_err(|error| s.error("file", format!("{file}:{error}")))?;
-            Ok(Hand::Capture { edges })
+            let (edges, covered) = part.of_capture(&capture).map_err(|reason| s.error("file", reason))?;
+            Ok((Hand::Capture { edges }, Some(covered)))
         }
     }
 }
@@ -53,22 +55,28 @@ fn read(s: &Section, file: &str, load: Load) -> Result<Vec<u8>, SceneError> {
 }
 
 /// Returns the points of `path`, or those of `file`.
-fn motion(s: &Section, load: Load, count: Count) -> Result<Vec<PathPoint>, SceneError> {
+fn motion(s: &Section, load: Load, count: Count) -> Result<(Vec<PathPoint>, Option<Covered>), SceneError> {
     match (s.has("path"), s.has("file")) {
         (true, true) => Err(s.error("file", "a path is given too; write one of path, file")),
         (false, false) => Err(s.error("path", "missing; write path = [[time, angle], ...], or file = \"motion.csv\"")),
-        (true, false) => path(s),
+        (true, false) => path(s).map(|path| (path, None)),
         (false, true) => {
-            let file = s.read(&keys::hand_motion::file)?;
+            let FileOfHand { path: file, columns, part } = s.read(&keys::hand_motion::file)?;
             let bytes = read(s, &file, load)?;
             let refused = |error: &dyn Display| s.error("file", format!("{file}:{error}"));
             let text = utf8(&file, &bytes).map_err(|error| s.error("file", error.to_string()))?;
             let most = (q::TIME.most, s.axis().position.most);
-            let points = match replay::read_motion_csv(text, most).map_err(|error| refused(&error))? {
-                Motion::Angles(points) => points,
-                Motion::Counts(recording) => behind(&recording, count()?, most.1).map_err(|error| refused(&error))?,
+            let unit = if s.axis().position.si == "m" { Unit::Length } else { Unit::Angle };
+            let points = match replay::read_motion(text, &columns, unit, most).map_err(|error| refused(&error))? {
+                Motion::Positions(points) => points,
+                Motion::Counts(mut recording) => {
+                    recording.retain(|(time_s, _)| part.has(*time_s));
+                    behind(&recording, count()?, most.1).map_err(|error| refused(&error))?
+                }
             };
-            Ok(points.into_iter().map(|(time_s, angle_rad)| PathPoint { time_s, angle_rad }).collect())
+            let (points, covered) = part.of_motion(&points).map_err(|reason| s.error("file", reason))?;
+            let points = points.into_iter().map(|(time_s, angle_rad)| PathPoint { time_s, angle_rad });
+            Ok((points.collect(), Some(covered)))
         }
     }
 }

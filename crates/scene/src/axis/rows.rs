@@ -4,6 +4,7 @@ pub(crate) use crate::method::rows::*;
 
 pub(crate) use crate::head::rows::*;
 
+use crate::axis::file::OfFile;
 use crate::axis::read_device::{MOTORS, NamedMotor};
 use crate::head::model::{BridgeModel, Datapath, EncoderModel, Friction, Solver, Winding};
 use crate::schema::Otherwise::{Is, Required, Said};
@@ -157,19 +158,41 @@ keys! { hand_motion: "hand" of ["spring_damper", "prescribed"];
     /// Motion as points in the order of time, straight between two and constant after the last; required without
     /// `file`.
     path: Own = Own::new(|| Takes::Own(Shape::List, PATH), Said("the file's"));
-    /// CSV file with the motion, beside the scene; required without `path`. Its header is `time_s,angle_rad`,
-    /// `time_s,angle_deg` or `time_s,count`. A recording of counts of the scene's encoder stands for the smoothest
-    /// motion that lies in them: that with the least mean square of its third derivative.
-    file: Text = Text("the name of a CSV file beside the scene", Said("the path"));
+    /// Table with the motion, beside the scene; required without `path`. Its header has a column of times and one of
+    /// positions with their units, as in `time_s,angle_deg` or `t [ms];knob [rad]`. A recording of counts of the
+    /// scene's encoder stands for the smoothest motion that lies in them: that with the least mean square of its third
+    /// derivative.
+    file: OfFile = OfFile("the name of a table beside the scene (CSV)", Said("the path"));
 }
 
 keys! { hand_capture: "hand" of ["capture"];
-    /// VCD file with the recorded lines, beside the scene.
-    file: Text = Text("the name of a VCD file beside the scene", Required);
+    /// Recorded lines, beside the scene: VCD or FST, or a table of levels as Saleae Logic, PulseView and sigrok write
+    /// it.
+    file: OfFile = OfFile("the name of a recording beside the scene (VCD, FST, CSV)", Required);
     /// Channel of encoder line A in the file.
     channel_a: Text = Text("the name of encoder line A in the file", Required);
     /// Channel of encoder line B in the file.
     channel_b: Text = Text("the name of encoder line B in the file", Required);
+}
+
+keys! { hand_file: "hand.file" of [];
+    /// Name of the file.
+    path: Text = Text("the name of a file beside the scene", Required);
+    /// Beginning of the part that counts, as a time of the recording.
+    from: Quantity = Quantity::new(&q::TIME, Any, Said("its beginning"));
+    /// End of that part. The last position or level is kept up to a later time than the recording's end.
+    to: Quantity = Quantity::new(&q::TIME, Any, Said("its end"));
+    /// Time that is added to those of the recording, so that they are those of the run.
+    offset: Quantity = Quantity::new(&q::TIME, Any, Said("0, or with `from` as much as makes that the run's start"));
+}
+
+keys! { hand_file_motion: "hand.file" of ["spring_damper", "prescribed"];
+    /// Column of the times, as in the header; a unit that the header does not have stands behind it, as in `t [ms]`.
+    time: Text = Text("the name of a column, as in \"t [ms]\"", Said("the one with a unit of time"));
+    /// Column of the angles, positions or counts, in the same way.
+    angle: Text = Text("the name of a column, as in \"knob [deg]\"", Said("the one with a unit of the motion"));
+    /// Character between two columns.
+    delimiter: Text = Text("one character, as in \";\"", Said("a tab, `;` or `,`: the first that the header has"));
 }
 
 /// Friction by name; the speed of smoothed friction is a key of its own.

@@ -49,6 +49,8 @@ static PARTS: &[Part] = &[
         &hand_grip::GROUP,
         &hand_motion::GROUP,
         &hand_capture::GROUP,
+        &hand_file::GROUP,
+        &hand_file_motion::GROUP,
         &faults::GROUP,
     ]),
     Each(|keys| keys.motion),

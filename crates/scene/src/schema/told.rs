@@ -21,6 +21,7 @@ impl KeyRow {
             Takes::Own(Shape::NumberOrList, _) => "number or list".into(),
             Takes::Own(Shape::Scalar, _) => "value".into(),
             Takes::Own(Shape::Connection, _) => "connection".into(),
+            Takes::Own(Shape::File, _) => "file".into(),
         }
     }
 

@@ -29,6 +29,8 @@ pub enum Shape {
     Scalar,
     /// A whole number, a flag, a text or a section.
     Connection,
+    /// A text or a section: a file, and how to read it.
+    File,
 }
 
 /// The values that a key accepts.
@@ -85,7 +87,7 @@ pub(crate) fn said<T: Copy>(otherwise: Otherwise<T>, value: impl Fn(T) -> Parame
 }
 
 /// Returns the value of a scene without the key, or the error `missing`.
-pub(crate) fn default<T>(otherwise: Otherwise<T>, missing: impl FnOnce() -> SceneError) -> Result<T, SceneError> {
+pub(super) fn default<T>(otherwise: Otherwise<T>, missing: impl FnOnce() -> SceneError) -> Result<T, SceneError> {
     match otherwise {
         Otherwise::Is(value) => Ok(value),
         Otherwise::Required | Otherwise::Said(_) => Err(missing()),

@@ -30,7 +30,7 @@ fn points(scene: &Scene) -> (Vec<f64>, Vec<f64>) {
 fn smoothed(recording: &[(f64, i64)]) -> (Vec<f64>, Vec<f64>) {
     let rows: String = recording.iter().map(|(time_s, count)| format!("{time_s},{count}\n")).collect();
     // A recording may begin anywhere, far from the wall.
-    let anywhere = [("wall.wraps", "true")];
+    let anywhere = [("wall.wraps", "true"), ("hand.file", "{ path = \"x.csv\", to = 1e6 }")];
     points(&scene("qube-arm", &anywhere, &format!("time_s,count\n{rows}")).unwrap_or_else(|error| panic!("{error}")))
 }
 
@@ -150,6 +150,9 @@ fn fewer_points_than_a_third_difference_joins_lie_in_their_counts() {
     for points in 1..4 {
         assert_smoothest(&[(0.0, -3), (0.5, 2), (2.0, 7)][..points]);
     }
+    // Three even points are a straight line.
+    let (_, positions) = smoothed(&[(0.0, 0), (0.05, 10), (0.1, 20)]);
+    assert!((positions[2] - 2.0 * positions[1] + positions[0]).abs() < 1e-9, "{positions:?}");
 }
 
 #[test]
@@ -211,11 +214,7 @@ fn counts_without_a_motion_are_refused() {
             "m.csv: the count 999999999 at 1 s; accepted with this encoder: -325949322 to 325949322",
         ),
         ("time_s,count\n0,0\n1,0.5\n", "m.csv:3: `0.5` is not a count; write a whole number"),
-        (
-            "time_s,counts\n0,0\n",
-            "m.csv:1: the header `time_s,counts` is not known; write `time_s,angle_rad`, \
-                                  `time_s,angle_deg` or `time_s,count`",
-        ),
+        ("time_s,voltage\n0,0\n", "m.csv:1: no column of positions with a unit: the header has `time_s`, `voltage`"),
     ] {
         let error = scene("qube-arm", &[("hand.file", "m.csv")], csv).unwrap_err().to_string();
         assert!(error.contains(said), "{error}");

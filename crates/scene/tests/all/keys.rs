@@ -80,7 +80,13 @@ fn bases() -> Vec<Base> {
             &[("hand.stiffness", "1"), ("hand.damping", "0"), ("hand.path", "[[0, 0]]")],
         ),
         axis("motor", "hybrid", "prescribed", &[("hand.path", "[[0, 0]]")]),
-        axis("motor", "hybrid", "capture", &[("hand.file", "a.vcd"), ("hand.channel_a", "a"), ("hand.channel_b", "b")]),
+        axis("motor", "hybrid", "prescribed", &[("hand.file", "{ path = \"a.csv\", to = 2 }")]),
+        axis(
+            "motor",
+            "hybrid",
+            "capture",
+            &[("hand.file", "{ path = \"a.vcd\", to = 2 }"), ("hand.channel_a", "a"), ("hand.channel_b", "b")],
+        ),
         axis(
             "motor",
             "hybrid",
@@ -119,7 +125,7 @@ impl Base {
                 b"$timescale 1 us $end\n$var wire 1 ! a $end\n$var wire 1 \" b $end\n$enddefinitions $end\n#0 0! 0\"\n"
                     .to_vec()
             } else {
-                Vec::new()
+                b"time_s,angle_rad\n0,0\n".to_vec()
             })
         };
         Experiment::parse("x.toml", &text, &set, &mut load).map_err(|error| error.to_string())
@@ -130,7 +136,7 @@ impl Base {
         match section {
             "device" | "encoder" => vec![self.device],
             "method" => vec![self.method],
-            "hand" | "target" => vec![self.hand],
+            "hand" | "hand.file" | "target" => vec![self.hand],
             "model" if self.scene == "axis" => vec![self.scene, self.device],
             _ => vec![self.scene],
         }
@@ -273,10 +279,11 @@ fn said(base: &Base, row: &KeyRow, value: &str) -> Option<String> {
 }
 
 /// Whether a scene reads the key: a prescribed hand overrules a start, a mass has no bridge and a motor no amplifier,
-/// and a velocity that is not rescaled has no scale.
+/// a hand with a path has no file, and a velocity that is not rescaled has no scale.
 fn reads(base: &Base, row: &KeyRow) -> bool {
     let is_overruled = base.hand == "prescribed" && row.key.starts_with("initial_")
         || base.method == "hybrid" && row.key == "scale_format"
+        || row.section == "hand.file" && base.set.iter().all(|(key, _)| *key != "hand.file")
         || base.device == "mass" && row.section == "bridge"
         || base.device == "motor" && row.section.starts_with("amplifier");
     base.takes(row) && base.should_take(row.section, row.key) && !is_overruled

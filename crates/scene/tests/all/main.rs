@@ -6,5 +6,6 @@ mod keys;
 mod laws;
 mod methods;
 mod phantom_refusals;
+mod recordings;
 mod replay;
 mod words;

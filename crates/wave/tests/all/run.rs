@@ -58,8 +58,10 @@ fn recorded_pins_replay_at_the_edges_they_were_recorded_at() {
     for frequency_hz in [50_000_000, 25_175_000, 33_333_333, 1, 10_000_000_000] {
         let clock = Clock::new(frequency_hz).expect("valid");
         let mut vcd = Vcd::new(Vec::new(), &layout, clock).expect("memory");
+        let mut fst = Fst::new(Cursor::new(Vec::new()), &layout, clock).expect("memory");
         let mut words = vec![0; wiring.nets().len()];
         vcd.nets(Cycle(0), &words);
+        fst.nets(Cycle(0), &words);
         // Gray code forwards; each state lasts one edge longer than the one before.
         let levels = |count: u64| ((count / 2) % 2 == 1, count.div_ceil(2) % 2 == 1);
         let edge = |count: u64| count * (count + 1) / 2;
@@ -67,10 +69,14 @@ fn recorded_pins_replay_at_the_edges_they_were_recorded_at() {
             let (a, b) = levels(count);
             (words[0], words[1]) = (a.into(), b.into());
             vcd.nets(Cycle(edge(count)), &words);
+            fst.nets(Cycle(edge(count)), &words);
         }
-        let file = vcd.finish(Cycle(edge(1_001))).expect("memory");
-        let read = read_capture(&file, "hybrid_loop.a_pin", "hybrid_loop.b_pin").expect("a capture");
-        let read = read.iter().map(|pins| (clock.first_edge_at(pins.picoseconds), (pins.a, pins.b)));
-        assert!(read.eq((0..=1_000).map(|count| (Cycle(edge(count)), levels(count)))), "at {frequency_hz} Hz");
+        let end = Cycle(edge(1_001));
+        for file in [vcd.finish(end).expect("memory"), fst.finish(end).expect("memory").into_inner()] {
+            let read = read_capture(&file, "hybrid_loop.a_pin", "hybrid_loop.b_pin").expect("a capture");
+            let read =
+                read.edges.iter().map(|pins| (clock.first_edge_at(pins.picoseconds.unsigned_abs()), (pins.a, pins.b)));
+            assert!(read.eq((0..=1_000).map(|count| (Cycle(edge(count)), levels(count)))), "at {frequency_hz} Hz");
+        }
     }
 }

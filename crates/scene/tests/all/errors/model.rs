@@ -178,8 +178,10 @@ fn the_linear_law_is_flowed_exactly_with_its_inductance_and_without_coulombs_fri
 
 #[test]
 fn a_recording_has_no_device_to_step() {
-    let text = GOOD
-        .replace("kind = \"none\"", "kind = \"capture\"\nfile = \"good.vcd\"\nchannel_a = \"D0\"\nchannel_b = \"D1\"");
+    let text = GOOD.replace(
+        "kind = \"none\"",
+        "kind = \"capture\"\nfile = { path = \"good.vcd\", to = 1e6 }\nchannel_a = \"D0\"\nchannel_b = \"D1\"",
+    );
     says(
         parse(&format!("{text}[model]\nsolver = \"euler\"\nstep = 1e-6\n"), &[]).unwrap_err(),
         "20:10: model.solver: \"capture\" has no device for \"euler\" to move; write solver = \"events\" or \"clock\"",

@@ -1,0 +1,70 @@
+//! Recorded input: encoder lines from a logic analyser or a simulator, and motions from a table.
+//!
+//! [`read_capture`] takes lines from VCD (of simulators, also GHDL's and extended VCD), FST, and tables (CSV of Saleae
+//! Logic, PulseView and sigrok). [`read_motion`] takes times and positions from a table with any of the usual
+//! separators, units and additional columns.
+
+mod capture;
+mod fst;
+mod logic_table;
+mod motion;
+mod smooth;
+mod table;
+mod vcd;
+
+use std::fmt;
+
+pub use capture::{Capture, read_capture};
+pub use motion::{Columns, Motion, Unit, read_motion};
+
+pub(crate) use smooth::smooth;
+
+/// The levels of the two encoder lines from a time on.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct PinEdge {
+    /// Time in picoseconds since the capture's zero, rounded down.
+    pub picoseconds: i64,
+    /// Level of line A.
+    pub a: bool,
+    /// Level of line B.
+    pub b: bool,
+}
+
+/// The reason why a recording was refused, and the line of the recording.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct ReplayError {
+    /// Line of the recording, from 1; 0 for a file without lines.
+    pub line: u64,
+    /// The fault there, and what is accepted.
+    pub reason: String,
+}
+
+impl ReplayError {
+    fn new(line: u64, reason: impl Into<String>) -> Self {
+        Self { line, reason: reason.into() }
+    }
+}
+
+impl fmt::Display for ReplayError {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self.line {
+            0 => write!(f, " {}", self.reason),
+            line => write!(f, "{line}: {}", self.reason),
+        }
+    }
+}
+
+impl std::error::Error for ReplayError {}
+
+/// The reason for refusing a table or a recording whose last line has no line feed.
+pub const CUT: &str = "the last line has no line feed, so the file may be cut short; end a whole one with a line feed";
+
+/// Refuses a recording whose last line has no line feed: it may be cut within a number, and nothing else would show
+/// that.
+fn whole(bytes: &[u8]) -> Result<(), ReplayError> {
+    if bytes.last().is_none_or(|last| *last == b'\n') {
+        return Ok(());
+    }
+    let line = bytes.iter().filter(|byte| **byte == b'\n').count() + 1;
+    Err(ReplayError::new(line as u64, CUT))
+}
