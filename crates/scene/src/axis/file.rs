@@ -170,7 +170,8 @@ impl Covered {
     /// Refuses a recording that covers nothing of the run, or nothing of its judged window.
     pub(crate) fn check(self, head: &Head) -> Result<(), SceneError> {
         let duration_s = head.run.duration_s;
-        let [begin, end, duration] = [self.begin_s, self.end_s, duration_s].map(number);
+        // Rounded to picoseconds: sums of times have rounding errors.
+        let [begin, end, duration] = [self.begin_s, self.end_s, duration_s].map(|s| number((s * 1e12).round() / 1e12));
         if self.begin_s >= duration_s {
             let reason = format!(
                 "the recording begins at {begin} s, and the run ends at {duration} s; write file = {{ path = \"...\", \
