@@ -317,7 +317,7 @@ fn of_dut(scene: &'static DutScene, plant: &'static hpu_cosim::Plant, wires: &'s
         let all = wires.wires().iter().zip(wires.nets());
         all.filter(|(wire, _)| is(wire)).map(|(_, net)| net.clone()).collect()
     };
-    let (inputs, outputs) = (of(&|wire| wire.port.is_input), of(&|wire| wire.connection.drives()));
+    let (inputs, outputs) = (of(&|wire| wire.port.is_input), of(&Wire::drives));
     let columns = if matches!(scene.device, Device::Mass(_)) { 1..4 } else { 0..4 };
     let row = if matches!(scene.device, Device::Mass(_)) { RAIL_ROW } else { AXIS_ROW };
     let states = columns.map(|column| (column, row[column])).collect();

@@ -93,7 +93,10 @@ pub use axis::parts::{Amplifier, Device, Encoder, Hand, Method, Motor, PathPoint
 pub use axis::path::{along, moves_until_s, positions_along};
 pub use axis::rows::{AnalogShaper, Mass};
 pub use axis::words::{COMMAND_BITS, LoopWords, Realised};
-pub use dut::{Connection, Driving, Dut, DutClock, DutReset, DutScene, Engine, Generic, Line, SourceFile, Standard};
+pub use dut::{
+    Connected, Connection, Driving, Dut, DutClock, DutReset, DutScene, Engine, Generic, Line, Part, SourceFile,
+    Standard,
+};
 pub use experiment::Experiment;
 pub use experiment::devices::{BEGINNINGS, KINDS, shipped};
 pub use experiment::resolved::{

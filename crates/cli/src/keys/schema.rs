@@ -128,7 +128,7 @@ fn accepted(of: Of, row: &KeyRow) -> Value {
             json!({ "anyOf": [{ "type": "string" }, object(of, "hand.file", row.kinds)] })
         }
         Takes::Own(Shape::Connection, _) => {
-            json!({ "anyOf": [{ "type": ["integer", "boolean", "string"] }, object(of, "dut.ports.PORT", &[])] })
+            json!({ "anyOf": [{ "type": ["integer", "boolean", "string", "array"] }, object(of, "dut.ports.PORT", &[])] })
         }
     }
 }

@@ -16,11 +16,12 @@ impl Shown for DutSimulation<'_> {
         let scene = self.scene();
         page.line("motion", motion(&scene.device, scene.wall_rad, &ran.trace));
         page.line("dut", format!("{} by {}", scene.dut.top, self.engine()));
-        for Wire { port, connection } in self.wires() {
+        for wire in self.wires() {
+            let port = &wire.port;
             let width = port.format.width();
             let bits = if width == 1 { String::new() } else { format!("[{}:0]", width - 1) };
             let arrow = if port.is_input { "<-" } else { "->" };
-            page.line("port", format!("{:<24} {arrow} {}", format!("{}{bits}", port.name), connection.name()));
+            page.line("port", format!("{:<24} {arrow} {}", format!("{}{bits}", port.name), wire.connection()));
         }
     }
 
@@ -29,12 +30,13 @@ impl Shown for DutSimulation<'_> {
     }
 
     fn design(&self) -> Option<Value> {
-        let wire = |Wire { port, connection }: &Wire| {
+        let wire = |wire: &Wire| {
+            let port = &wire.port;
             json!({
                 "port": port.name,
                 "direction": if port.is_input { "in" } else { "out" },
                 "bits": port.format.width(),
-                "connection": connection.name(),
+                "connection": wire.connection(),
             })
         };
         Some(json!({

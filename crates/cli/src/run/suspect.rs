@@ -35,8 +35,8 @@ fn exchange(dut: &mut Dut) -> bool {
     if !has(Line::A) || !has(Line::B) {
         return false;
     }
-    for (_, connection) in &mut dut.ports {
-        *connection = match *connection {
+    for connected in &mut dut.ports {
+        connected.connection = match connected.connection {
             Connection::Line(Line::A, inverted) => Connection::Line(Line::B, inverted),
             Connection::Line(Line::B, inverted) => Connection::Line(Line::A, inverted),
             other => other,

@@ -8,7 +8,7 @@ use std::sync::atomic::Ordering;
 
 use hpu_signal::{Cycle, Observe, Signal, SignalUse, UNKNOWN};
 
-use super::{Change, DutSimulation, Fault, RunningDesign, Wires};
+use super::{Change, DutSimulation, Fault, RunningDesign, Wire, Wires};
 use crate::dut::driven_world::{DrivenWorld, Logic};
 use crate::result::contact::Contact;
 use crate::result::stays::Stays;
@@ -120,7 +120,7 @@ impl DutSimulation<'_> {
         // No output has a word until the simulator reports one.
         let (mut words, mut bits) = (vec![None; wires.len()], vec![0; wires.len()]);
         take_inputs(&self.wires, world.inputs(), &mut words, &mut bits);
-        let drives: Vec<_> = wires.iter().map(|wire| wire.connection.drives()).collect();
+        let drives: Vec<_> = wires.iter().map(Wire::drives).collect();
         let mut changes = Vec::new();
         let running = Arc::clone(&self.design).start(&bits, &drives, &mut changes)?;
         let mut closed = Closed {
@@ -211,7 +211,7 @@ impl Closed<'_> {
         let before = self.edge;
         let done = self.running.clock(&self.bits, edges, self.watched, &mut self.changes)?;
         self.edge += done;
-        let drives = |change: &Change| self.simulation.wires.wires[change.port].connection.drives();
+        let drives = |change: &Change| self.simulation.wires.wires[change.port].drives();
         let changed = self.changes.iter().any(drives);
         self.output_changes += u64::from(changed);
         self.take_changes(before, Some(watch));

@@ -8,15 +8,64 @@ use hpu_signal::{Format, Signal};
 use super::{Design, Fault, Port};
 use crate::world::EncoderState;
 use crate::world::axis_encoder::AxisEncoder;
-use hpu_scene::{Connection, Driving, DutScene, Identifier, Line, SceneError};
+use hpu_scene::{Connected, Connection, Driving, DutScene, Line, Part, SceneError};
 
-/// A port with its connection.
+/// A port with its connections.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Wire {
     /// The port.
     pub port: Port,
-    /// Its connection.
-    pub connection: Connection,
+    /// The connections of its bits, none of which has two; bits without one are open.
+    pieces: Vec<Piece>,
+}
+
+/// Bits of a port with one connection.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+struct Piece {
+    /// The number of bits to the right.
+    shift: u32,
+    width: u32,
+    connection: Connection,
+}
+
+impl Wire {
+    /// Returns whether any of its bits drives the device.
+    pub fn drives(&self) -> bool {
+        self.pieces.iter().any(|piece| piece.connection.drives())
+    }
+
+    /// Returns the connection of the whole port, if it has one.
+    fn whole(&self) -> Option<Connection> {
+        match self.pieces[..] {
+            [] => Some(Connection::Open),
+            [piece] if piece.width == self.port.format.width() => Some(piece.connection),
+            _ => None,
+        }
+    }
+
+    /// Returns the format of its words.
+    fn format(&self) -> Format {
+        self.whole().and_then(Connection::format).unwrap_or(self.port.format)
+    }
+
+    /// Returns the names of the connections, from the left; `[3:0]` are bits of the port.
+    pub fn connection(&self) -> String {
+        if let Some(connection) = self.whole() {
+            return connection.name();
+        }
+        let piece = |Piece { shift, width, connection }: &Piece| match width {
+            1 => format!("[{shift}] {}", connection.name()),
+            _ => format!("[{}:{shift}] {}", shift + width - 1, connection.name()),
+        };
+        self.pieces.iter().map(piece).collect::<Vec<_>>().join(", ")
+    }
+}
+
+impl Piece {
+    /// Returns the bits of a word of the port that are its own, as a word of a format of their width.
+    fn of(self, word: i64, format: Format) -> i64 {
+        format.from_bits((word >> self.shift).cast_unsigned() & (u64::MAX >> (64 - self.width)))
+    }
 }
 
 /// All connections of a design, in the order of its ports without clocks and reset.
@@ -31,16 +80,16 @@ pub struct Wires {
     /// The lines of the way to drive: four gates, two legs, or pulse and direction.
     lines: [Option<Level>; 4],
     enable: Option<Level>,
-    /// The place among the outputs of the word that drives, its format, and whether it is offset binary.
-    word: Option<(usize, Format, bool)>,
+    /// The place among the outputs of the word that drives, its bits, its format, and whether it is offset binary.
+    word: Option<(usize, Piece, Format, bool)>,
     floats: bool,
     /// The encoder with its wall.
     pub(crate) encoder: AxisEncoder,
     count_rad: f64,
 }
 
-/// The place of a line among the outputs, and whether it is inverted.
-type Level = (usize, bool);
+/// The place of a line's port among the outputs, the number of bits to the line's right, and whether it is inverted.
+type Level = (usize, u32, bool);
 
 /// Outputs that cannot drive the device: both switches of a leg are closed, or a bit is unknown.
 #[derive(Debug)]
@@ -75,15 +124,20 @@ impl Wires {
     ///
     /// When the connections name no way to drive the device.
     pub fn of_scene(scene: &DutScene) -> Result<Self, SceneError> {
-        let port = |(name, connection): &(Identifier, Connection)| Wire {
-            port: Port {
-                name: name.to_string(),
-                is_input: connection.is_given(),
-                format: connection.format().unwrap_or(Format::signed(64)),
-                is_inside: false,
-                is_number: false,
-            },
-            connection: *connection,
+        let port = |connected: &Connected| {
+            let connection = connected.connection;
+            let format = connection.format().unwrap_or(Format::signed(64));
+            // A part of a port, whose width nobody knows here, is a port of its own.
+            Wire {
+                port: Port {
+                    name: connected.key.clone(),
+                    is_input: connection.is_given(),
+                    format,
+                    is_inside: false,
+                    is_number: false,
+                },
+                pieces: vec![Piece { shift: 0, width: format.width(), connection }],
+            }
         };
         Self::of(scene, scene.dut.ports.iter().map(port).collect())
     }
@@ -109,52 +163,60 @@ impl Wires {
         if let Some(reset) = &dut.reset {
             line(scene, "dut.reset.port", find("dut.reset.port", &reset.port)?)?;
         }
-        for (name, connection) in &dut.ports {
-            let key = format!("dut.ports.{name}");
-            check(scene, &key, find(&key, name)?, *connection)?;
+        for connected in &dut.ports {
+            let key = format!("dut.ports.{}", connected.key);
+            check(scene, &key, find(&key, &connected.port)?, connected)?;
         }
         let timing = dut.clocks.iter().map(|clock| &clock.port).chain(dut.reset.iter().map(|reset| &reset.port));
         let timing: Vec<_> = timing.collect();
         let mut wires = Vec::new();
         for port in ports.iter().filter(|port| !timing.iter().any(|name| same(name, &port.name))) {
-            let connection =
-                dut.ports.iter().find(|(name, _)| same(name, &port.name)).map(|(_, connection)| *connection);
-            if connection.is_none() && port.is_input {
+            let own = dut.ports.iter().filter(|connected| same(&connected.port, &port.name));
+            let pieces = pieces(scene, port, own)?;
+            let connected: u32 = pieces.iter().map(|piece| piece.width).sum();
+            if port.is_input && connected < port.format.width() {
+                let which = if pieces.is_empty() { "" } else { "not all bits of " };
+                let is = if pieces.is_empty() { "is connected to nothing" } else { "are connected" };
                 let reason = format!(
-                    "the input {} is connected to nothing; connect it to what the world gives (encoder.a, encoder.b, \
+                    "{which}the input {} {is}; connect it to what the world gives (encoder.a, encoder.b, \
                      encoder.index, encoder.count, encoder.angle, wall.count) or to a whole number",
                     shown(port)
                 );
                 return Err(scene.error("dut.ports", reason).into());
             }
-            wires.push(Wire { port: port.clone(), connection: connection.unwrap_or(Connection::Open) });
+            wires.push(Wire { port: port.clone(), pieces });
         }
         Ok(Self::of(scene, wires)?)
     }
 
     fn of(scene: &DutScene, wires: Vec<Wire>) -> Result<Self, SceneError> {
         let net = |wire: &Wire| {
-            let format = wire.connection.format().unwrap_or(wire.port.format);
-            let unit = match wire.connection {
-                Connection::Count | Connection::Wall => "count",
-                Connection::Angle(_) => "rad",
+            let unit = match wire.whole() {
+                Some(Connection::Count | Connection::Wall) => "count",
+                Some(Connection::Angle(_)) => "rad",
                 _ => "1",
             };
-            let what = if wire.port.is_inside { "inside".to_string() } else { wire.connection.name() };
-            Signal::new(kept(&wire.port.name), format, unit, kept(&what))
+            let what = if wire.port.is_inside { "inside".to_string() } else { wire.connection() };
+            Signal::new(kept(&wire.port.name), wire.format(), unit, kept(&what))
         };
         let mut nets: Vec<_> = wires.iter().map(net).collect();
         nets.push(Signal::bit("wall_contact", "The encoder's count is beyond the wall's"));
         let all = |is: fn(&Wire) -> bool| (0..wires.len()).filter(|&index| is(&wires[index])).collect::<Vec<_>>();
-        let outputs = all(|wire| wire.connection.drives());
+        let outputs = all(Wire::drives);
+        let pieces = || {
+            let of = |(place, &index): (usize, &usize)| wires[index].pieces.iter().map(move |piece| (place, *piece));
+            outputs.iter().enumerate().flat_map(of)
+        };
         let line = |wanted: Line| {
-            outputs.iter().enumerate().find_map(|(place, &index)| match wires[index].connection {
-                Connection::Line(line, inverted) if line == wanted => Some((place, inverted)),
+            pieces().find_map(|(place, piece)| match piece.connection {
+                Connection::Line(line, inverted) if line == wanted => Some((place, piece.shift, inverted)),
                 _ => None,
             })
         };
-        let word = outputs.iter().enumerate().find_map(|(place, &index)| match wires[index].connection {
-            Connection::Duty(format, offset) | Connection::Force(format, offset) => Some((place, format, offset)),
+        let word = pieces().find_map(|(place, piece)| match piece.connection {
+            Connection::Duty(format, offset) | Connection::Force(format, offset) => {
+                Some((place, piece, format, offset))
+            }
             _ => None,
         });
         let driving = scene.driving()?;
@@ -201,17 +263,31 @@ impl Wires {
     /// Returns the index of the narrowest port that takes the encoder's count, and the least and the greatest count
     /// from the start that it holds, as signed or as unsigned.
     pub(super) fn counter(&self) -> Option<(usize, [i64; 2])> {
-        let counters = self.wires.iter().enumerate().filter(|(_, wire)| wire.connection == Connection::Count);
-        let (index, wire) = counters.min_by_key(|(_, wire)| wire.port.format.width())?;
-        let bits = wire.port.format.width().min(62);
+        let pieces =
+            |(index, wire): (usize, &Wire)| wire.pieces.iter().map(|piece| (index, *piece)).collect::<Vec<_>>();
+        let all = self.wires.iter().enumerate().flat_map(pieces);
+        let counters = all.filter(|(_, piece)| piece.connection == Connection::Count);
+        let (index, piece) = counters.min_by_key(|(_, piece)| piece.width)?;
+        let bits = piece.width.min(62);
         Some((index, [-(1 << (bits - 1)), (1 << bits) - 1]))
     }
 
     /// Returns the word of an input in a state of the encoder, which stood at the count `start` at the start; 0 for an
     /// output.
     pub(crate) fn word(&self, wire: &Wire, encoder: EncoderState, start: i64) -> i64 {
-        let format = wire.connection.format().unwrap_or(wire.port.format);
-        match wire.connection {
+        if let Some(connection) = wire.whole() {
+            return self.given_word(connection, wire.format(), encoder, start);
+        }
+        let bits = |piece: &Piece| {
+            let format = piece.connection.format().unwrap_or(Format::unsigned(piece.width));
+            format.bits(self.given_word(piece.connection, format, encoder, start)) << piece.shift
+        };
+        wire.port.format.from_bits(wire.pieces.iter().map(bits).sum())
+    }
+
+    /// Returns the word of a connection that the world gives.
+    fn given_word(&self, connection: Connection, format: Format, encoder: EncoderState, start: i64) -> i64 {
+        match connection {
             Connection::Line(line, inverted) => {
                 let level = match line {
                     Line::A => encoder.pins.a,
@@ -249,7 +325,7 @@ impl Wires {
     ///
     /// When both switches of a leg would be closed.
     pub(crate) fn drive(&self, words: &[i64]) -> Result<([i64; 4], i64), Misdriven> {
-        let level = |(place, inverted): Level| (words[place] != 0) != inverted;
+        let level = |(place, shift, inverted): Level| (words[place] >> shift & 1 != 0) != inverted;
         let [one, two, three, four] = self.lines.map(|line| line.is_some_and(level));
         // The minus leg is the wiring's leg a.
         let mut gates = match self.driving {
@@ -267,8 +343,8 @@ impl Wires {
         if !self.enable.is_none_or(level) {
             gates = [false; 4];
         }
-        let command = self.word.map_or(0, |(place, format, offset)| {
-            let word = words[place];
+        let command = self.word.map_or(0, |(place, piece, format, offset)| {
+            let word = piece.of(words[place], format);
             let word = if offset { format.wrap(i128::from(word) + (1i128 << (format.width() - 1))) } else { word };
             let most = format.lsb().recip() as i64;
             // A positive command pushes against the positive direction; no actuator gives more than its full scale.
@@ -293,10 +369,53 @@ fn line(scene: &DutScene, key: &str, port: &Port) -> Result<(), SceneError> {
     Err(scene.error(key, format!("{} is no input of one bit", shown(port))))
 }
 
-/// Checks that a port can have this connection.
-fn check(scene: &DutScene, key: &str, port: &Port, connection: Connection) -> Result<(), SceneError> {
+/// Returns the bits of a port with their connections.
+fn pieces<'a>(
+    scene: &DutScene,
+    port: &Port,
+    all: impl Iterator<Item = &'a Connected>,
+) -> Result<Vec<Piece>, SceneError> {
+    let mut pieces: Vec<Piece> = Vec::new();
+    for Connected { part, connection, key, .. } in all {
+        let Some((shift, width)) = bits(port, *part) else { continue };
+        if let Some(other) =
+            pieces.iter().find(|piece| piece.shift < shift + width && shift < piece.shift + piece.width)
+        {
+            let reason = format!("these bits of {} are connected to {} too", shown(port), other.connection.name());
+            return Err(scene.error(&format!("dut.ports.{key}"), reason));
+        }
+        if *connection != Connection::Open {
+            pieces.push(Piece { shift, width, connection: *connection });
+        }
+    }
+    pieces.sort_unstable_by_key(|piece| std::cmp::Reverse(piece.shift));
+    Ok(pieces)
+}
+
+/// Returns the bits of a part of a port: the number of those to the right, and the part's own; `None` for bits that the
+/// port does not have.
+fn bits(port: &Port, part: Part) -> Option<(u32, u32)> {
     let width = port.format.width();
+    match part {
+        Part::Whole => Some((0, width)),
+        Part::Bits(one, other) => {
+            let (low, high) = (u32::try_from(one.min(other)).ok()?, u32::try_from(one.max(other)).ok()?);
+            (high < width).then_some((low, high - low + 1))
+        }
+        Part::InList { before, of } => (of == width).then(|| (width - 1 - before, 1)),
+    }
+}
+
+/// Checks that a port, or a part of it, can have a connection.
+fn check(scene: &DutScene, key: &str, port: &Port, connected: &Connected) -> Result<(), SceneError> {
+    let connection = connected.connection;
     let refused = |reason: String| Err(scene.error(key, reason));
+    let Some((_, width)) = bits(port, connected.part) else {
+        return refused(match connected.part {
+            Part::InList { of, .. } => format!("{} has not the {of} bit(s) of the list", shown(port)),
+            _ => format!("{} has no such bits", shown(port)),
+        });
+    };
     if connection.is_given() != port.is_input {
         let should = if port.is_input { "the world gives nothing there" } else { "the design gives it" };
         return refused(format!("{} cannot be connected to {}: {should}", shown(port), connection.name()));

@@ -195,8 +195,8 @@ pub fn plant(scene: &DutScene) -> Result<Plant, Fault> {
 /// positive direction.
 fn actuator(scene: &DutScene) -> Result<Actuator, SceneError> {
     let format = |scene: &DutScene| {
-        scene.dut.ports.iter().find_map(|(_, connection)| match connection {
-            Connection::Duty(format, _) | Connection::Force(format, _) => Some(*format),
+        scene.dut.ports.iter().find_map(|connected| match connected.connection {
+            Connection::Duty(format, _) | Connection::Force(format, _) => Some(format),
             _ => None,
         })
     };

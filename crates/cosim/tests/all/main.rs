@@ -23,6 +23,7 @@ mod phantom_scenes;
 mod phantom_solvers;
 mod phantom_verdict;
 mod phantom_worlds;
+mod ports;
 mod rail;
 mod reach;
 mod recurrence;

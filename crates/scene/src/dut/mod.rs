@@ -65,7 +65,7 @@ impl DutScene {
             (Driving::Legs, &[Line::Plus, Line::Minus]),
             (Driving::PulseAndDirection, &[Line::Pwm, Line::Direction]),
         ];
-        let words = self.dut.ports.iter().filter_map(|(_, connection)| match connection {
+        let words = self.dut.ports.iter().filter_map(|connected| match connected.connection {
             Connection::Duty(..) => Some(Driving::Duty),
             Connection::Force(..) => Some(Driving::Force),
             _ => None,
@@ -137,8 +137,8 @@ pub struct Dut {
     pub reset: Option<DutReset>,
     /// Generics or parameters, and their values as the language writes them.
     pub generics: Vec<(Identifier, Generic)>,
-    /// Ports with their connections.
-    pub ports: Vec<(Identifier, Connection)>,
+    /// The connections of its ports, and of parts of them.
+    pub ports: Vec<Connected>,
     /// Whether a bridge leg is open, instead of braking, while `bridge.pwm` is 0.
     pub floats: bool,
 }
@@ -249,6 +249,35 @@ impl Line {
     }
 }
 
+/// A connection of a port, or of a part of its bits.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Connected {
+    /// The port.
+    pub port: Identifier,
+    /// The bits that are connected.
+    pub part: Part,
+    /// Their connection.
+    pub connection: Connection,
+    /// The key below `dut.ports`, for messages.
+    pub key: String,
+}
+
+/// The bits of a port that a connection is about.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Part {
+    /// All of them.
+    Whole,
+    /// Those from one index to another, as the design's language numbers them.
+    Bits(i64, i64),
+    /// Those behind this many from the left, in a list for all of the port's bits.
+    InList {
+        /// Bits before this part.
+        before: u32,
+        /// Bits of the whole list.
+        of: u32,
+    },
+}
+
 /// The connection of a port.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Connection {
@@ -328,7 +357,12 @@ impl Dut {
     /// Returns the pins of a motor's plant alone, for a logic that no scene names: the lines of the encoder and the
     /// gates of the bridge, by the names that they have in this project's loops.
     pub fn pins() -> Self {
-        let line = |(name, line): (&'static str, Line)| (Identifier::fixed(name), Connection::Line(line, false));
+        let line = |(name, line): (&'static str, Line)| Connected {
+            port: Identifier::fixed(name),
+            part: Part::Whole,
+            connection: Connection::Line(line, false),
+            key: name.to_string(),
+        };
         let pins = [
             ("a_pin", Line::A),
             ("b_pin", Line::B),
@@ -353,8 +387,8 @@ impl Dut {
 
     /// Returns the lines that are connected.
     pub fn lines(&self) -> impl Iterator<Item = Line> + '_ {
-        self.ports.iter().filter_map(|(_, connection)| match connection {
-            Connection::Line(line, _) => Some(*line),
+        self.ports.iter().filter_map(|connected| match connected.connection {
+            Connection::Line(line, _) => Some(line),
             _ => None,
         })
     }

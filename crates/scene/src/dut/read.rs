@@ -1,7 +1,7 @@
 //! Reading a scene with a design of the user's own.
 
 use hpu_signal::Format;
-use toml_edit::{Item, TableLike, Value};
+use toml_edit::{Array, Item, TableLike, Value};
 
 use crate::axis::parts::{Device, Hand};
 use crate::axis::read::{axis_expect, imposed};
@@ -9,7 +9,7 @@ use crate::axis::read_device::{Kind, amplifier, bridge, device, encoder};
 use crate::axis::read_hand::{Load, hand};
 use crate::axis::read_model::friction;
 use crate::dut::rows as keys;
-use crate::dut::{Connection, Driving, Dut, DutClock, DutReset, DutScene, Generic, Line, SourceFile};
+use crate::dut::{Connected, Connection, Driving, Dut, DutClock, DutReset, DutScene, Generic, Line, Part, SourceFile};
 use crate::faults::read::{Pins, agree_on_faults, faults};
 use crate::head::model::{BridgeModel, Datapath, EncoderModel, Model, Solver, Winding};
 use crate::head::{Own, about, clock};
@@ -162,9 +162,14 @@ fn port_of(s: &Section, key: &Key<Text>, language: Language) -> Result<Identifie
     Identifier::new(language, &text).ok_or_else(|| s.error(key.name, no_identifier(&text, language)))
 }
 
-/// Returns a key as the name of a port or a generic.
+/// Returns a key as the name of a clock or a generic.
 fn named(s: &Section, key: &str, language: Language) -> Result<Identifier, SceneError> {
-    Identifier::new(language, key).ok_or_else(|| s.key_error(key, no_identifier(key, language)))
+    named_as(s, key, key, language)
+}
+
+/// Returns the name in a key.
+fn named_as(s: &Section, key: &str, name: &str, language: Language) -> Result<Identifier, SceneError> {
+    Identifier::new(language, name).ok_or_else(|| s.key_error(key, no_identifier(name, language)))
 }
 
 fn no_identifier(text: &str, language: Language) -> String {
@@ -269,42 +274,70 @@ fn generics(s: &Section, language: Language) -> Result<Vec<(Identifier, Generic)
     Ok(all)
 }
 
-fn ports(s: &Section, language: Language) -> Result<Vec<(Identifier, Connection)>, SceneError> {
-    s.keys()
-        .map(|port| {
-            let (connection, shown) = connection(s, port)?;
-            s.note(port, ParameterValue::Text(shown), "", Origin::Scene);
-            Ok((named(s, port, language)?, connection))
-        })
-        .collect()
+fn ports(s: &Section, language: Language) -> Result<Vec<Connected>, SceneError> {
+    let mut all = Vec::new();
+    for key in s.keys() {
+        let (name, part) = part(key);
+        let port = named_as(s, key, name, language)?;
+        if let Some(list) = s.get(key).and_then(Item::as_array) {
+            if part != Part::Whole {
+                return Err(s.error(key, "a list is for all bits of a port; write the port's name without an index"));
+            }
+            all.extend(list_of_bits(s, key, &port, list)?);
+            continue;
+        }
+        let (connection, shown) = connection(s, key)?;
+        s.note(key, ParameterValue::Text(shown), "", Origin::Scene);
+        all.push(Connected { port, part, connection, key: key.to_string() });
+    }
+    Ok(all)
+}
+
+/// Returns the name of a key's port, and its part: `ab(1)` and `ab[1]` are one bit, `ab(7 downto 4)`, `ab(4 to 7)` and
+/// `ab[7:4]` are four.
+fn part(key: &str) -> (&str, Part) {
+    let of = |open: char, close: char| {
+        let (name, inside) = key.trim_end().strip_suffix(close)?.rsplit_once(open)?;
+        let range =
+            [" downto ", " to ", ":"].iter().find_map(|word| inside.split_once(word)).unwrap_or((inside, inside));
+        Some((name.trim_end(), Part::Bits(range.0.trim().parse().ok()?, range.1.trim().parse().ok()?)))
+    };
+    of('(', ')').or_else(|| of('[', ']')).unwrap_or((key, Part::Whole))
+}
+
+/// Reads the connections of all bits of a port, from the highest index down.
+fn list_of_bits(s: &Section, key: &str, port: &Identifier, list: &Array) -> Result<Vec<Connected>, SceneError> {
+    let mut all = Vec::new();
+    for (index, value) in list.iter().enumerate() {
+        let key = format!("{key}[{index}]");
+        let Some((connection, _)) = simple(s, &key, &Item::Value(value.clone()))? else {
+            let reason = format!("{} is no connection of one bit", shown(&Item::Value(value.clone())));
+            return Err(s.error(&key, reason));
+        };
+        if !matches!(connection, Connection::Line(..) | Connection::Constant(0 | 1) | Connection::Open) {
+            let reason = format!(
+                "{} is not one bit; connect a part of the port, as in \"{port}(7 downto 0)\"",
+                connection.name()
+            );
+            return Err(s.error(&key, reason));
+        }
+        all.push((connection, key));
+    }
+    let of = u32::try_from(all.len()).unwrap_or(u32::MAX);
+    let names: Vec<_> = all.iter().map(|(connection, _)| connection.name()).collect();
+    s.note(key, ParameterValue::Text(names.join(", ")), "", Origin::Scene);
+    let connected = |((connection, key), before)| {
+        let part = Part::InList { before, of };
+        Connected { port: port.clone(), part, connection, key }
+    };
+    Ok(all.into_iter().zip(0..).map(connected).collect())
 }
 
 /// Returns the connection of a port, and the text that describes it among the parameters.
 fn connection(s: &Section, port: &str) -> Result<(Connection, String), SceneError> {
     let item = s.get(port).expect("the key of a section");
-    if let Some(number) = item.as_integer() {
-        return Ok((Connection::Constant(number), number.to_string()));
-    }
-    if let Some(flag) = item.as_bool() {
-        return Ok((Connection::Constant(flag.into()), flag.to_string()));
-    }
-    if let Some(text) = item.as_str() {
-        let (text, inverted) = text.strip_prefix("not ").map_or((text, false), |rest| (rest, true));
-        if let Some(line) = Line::ALL.into_iter().find(|line| line.name() == text.trim()) {
-            let connection = Connection::Line(line, inverted);
-            return Ok((connection, connection.name()));
-        }
-        let connection = match (text.trim(), inverted) {
-            ("encoder.count", false) => Connection::Count,
-            ("wall.count", false) => Connection::Wall,
-            ("open", false) => Connection::Open,
-            (word @ ("encoder.angle" | "bridge.duty" | "amplifier.force"), false) => {
-                let reason = format!("{word} needs a format; write {{ is = \"{word}\", format = \"(1,0,11)\" }}");
-                return Err(s.error(port, reason));
-            }
-            _ => return Err(s.error(port, format!("{} is nothing that a port can be; {}", shown(item), accepted()))),
-        };
-        return Ok((connection, connection.name()));
+    if let Some(simple) = simple(s, port, item)? {
+        return Ok(simple);
     }
     if item.as_table_like().is_some_and(|table: &dyn TableLike| !table.is_empty()) {
         let own = s.section(port)?;
@@ -335,6 +368,35 @@ fn connection(s: &Section, port: &str) -> Result<(Connection, String), SceneErro
     Err(s.error(port, format!("{} is nothing that a port can be; {}", shown(item), accepted())))
 }
 
+/// Returns the connection of a value without keys of its own, and the text that describes it; `None` for another value.
+fn simple(s: &Section, port: &str, item: &Item) -> Result<Option<(Connection, String)>, SceneError> {
+    if let Some(number) = item.as_integer() {
+        return Ok(Some((Connection::Constant(number), number.to_string())));
+    }
+    if let Some(flag) = item.as_bool() {
+        return Ok(Some((Connection::Constant(flag.into()), flag.to_string())));
+    }
+    if let Some(text) = item.as_str() {
+        let (text, inverted) = text.strip_prefix("not ").map_or((text, false), |rest| (rest, true));
+        if let Some(line) = Line::ALL.into_iter().find(|line| line.name() == text.trim()) {
+            let connection = Connection::Line(line, inverted);
+            return Ok(Some((connection, connection.name())));
+        }
+        let connection = match (text.trim(), inverted) {
+            ("encoder.count", false) => Connection::Count,
+            ("wall.count", false) => Connection::Wall,
+            ("open", false) => Connection::Open,
+            (word @ ("encoder.angle" | "bridge.duty" | "amplifier.force"), false) => {
+                let reason = format!("{word} needs a format; write {{ is = \"{word}\", format = \"(1,0,11)\" }}");
+                return Err(s.error(port, reason));
+            }
+            _ => return Err(s.error(port, format!("{} is nothing that a port can be; {}", shown(item), accepted()))),
+        };
+        return Ok(Some((connection, connection.name())));
+    }
+    Ok(None)
+}
+
 /// Returns the accepted connections as a message lists them.
 fn accepted() -> String {
     let lines: Vec<_> = Line::ALL.iter().map(|line| line.name()).collect();
@@ -349,18 +411,20 @@ fn accepted() -> String {
 fn one_use(s: &Section, dut: &Dut) -> Result<(), SceneError> {
     let clocks = dut.clocks.iter().map(|clock| &clock.port);
     for port in clocks.chain(dut.reset.iter().map(|reset| &reset.port)) {
-        if dut.ports.iter().any(|(other, _)| other == port) {
+        if dut.ports.iter().any(|connected| connected.port == *port) {
             return Err(s.error(&format!("ports.{port}"), "it is a clock or the reset already; leave it out here"));
         }
     }
-    for (index, (port, connection)) in dut.ports.iter().enumerate().filter(|(_, (_, connection))| connection.drives()) {
+    let drivers = dut.ports.iter().enumerate().filter(|(_, connected)| connected.connection.drives());
+    for (index, Connected { connection, key, .. }) in drivers {
         let same = |other: &Connection| match (other, connection) {
             (Connection::Line(one, _), Connection::Line(two, _)) => one == two,
             (one, two) => std::mem::discriminant(one) == std::mem::discriminant(two),
         };
-        if let Some((other, _)) = dut.ports[..index].iter().find(|(_, other)| same(other)) {
-            let reason = format!("two drivers: `{other}` and `{port}` are both connected to {}", connection.name());
-            return Err(s.error(&format!("ports.{port}"), reason));
+        if let Some(other) = dut.ports[..index].iter().find(|other| same(&other.connection)) {
+            let (one, name) = (&other.key, connection.name());
+            let reason = format!("two drivers: `{one}` and `{key}` are both connected to {name}");
+            return Err(s.error(&format!("ports.{key}"), reason));
         }
     }
     Ok(())

@@ -67,10 +67,11 @@ keys! { dut_parameters: "dut.parameters" of [];
 }
 
 keys! { dut_ports: "dut.ports" of [];
-    /// Connection of the port of this name: a line, also after "not "; a count; a constant; open; or a word with a
-    /// format.
+    /// Connection of the port of this name: a line, also after "not "; a count; a constant; open; a word with a format;
+    /// or a list of lines, constants and `open` for its bits, from the highest index down. A key with an index or a
+    /// range, as in `"ab(1)"`, `"ab[7:4]"` or `"ab(7 downto 4)"`, connects these bits alone.
     PORT: Own = Own::new(
-        || Takes::Own(Shape::Connection, "a line, encoder.count, wall.count, open, a constant or { is, format }"),
+        || Takes::Own(Shape::Connection, "a line, encoder.count, wall.count, open, a constant, a list of bits or { is, format }"),
         Said("an output is open"));
 }
 
