@@ -2,7 +2,7 @@
 
 use hpu_chart::{self as chart, Picture};
 use hpu_cosim::dut::{DutSimulation, Wire};
-use hpu_cosim::scene::Units;
+use hpu_cosim::scene::{Driving, Units};
 use hpu_signal::Signal;
 use hpu_study::page::Page;
 use serde_json::{Value, json};
@@ -15,7 +15,8 @@ impl Shown for DutSimulation<'_> {
     fn lines(&self, page: &mut Page, ran: &Ran) {
         let scene = self.scene();
         page.line("motion", motion(&scene.device, scene.wall_rad, &ran.trace));
-        page.line("dut", format!("{} by {}", scene.dut.top, self.engine()));
+        let open = if scene.driving() == Ok(Driving::Nothing) { "; no output drives the device" } else { "" };
+        page.line("dut", format!("{} by {}{open}", scene.dut.top, self.engine()));
         for wire in self.wires() {
             let port = &wire.port;
             let width = port.format.width();

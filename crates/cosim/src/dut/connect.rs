@@ -225,7 +225,7 @@ impl Wires {
                 Driving::Gates => [Line::MinusHigh, Line::MinusLow, Line::PlusHigh, Line::PlusLow].map(line),
                 Driving::Legs => [line(Line::Minus), line(Line::Plus), None, None],
                 Driving::PulseAndDirection => [line(Line::Pwm), line(Line::Direction), None, None],
-                Driving::Duty | Driving::Force => [None; 4],
+                Driving::Duty | Driving::Force | Driving::Nothing => [None; 4],
             },
             enable: line(Line::Enable),
             word,
@@ -333,12 +333,13 @@ impl Wires {
             Driving::Gates if three && four => return Err(Misdriven::Short("plus")),
             Driving::Gates => [one, two, three, four],
             Driving::Legs => [one, !one, two, !two],
-            Driving::PulseAndDirection => match (one, two) {
+            // Without a direction, a pulse drives in the positive one.
+            Driving::PulseAndDirection => match (one, two || self.lines[1].is_none()) {
                 (true, true) => [false, true, true, false],
                 (true, false) => [true, false, false, true],
                 (false, _) => [false, !self.floats, false, !self.floats],
             },
-            Driving::Duty | Driving::Force => [false; 4],
+            Driving::Duty | Driving::Force | Driving::Nothing => [false; 4],
         };
         if !self.enable.is_none_or(level) {
             gates = [false; 4];

@@ -122,6 +122,9 @@ fn bits_of_an_output_drive_the_device() {
     let word = "'io(5 downto 2)' = { is = 'bridge.duty', format = '(1,0,3)' }";
     let (most, least) = (angle(word, 0b1101_1111).unwrap(), angle(word, 0b1110_0111).unwrap());
     assert!(most > 0.0 && most == -least, "{most} {least}");
+    // A pulse without a direction drives in the positive one, and a design without outputs leaves the bridge open.
+    assert_eq!(angle("'io[6]' = 'bridge.pwm'", 0b0100_0000), Ok(forward));
+    assert_eq!(angle("", 0xff), Ok(0.0));
     let twice = angle("'io[6]' = 'bridge.pwm'\n'io[2]' = 'bridge.pwm'\n'io[1]' = 'bridge.direction'", 0).unwrap_err();
     assert!(twice.contains("two drivers: `io[6]` and `io[2]` are both connected to bridge.pwm"), "{twice}");
 }

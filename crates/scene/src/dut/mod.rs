@@ -56,7 +56,7 @@ impl DutScene {
     ///
     /// # Errors
     ///
-    /// [`SceneError`] about the connection that is missing, or one too many.
+    /// [`SceneError`] about the connection that is missing beside another, or one too many.
     pub fn driving(&self) -> Result<Driving, SceneError> {
         let refused = |reason: String| Err(self.error("dut.ports", reason));
         let has = |line: Line| self.dut.lines().any(|connected| connected == line);
@@ -76,10 +76,11 @@ impl DutScene {
                        bridge.minus; or bridge.pwm and bridge.direction; or bridge.duty; or, of a mass, \
                        amplifier.force";
         match all[..] {
-            [] => refused(format!("no output drives the device; connect {choices}")),
+            [] => Ok(Driving::Nothing),
             [way] => {
                 let lines = ways.iter().find(|(of, _)| *of == way).map_or(&[][..], |(_, lines)| lines);
-                match lines.iter().find(|line| !has(**line)) {
+                // A pulse alone drives in the positive direction.
+                match lines.iter().find(|line| **line != Line::Direction && !has(**line)) {
                     Some(missing) => refused(format!("nothing is connected to {}; connect {choices}", missing.name())),
                     None => Ok(way),
                 }
@@ -102,6 +103,7 @@ impl DutScene {
             (Device::Mass(_), amplifier) => amplifier.map_or(0.0, |amplifier| amplifier.full_scale_n),
         };
         match self.hand {
+            _ if self.driving() == Ok(Driving::Nothing) => Push { stiffness: 0.0, most: 0.0 },
             Hand::SpringDamper { stiffness_nm_per_rad, .. } if stiffness_nm_per_rad > 0.0 => {
                 Push { stiffness: 0.1 * stiffness_nm_per_rad, most: full }
             }
@@ -351,6 +353,8 @@ pub enum Driving {
     Duty,
     /// By a word for the force.
     Force,
+    /// Not at all: a decoder or a filter alone. The bridge stays open.
+    Nothing,
 }
 
 impl Dut {

@@ -68,7 +68,7 @@ pub(crate) fn scene(file: &str, source: &Source, kind: Kind, load: Load) -> Resu
                 scene.error("dut.ports", "a motor hangs on a bridge and has no amplifier.force; write bridge.duty")
             );
         }
-        (Driving::Force, Device::Mass(_)) | (_, Device::Motor(_)) => {}
+        (Driving::Force | Driving::Nothing, Device::Mass(_)) | (_, Device::Motor(_)) => {}
         (_, Device::Mass(_)) => {
             return Err(scene.error("dut.ports", "a mass has an amplifier and no bridge; connect amplifier.force"));
         }
@@ -81,7 +81,7 @@ pub(crate) fn scene(file: &str, source: &Source, kind: Kind, load: Load) -> Resu
             Pins {
                 lines: has(Line::A) || has(Line::B),
                 index: has(Line::Index),
-                switches: !matches!(driving, Driving::Duty | Driving::Force),
+                switches: !matches!(driving, Driving::Duty | Driving::Force | Driving::Nothing),
             },
         )?;
     }
