@@ -21,8 +21,11 @@ ROUNDINGS = {
     "Truncate": QuantizationMode.TO_NEG,
     "TowardZero": QuantizationMode.TO_ZERO,
     "NearestUp": QuantizationMode.TIES_POS,
+    "NearestDown": QuantizationMode.TIES_NEG,
     "NearestAway": QuantizationMode.TIES_AWAY,
+    "NearestInward": QuantizationMode.TIES_ZERO,
     "NearestEven": QuantizationMode.TIES_EVEN,
+    "NearestOdd": QuantizationMode.TIES_ODD,
 }
 OVERFLOWS = {"Wrap": OverflowMode.WRAP, "Saturate": OverflowMode.SAT}
 OPERATIONS = ("cast", "add", "multiply")

@@ -54,8 +54,11 @@ impl Rounding {
             Self::Truncate => false,
             Self::TowardZero => value < T::zero() && rest != T::zero(),
             Self::NearestUp => is_above || is_half,
+            Self::NearestDown => is_above,
             Self::NearestAway => is_above || is_half && value >= T::zero(),
+            Self::NearestInward => is_above || is_half && value < T::zero(),
             Self::NearestEven => is_above || is_half && (floor & T::one()) == T::one(),
+            Self::NearestOdd => is_above || is_half && (floor & T::one()) == T::zero(),
         };
         if up { floor + T::one() } else { floor }
     }

@@ -11,16 +11,30 @@ pub enum Rounding {
     TowardZero,
     /// Rounds to the nearest value; ties go toward plus infinity (add one half, then truncate).
     NearestUp,
+    /// Rounds to the nearest value; ties go toward minus infinity.
+    NearestDown,
     /// Rounds to the nearest value; ties go away from zero.
     NearestAway,
+    /// Rounds to the nearest value; ties go toward zero.
+    NearestInward,
     /// Rounds to the nearest value; ties go to the even neighbour.
     NearestEven,
+    /// Rounds to the nearest value; ties go to the odd neighbour.
+    NearestOdd,
 }
 
 impl Rounding {
     /// Every rounding, for tests and lists.
-    pub const ALL: [Self; 5] =
-        [Self::Truncate, Self::TowardZero, Self::NearestUp, Self::NearestAway, Self::NearestEven];
+    pub const ALL: [Self; 8] = [
+        Self::Truncate,
+        Self::TowardZero,
+        Self::NearestUp,
+        Self::NearestDown,
+        Self::NearestAway,
+        Self::NearestInward,
+        Self::NearestEven,
+        Self::NearestOdd,
+    ];
 }
 
 /// The treatment of a rounded value that does not fit.

@@ -314,14 +314,20 @@ fn rounded(value: Term, rounding: Rounding, drop: u32) -> Term {
         Rounding::Truncate => return floor,
         // Uses one adder, as hardware does.
         Rounding::NearestUp => return (value + half).shr(drop),
+        Rounding::NearestDown => return (value + half - one).shr(drop),
         Rounding::TowardZero => zero.above(value) & value.rest(drop).is_set(),
         Rounding::NearestAway => {
             let rest = value.rest(drop);
             rest.above(half) | rest.equals(half) & value.at_least(zero)
         }
-        Rounding::NearestEven => {
+        Rounding::NearestInward => {
             let rest = value.rest(drop);
-            rest.above(half) | rest.equals(half) & floor.rest(1).equals(one)
+            rest.above(half) | rest.equals(half) & zero.above(value)
+        }
+        Rounding::NearestEven | Rounding::NearestOdd => {
+            let rest = value.rest(drop);
+            let below = if rounding == Rounding::NearestEven { one } else { zero };
+            rest.above(half) | rest.equals(half) & floor.rest(1).equals(below)
         }
     };
     floor + Term::of_bit(up)

@@ -140,8 +140,11 @@ impl Word for Text {
             Rounding::Truncate => "dn",
             Rounding::TowardZero => "zr",
             Rounding::NearestUp => "nu",
+            Rounding::NearestDown => "nd",
             Rounding::NearestAway => "na",
+            Rounding::NearestInward => "nz",
             Rounding::NearestEven => "ne",
+            Rounding::NearestOdd => "no",
         };
         let Expressions { word, real, frac } = self.get();
         let word = if drop > 0 { format!("fixed<{}, {way}>({word})", drop - frac) } else { word };

@@ -27,8 +27,11 @@ fn rounded(value: i128, unit: i128, rounding: Rounding) -> i128 {
             }
         }
         Rounding::NearestUp => nearest(above),
+        Rounding::NearestDown => nearest(below),
         Rounding::NearestAway => nearest(if value < 0 { below } else { above }),
+        Rounding::NearestInward => nearest(if value < 0 { above } else { below }),
         Rounding::NearestEven => nearest(if below % 2 == 0 { below } else { above }),
+        Rounding::NearestOdd => nearest(if below % 2 == 0 { above } else { below }),
     }
 }
 
@@ -73,6 +76,46 @@ fn every_small_value_is_narrowed_as_rational_arithmetic_says() {
     }
 }
 
+/// Returns `value / 2^drop`, rounded as the documents of en_cl_fix say: a constant is added that depends on the mode, on
+/// the sign and on the least significant bit that is kept, then the lower bits are dropped.
+fn by_en_cl_fix(mode: &str, value: i128, drop: u32) -> i128 {
+    let (half, lsb) = (1i128 << drop >> 1, 1);
+    let (is_negative, is_even) = (value < 0, (value >> drop) & 1 == 0);
+    let less_when = |less: bool| if less { half - lsb } else { half };
+    let added = match mode {
+        "Trunc_s" => 0,
+        "NonSymPos_s" => half,
+        "NonSymNeg_s" => half - lsb,
+        "SymInf_s" => less_when(is_negative),
+        "SymZero_s" => less_when(!is_negative),
+        "ConvEven_s" => less_when(is_even),
+        "ConvOdd_s" => less_when(!is_even),
+        _ => panic!("{mode}"),
+    };
+    (value + added) >> drop
+}
+
+#[test]
+fn roundings_are_those_of_en_cl_fix() {
+    let names = [
+        (Rounding::Truncate, "Trunc_s"),
+        (Rounding::NearestUp, "NonSymPos_s"),
+        (Rounding::NearestDown, "NonSymNeg_s"),
+        (Rounding::NearestAway, "SymInf_s"),
+        (Rounding::NearestInward, "SymZero_s"),
+        (Rounding::NearestEven, "ConvEven_s"),
+        (Rounding::NearestOdd, "ConvOdd_s"),
+    ];
+    for (rounding, name) in names {
+        for drop in 1..7 {
+            for value in -600..600 {
+                let expected = by_en_cl_fix(name, value, drop);
+                assert_eq!(rounding.shift(value, drop), expected, "{value} / 2^{drop}, {name}");
+            }
+        }
+    }
+}
+
 proptest! {
     #[test]
     fn wide_values_are_narrowed_as_rational_arithmetic_says(
@@ -108,10 +151,12 @@ fn dropping_more_bits_than_any_value_has_leaves_its_sign_at_most() {
 fn products_of_the_widest_words_are_rounded_though_127_bits_are_dropped() {
     let halves = i128::from(i64::MIN) * i128::from(i64::MIN); // one half of 2^127
     let nearly_one = i128::from(u64::MAX) * i128::from(i64::MIN); // 2^127 (2^-64 - 1)
-    // The expected values are for Truncate, TowardZero, NearestUp, NearestAway and NearestEven.
-    for (value, expected) in
-        [(halves, [0, 0, 1, 1, 0]), (-halves, [-1, 0, 0, -1, 0]), (nearly_one, [-1, 0, -1, -1, -1])]
-    {
+    // The expected values are for Truncate, TowardZero, and Nearest Up, Down, Away, Inward, Even and Odd.
+    for (value, expected) in [
+        (halves, [0, 0, 1, 0, 1, 0, 0, 1]),
+        (-halves, [-1, 0, 0, -1, -1, 0, 0, -1]),
+        (nearly_one, [-1, 0, -1, -1, -1, -1, -1, -1]),
+    ] {
         assert_eq!(Rounding::ALL.map(|rounding| rounding.shift(value, 127)), expected, "{value}");
     }
 }
