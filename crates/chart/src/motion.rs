@@ -31,7 +31,7 @@ pub(crate) struct Motion<'a> {
     pub clock: Clock,
     /// Period of the modulator in clock cycles, if it is known.
     pub modulator: Option<u64>,
-    pub wall_rad: f64,
+    pub wall_rad: Option<f64>,
     pub trace: &'a Trace,
     /// The faults between device and logic.
     pub faults: &'a [Mark],
@@ -56,7 +56,7 @@ impl<'a> Motion<'a> {
             motion_s: run.summary.motion_s,
             clock: run.scene.clock,
             modulator: run.scene.modulator_clocks(),
-            wall_rad: run.words.realised.wall_position_rad,
+            wall_rad: Some(run.words.realised.wall_position_rad),
             trace: run.trace,
             faults: &run.summary.faults,
             contact: run.words_in(PENETRATION),
@@ -152,10 +152,14 @@ pub(crate) fn position(run: &Motion) -> Picture {
     let hand = run.hand();
     let intended = hand.iter().flatten().map(|point| point.1);
     let angles = run.trace.angles_rad().iter().copied();
-    let y = around(angles.chain(intended).chain([wall_rad]), 0.06);
-    let top = Panel { left: 170, top: 210, right: WIDTH - 200, bottom: 800, x: x.clone(), y };
-    wall(wall_rad, &top, &mut canvas);
-    let mut legend = vec![("device", Look::Line(BLUE)), ("inside the wall", Look::Area(SHADE))];
+    let y = around(angles.chain(intended).chain(wall_rad), 0.06);
+    let bottom = if wall_rad.is_some() { 800 } else { HEIGHT - 150 };
+    let top = Panel { left: 170, top: 210, right: WIDTH - 200, bottom, x: x.clone(), y };
+    let mut legend = vec![("device", Look::Line(BLUE))];
+    if let Some(wall_rad) = wall_rad {
+        wall(wall_rad, &top, &mut canvas);
+        legend.push(("inside the wall", Look::Area(SHADE)));
+    }
     if hand.is_some() {
         legend.push(("the hand's intention", Look::Line(PURPLE)));
     }
@@ -170,6 +174,7 @@ pub(crate) fn position(run: &Motion) -> Picture {
     if let Device::Motor(motor) = run.device {
         top.right_axis(&mut canvas, 1.0 / motor.wheel_ratio, "angle of the wheel in rad");
     }
+    let Some(wall_rad) = wall_rad else { return canvas.render("position") };
 
     let (x, x_label) = run.close_up();
     let shown = |point: &(f64, f64)| x.contains(&point.0);
@@ -212,7 +217,7 @@ fn whole_means(run: &Motion, means: &[f64]) -> Vec<(f64, f64)> {
 pub(crate) fn beside(motions: &[Motion], command: &str) -> Picture {
     let titles: Vec<&str> = motions.iter().map(|motion| motion.title.as_str()).collect();
     let mut canvas = page("Side by side", &titles.join("; beside "), command);
-    let angles = motions.iter().flat_map(|motion| motion.angles(1.0).map(|(_, angle)| angle).chain([motion.wall_rad]));
+    let angles = motions.iter().flat_map(|motion| motion.angles(1.0).map(|(_, angle)| angle).chain(motion.wall_rad));
     let angle_range = around(angles, 0.08);
     let torques = motions.iter().flat_map(|motion| {
         TORQUE_BETWEEN.into_iter().flat_map(|column| motion.trace.real(column).iter().map(|torque| 1e3 * torque))
@@ -226,7 +231,7 @@ pub(crate) fn beside(motions: &[Motion], command: &str) -> Picture {
         canvas.text((left, 170), name, 32, INK, Anchor::Left);
         let x = 0.0..end_s;
         let top = Panel { left, top: 270, right, bottom: 720, x: x.clone(), y: angle_range.clone() };
-        wall(motion.wall_rad, &top, &mut canvas);
+        motion.wall_rad.into_iter().for_each(|wall_rad| wall(wall_rad, &top, &mut canvas));
         let legend = [("device", Look::Line(BLUE)), ("inside the wall", Look::Area(SHADE))];
         top.frame(&mut canvas, &legend, None, &angle_label(motion.device));
         motion.faults(&top, 1.0, &mut canvas);

@@ -21,7 +21,7 @@ impl Shown for AxisSimulation<'_> {
     fn lines(&self, page: &mut Page, ran: &Ran) {
         if ran.summary.verdict.is_some() {
             let scene = self.scene();
-            page.line("motion", motion(&scene.device, scene.wall.position_rad, &ran.trace));
+            page.line("motion", motion(&scene.device, Some(scene.wall.position_rad), &ran.trace));
         }
         let missed = self.words().realised.stiffness_miss.as_ref();
         let missed = missed.map(|miss| parameters::missed(miss, Some("method.stiffness_format")));
@@ -65,14 +65,16 @@ impl Shown for AxisSimulation<'_> {
 }
 
 /// Tells where an axis ends, and how far and hard it went.
-pub(super) fn motion(device: &Device, wall_rad: f64, trace: &Trace) -> String {
+pub(super) fn motion(device: &Device, wall_rad: Option<f64>, trace: &Trace) -> String {
     let units = device.units();
     let peak = trace.greatest(ANGLE);
+    let depth = wall_rad.map_or(String::new(), |wall_rad| {
+        format!(", {} into the wall", si((peak - wall_rad).max(0.0), units.position))
+    });
     format!(
-        "ends at {}, peak {}, {} into the wall, {} up to {}, seen every {}",
+        "ends at {}, peak {}{depth}, {} up to {}, seen every {}",
         si(trace.last(ANGLE).unwrap_or(0.0), units.position),
         si(peak, units.position),
-        si((peak - wall_rad).max(0.0), units.position),
         if matches!(device, Device::Mass(_)) { "force" } else { "torque" },
         si(trace.greatest_size(TORQUE), units.effort),
         si(trace.interval_s() / trace.every() as f64, "s")

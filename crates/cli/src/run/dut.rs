@@ -62,6 +62,6 @@ impl Shown for DutSimulation<'_> {
 
     /// The stiffness that a design asks for is known only to the design.
     fn wall(&self) -> Option<(f64, f64)> {
-        Some((self.scene().wall_rad, 0.0))
+        Some((self.scene().wall_rad?, 0.0))
     }
 }

@@ -235,7 +235,7 @@ impl Wires {
             wires,
             nets,
             floats: scene.dut.floats,
-            encoder: AxisEncoder::new(scene.encoder, scene.wall_rad),
+            encoder: AxisEncoder::new(scene.encoder, scene.wall_or_far_rad()),
             count_rad: scene.encoder.count_rad(),
         })
     }

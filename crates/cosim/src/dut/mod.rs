@@ -141,7 +141,8 @@ impl<'s> DutSimulation<'s> {
     pub fn new(scene: &'s DutScene, designs: &dyn Designs, inside: bool) -> Result<Self, Fault> {
         let design = designs.build(scene, inside)?;
         let wires = Wires::new(scene, &*design)?;
-        let (device, wall) = ((&scene.device, scene.encoder.count_rad()), (scene.wall_rad, scene.wall_push()));
+        let (device, wall) =
+            ((&scene.device, scene.encoder.count_rad()), scene.wall_rad.map(|wall_rad| (wall_rad, scene.wall_push())));
         let loop_of = (&*scene.dut.top, wires.nets.clone());
         let mut plant = plant(scene)?;
         plant.places.reach = wires.counter().map(|(_, reach)| reach);

@@ -119,12 +119,12 @@ impl Outline {
         Self { still, rule, ..self }
     }
 
-    /// Returns the outline of an axis with this device and a wall at this position, which gives this push; without
-    /// `has_device`, a recording stands in its place.
+    /// Returns the outline of an axis with this device, and a wall at a position that gives a push, if there is one;
+    /// without `has_device`, a recording stands in the device's place.
     pub(crate) fn of_axis(
         head: &Head,
         (device, count_rad): (&Device, f64),
-        (wall_rad, push): (f64, Push),
+        wall: Option<(f64, Push)>,
         closed_by: (&str, Vec<Signal>),
         commands: Vec<Command>,
         has_device: bool,
@@ -141,8 +141,8 @@ impl Outline {
             has_device,
             judged: vec![ANGLE, TORQUE],
             contact,
-            wall: has_device.then_some(wall_rad),
-            push: has_device.then_some(push),
+            wall: wall.filter(|_| has_device).map(|(wall_rad, _)| wall_rad),
+            push: wall.filter(|_| has_device).map(|(_, push)| push),
             ..outline
         }
     }

@@ -46,7 +46,7 @@ impl<'s> AxisSimulation<'s> {
         let column = if matches!(scene.device, Device::Mass(_)) { "wall_force_n" } else { "wall_torque_nm" };
         let commands = vec![("command", column, -words.command_quantum_nm(scene))];
         let (device, wiring) = ((&scene.device, scene.encoder.count_rad()), closed.wiring());
-        let wall = (words.realised.wall_position_rad, scene.wall_push(&words));
+        let wall = Some((words.realised.wall_position_rad, scene.wall_push(&words)));
         let closed_by = (wiring.name(), wiring.nets());
         let outline = Outline::of_axis(scene, device, wall, closed_by, commands, plant.has_device());
         let outline = Outline { slowest: Some(TimeConstants::of(scene)), ..outline.with_hand(scene.hand_path()) };

@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex};
 
 use hpu_cosim::dut::{Change, Design, Designs, DutSimulation, Fault, Port, RunningDesign};
-use hpu_cosim::{ANGLE, Control, Simulation};
+use hpu_cosim::{ANGLE, Control, Simulation, Summary};
 use hpu_scene::{DutScene, Experiment};
 use hpu_signal::Format;
 
@@ -51,9 +51,15 @@ fn port(name: &str, is_input: bool, format: Format) -> Port {
 /// Runs a design with the inputs `clk`, `ab` (2 bits) and `word` (16 bits, signed) and the output `io` (8 bits), whose
 /// bits are `io`. Returns the bits of `ab` and `word` at the start, and the angle at the end.
 fn run(ports: &str, io: u64) -> Result<([u64; 2], f64), String> {
+    let (words, angle_rad, _) = run_at("wall = { position = '1.5 rad' }", ports, io)?;
+    Ok((words, angle_rad))
+}
+
+/// Does the same with this wall, and returns the summary too.
+fn run_at(wall: &str, ports: &str, io: u64) -> Result<([u64; 2], f64, Summary), String> {
     let text = format!(
         "about = 'A.'\ndevice = {{ kind = 'motor', motor = 'vasudevan_2007' }}\nclock = {{ frequency = '1 MHz' }}\n\
-         wall = {{ position = '1.5 rad' }}\nhand = {{ kind = 'none' }}\nrun = {{ duration = '2 ms' }}\n\
+         {wall}\nhand = {{ kind = 'none' }}\nrun = {{ duration = '2 ms' }}\n\
          [dut]\nfiles = ['a.vhd']\ntop = 'a'\nclock = 'clk'\n[dut.ports]\n{ports}\n"
     );
     let scene = Experiment::parse("x.toml", &text, &[], &mut |_| Ok(Vec::new())).map_err(|error| error.to_string())?;
@@ -71,9 +77,9 @@ fn run(ports: &str, io: u64) -> Result<([u64; 2], f64), String> {
     };
     let simulation = DutSimulation::new(&scene, &design, false).map_err(|error| error.to_string())?;
     let mut trace = simulation.trace(&[]);
-    simulation.run(false, &mut trace, &mut (), &Control::default()).map_err(|error| error.to_string())?;
+    let summary = simulation.run(false, &mut trace, &mut (), &Control::default()).map_err(|error| error.to_string())?;
     let words = seen.lock().unwrap().clone();
-    Ok(([words[0], words[1]], trace.last(ANGLE).unwrap()))
+    Ok(([words[0], words[1]], trace.last(ANGLE).unwrap(), summary))
 }
 
 /// All inputs connected, and the output open but for what is given.
@@ -127,4 +133,15 @@ fn bits_of_an_output_drive_the_device() {
     assert_eq!(angle("", 0xff), Ok(0.0));
     let twice = angle("'io[6]' = 'bridge.pwm'\n'io[2]' = 'bridge.pwm'\n'io[1]' = 'bridge.direction'", 0).unwrap_err();
     assert!(twice.contains("two drivers: `io[6]` and `io[2]` are both connected to bridge.pwm"), "{twice}");
+}
+
+#[test]
+fn a_design_without_a_wall_has_no_contact() {
+    let (_, with, summary) = run_at("wall = { position = '1.5 rad' }", INPUTS, 0).unwrap();
+    assert_eq!((summary.contact_share, summary.device_contact_share), (Some(0.0), Some(0.0)));
+    let (_, without, summary) = run_at("", INPUTS, 0).unwrap();
+    assert_eq!((summary.contact_share, summary.device_contact_share), (None, None));
+    assert_eq!(with, without);
+    let counted = run_at("", "ab = 0\nword = 'wall.count'", 0).unwrap_err();
+    assert!(counted.contains("dut.ports.word: the scene has no wall; write [wall] with its position"), "{counted}");
 }

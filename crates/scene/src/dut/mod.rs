@@ -35,8 +35,8 @@ pub struct DutScene {
     pub amplifier: Option<Amplifier>,
     /// The design.
     pub dut: Dut,
-    /// The position of the wall that the design renders.
-    pub wall_rad: f64,
+    /// The position of the wall that the design renders, if it renders one.
+    pub wall_rad: Option<f64>,
     /// Whether the wall may stand out of the range of a port that takes its count.
     pub wraps: bool,
     /// Key of the generic or constant that makes the wall stiffer, if the scene names one.
@@ -89,9 +89,14 @@ impl DutScene {
         }
     }
 
-    /// Returns the wall's count, from angle 0.
+    /// Returns the position of the wall; infinite where there is none, so that nothing touches it.
+    pub fn wall_or_far_rad(&self) -> f64 {
+        self.wall_rad.unwrap_or(f64::INFINITY)
+    }
+
+    /// Returns the wall's count, from angle 0; the greatest one where there is no wall.
     pub fn wall_count(&self) -> i64 {
-        self.encoder.nearest(self.wall_rad)
+        self.encoder.nearest(self.wall_or_far_rad())
     }
 
     /// Returns what the wall gives at rest, at the least. Only its author knows the stiffness of a design, so a wall is
@@ -412,7 +417,7 @@ impl Setup for DutScene {
     }
 
     fn wall_position(&self) -> f64 {
-        self.wall_rad
+        self.wall_or_far_rad()
     }
 
     fn hand_path(&self) -> Vec<(f64, f64)> {

@@ -51,8 +51,7 @@ pub(crate) fn scene(file: &str, source: &Source, kind: Kind, load: Load) -> Resu
         amplifier: amplifier(&root, &device, true)?,
         bridge: bridge(&root.section("bridge")?)?,
         dut: if is_alone { Dut::pins() } else { dut(&root.section("dut")?, load)? },
-        // A plant alone needs no wall; one in infinity is never touched.
-        wall_rad: if is_alone && !root.has("wall") { f64::INFINITY } else { wall.read(&keys::wall::position)? },
+        wall_rad: if root.has("wall") { Some(wall.read(&keys::wall::position)?) } else { None },
         wraps: wall.read(&keys::wall::wraps)?,
         varies: if is_alone { unvaried(&wall)? } else { varies(&wall)? },
         hand,
@@ -84,6 +83,10 @@ pub(crate) fn scene(file: &str, source: &Source, kind: Kind, load: Load) -> Resu
                 switches: !matches!(driving, Driving::Duty | Driving::Force | Driving::Nothing),
             },
         )?;
+    }
+    let of_wall = scene.dut.ports.iter().find(|connected| connected.connection == Connection::Wall);
+    if let (Some(Connected { key, .. }), None) = (of_wall, scene.wall_rad) {
+        return Err(scene.error(&format!("dut.ports.{key}"), "the scene has no wall; write [wall] with its position"));
     }
     if driving == Driving::Duty {
         scene.model.bridge = BridgeModel::Averaged;

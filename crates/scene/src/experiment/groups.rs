@@ -20,7 +20,14 @@ use Part::{Each, Fixed};
 static PARTS: &[Part] = &[
     Fixed(&[&top::GROUP, &top_axis::GROUP]),
     Each(|keys| keys.first),
-    Fixed(&[&top_clock::GROUP, &top_method::GROUP, &top_dut::GROUP, &top_wall::GROUP]),
+    Fixed(&[
+        &top_clock::GROUP,
+        &top_method::GROUP,
+        &top_dut::GROUP,
+        &top_wall::GROUP,
+        &top_wall_dut::GROUP,
+        &top_hand::GROUP,
+    ]),
     Each(|keys| keys.top),
     Fixed(&[&top_run::GROUP, &device::GROUP, &motor::GROUP, &mass::GROUP]),
     Each(|keys| keys.device),

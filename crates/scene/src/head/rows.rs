@@ -39,9 +39,17 @@ keys! { top_dut: "" of ["dut"];
     dut: Own = Own::section(Required);
 }
 
-keys! { top_wall: "" of ["axis", "dut"];
+keys! { top_wall: "" of ["axis"];
     /// The virtual wall.
     wall: Own = Own::section(Required);
+}
+
+keys! { top_wall_dut: "" of ["dut"];
+    /// The virtual wall that the design renders.
+    wall: Own = Own::section(Said("none"));
+}
+
+keys! { top_hand: "" of ["axis", "dut"];
     /// The hand that moves the device.
     hand: Own = Own::section(Required);
     /// Faults of encoder lines, switches and clock.

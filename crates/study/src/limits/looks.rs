@@ -412,7 +412,7 @@ fn untouched(experiment: &Experiment) -> String {
             let wall = scene.wall;
             (&scene.hand, &scene.device, wall.position_rad, Some(wall.stiffness_nm_per_rad))
         }
-        Experiment::Dut(scene) => (&scene.hand, &scene.device, scene.wall_rad, None),
+        Experiment::Dut(scene) => (&scene.hand, &scene.device, scene.wall_or_far_rad(), None),
         _ => return "limits are those of an axis".into(),
     };
     let unit = device.units();

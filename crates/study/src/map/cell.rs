@@ -271,7 +271,7 @@ impl Cell {
             (Experiment::Axis(scene), Verdict::Settled { .. }) => {
                 Some((scene.wall.position_rad, scene.wall.stiffness_nm_per_rad))
             }
-            (Experiment::Dut(scene), Verdict::Settled { .. }) => Some((scene.wall_rad, 0.0)),
+            (Experiment::Dut(scene), Verdict::Settled { .. }) => scene.wall_rad.map(|wall_rad| (wall_rad, 0.0)),
             _ => None,
         };
         let displayed = wall.and_then(|wall| {
