@@ -6,8 +6,8 @@
 use std::fmt::Write as _;
 
 use hpu_datapath::Instance;
+use hpu_page::escaped;
 use hpu_signal::{Notation, Signal};
-use hpu_study::page::escaped;
 
 use crate::drawing::canvas::text_width;
 

@@ -24,7 +24,7 @@ use hpu_cosim::scene::{Datapath, Loop, LoopWords, Scene};
 use hpu_cosim::{Simulation, Summary, Trace, Verdict};
 use hpu_signal::Signal;
 
-use hpu_study::map::{Unseen, product_wraps, unseen_contact};
+use hpu_cosim::{Unseen, product_wraps, unseen_contact};
 
 use motion::Motion;
 

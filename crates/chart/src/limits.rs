@@ -3,8 +3,8 @@
 use hpu_cosim::figure;
 use plotters::style::RGBColor;
 
+use hpu_prove::criteria::Criterion;
 use hpu_prove::linear::StableSet;
-use hpu_study::criteria::Criterion;
 use hpu_study::limits::{Group, Limits, Unknown, WordsSet};
 use hpu_study::map::Axis;
 

@@ -13,7 +13,7 @@ pub use crate::shell::exit::Failure;
 pub use crate::shell::progress::Watch;
 pub use crate::waves::layout;
 use crate::{fit as fits, keys as all_keys, limits as sets, map as maps, shell::modes, widths as bits};
-pub use hpu_study::told::energies;
+pub use hpu_page::summary::energies;
 
 /// Maps a scene over two of its keys, as `hpu map`; `None` when stopped. `words` are the options.
 ///

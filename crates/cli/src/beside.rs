@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use hpu_chart::{Estimate, Picture, velocities};
 use hpu_cosim::Control;
+use hpu_farm::{Failed, typed, units};
 use hpu_papers::studies::comparison::{Comparison, Found, beside_csv, beside_text, sums};
 use hpu_papers::studies::summing::Sum;
-use hpu_study::units;
 use serde_json::{Value, json};
 
 use crate::journal;
@@ -53,12 +53,12 @@ pub fn run(
     // The rows of a sweep are kept in its own folder.
     let kept = args.out.as_deref().filter(|_| gathered.is_none());
     let (mut journal, done) = journal::resume(kept, lines, ("study", command), parts)?;
-    let done = gathered.unwrap_or(done);
+    let done = gathered.map_or(done, typed);
     let control = interrupt::heed();
     let left = (lines - done.len()) as u64;
     let rows = with_progress(left, "lines", control, || {
         let unit = |index: usize, control: &_| {
-            (comparison.lines[index].measure)(control).map(|found| found.map(|found| found.line()))
+            (comparison.lines[index].measure)(control).map(|found| found.map_err(Failed::new))
         };
         units::run(lines, args.jobs.get(), done, control, unit, |index, row| journal.add(index, row))
     })?;
@@ -70,10 +70,7 @@ pub fn run(
         tell(&format!("interrupted{rest}"));
         return Ok(Exit::Interrupted);
     };
-    let read = |row: Result<String, String>| {
-        row.and_then(|line| Found::read(&line).ok_or_else(|| format!("`{line}` in the journal is no result")))
-    };
-    let rows: Vec<_> = rows.into_iter().map(read).collect();
+    let rows: Vec<_> = rows.into_iter().map(|row| row.map_err(|failed| failed.to_string())).collect();
     let text = format!("{}\n$ {command}\n\n{}", comparison.title, beside_text(comparison, &rows));
     let mut places = Vec::new();
     if let Some(mut folder) = folder.take() {

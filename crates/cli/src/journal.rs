@@ -7,13 +7,20 @@ use std::fs::{File, TryLockError};
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 
+use hpu_farm::{self as farm, JournalError, UnitResult};
 use hpu_rtl::temporary::{self, Temporary};
-use hpu_study::units::{self, JournalError, UnitResult};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 
 use crate::shell::exit::{Failure, refused};
 use crate::shell::files::not_a_link;
 use crate::shell::program;
 use crate::shell::terminal;
+
+/// The result of a unit, as a journal keeps it.
+pub trait Row: Serialize + DeserializeOwned + PartialEq {}
+
+impl<T: Serialize + DeserializeOwned + PartialEq> Row for T {}
 
 /// A journal that only this process writes to; without a folder, rows are not kept.
 pub struct Journal(Option<Kept>);
@@ -26,24 +33,28 @@ struct Kept {
 
 /// Returns a set's journal and the rows in it; without a folder no row. The journal is bound to its kind, the command,
 /// everything else that the rows depend on (`parts`), and this program.
-pub fn resume<'a>(
+pub fn resume<'a, T: Row>(
     dir: Option<&Path>,
     count: usize,
     (kind, command): (&str, &str),
     parts: impl IntoIterator<Item = &'a [u8]>,
-) -> Result<(Journal, BTreeMap<usize, UnitResult>), Failure> {
+) -> Result<(Journal, BTreeMap<usize, UnitResult<T>>), Failure> {
     let Some(dir) = dir else { return Ok((Journal(None), BTreeMap::new())) };
     let program = program::fingerprint()?;
     let mut all = vec![program.as_bytes()];
     for part in parts {
         all.push(part);
     }
-    let print = units::fingerprint(all);
+    let print = farm::fingerprint(all);
     at(&dir.join(NAME), &format!("{kind} {print} of {command}"), count)
 }
 
 /// Returns the journal at a path, and the rows in it. The header says everything that the rows depend on.
-pub fn at(path: &Path, header: &str, count: usize) -> Result<(Journal, BTreeMap<usize, UnitResult>), Failure> {
+pub fn at<T: Row>(
+    path: &Path,
+    header: &str,
+    count: usize,
+) -> Result<(Journal, BTreeMap<usize, UnitResult<T>>), Failure> {
     let (kept, rows) = Kept::open(path.to_path_buf(), header, count)?;
     Ok((Journal(Some(kept)), rows))
 }
@@ -53,12 +64,12 @@ pub const NAME: &str = "journal.txt";
 
 impl Journal {
     /// Adds a row.
-    pub fn add(&mut self, index: usize, row: &UnitResult) -> Result<(), Failure> {
+    pub fn add<T: Row>(&mut self, index: usize, row: &UnitResult<T>) -> Result<(), Failure> {
         let Some(Kept { path, header, file }) = &mut self.0 else { return Ok(()) };
         if let Some(refusal) = refused() {
             return Err(refusal);
         }
-        let line = units::Journal::line(header, index, row);
+        let line = farm::Journal::line(header, index, row);
         file.write_all(line.as_bytes()).map_err(|error| Failure::at(path, error))
     }
 }
@@ -66,7 +77,11 @@ impl Journal {
 impl Kept {
     /// Opens or begins the journal of the set with this header, and returns its rows. Damaged rows are counted on
     /// stderr and removed, and their units are run again.
-    fn open(path: PathBuf, header: &str, count: usize) -> Result<(Self, BTreeMap<usize, UnitResult>), Failure> {
+    fn open<T: Row>(
+        path: PathBuf,
+        header: &str,
+        count: usize,
+    ) -> Result<(Self, BTreeMap<usize, UnitResult<T>>), Failure> {
         let at = |error| Failure::at(&path, error);
         not_a_link(&path)?;
         let mut file = File::options().read(true).append(true).create(true).open(&path).map_err(at)?;
@@ -80,7 +95,7 @@ impl Kept {
         locked(&file)?;
         let mut bytes = Vec::new();
         file.read_to_end(&mut bytes).map_err(at)?;
-        let read = units::Journal::read(&bytes, header, count).map_err(|error| {
+        let read = farm::Journal::<T>::read(&bytes, header, count).map_err(|error| {
             let wanted = match error {
                 JournalError::Other(_) => {
                     format!("this one is: {header}\n(the number is of its settings and of the program that ran it)\n")
@@ -105,14 +120,14 @@ impl Kept {
             let name = path.file_name().unwrap_or_default().to_string_lossy();
             let beside = Temporary::file(dir, &name).map_err(at)?;
             let mut new = beside.open().map_err(at)?;
-            let lines = read.rows.iter().map(|(index, row)| units::Journal::line(header, *index, row));
-            let text = [units::Journal::head(header)].into_iter().chain(lines).collect::<String>();
+            let lines = read.rows.iter().map(|(index, row)| farm::Journal::line(header, *index, row));
+            let text = [farm::Journal::<T>::head(header)].into_iter().chain(lines).collect::<String>();
             new.write_all(text.as_bytes()).and_then(|()| new.sync_all()).map_err(at)?;
             temporary::place(vec![(beside, path.clone())]).map_err(|(_, error)| at(error))?;
             journal.file = new;
-        } else if bytes.len() < units::Journal::head(header).len() {
+        } else if bytes.len() < farm::Journal::<T>::head(header).len() {
             journal.file.set_len(0).map_err(at)?;
-            journal.file.write_all(units::Journal::head(header).as_bytes()).map_err(at)?;
+            journal.file.write_all(farm::Journal::<T>::head(header).as_bytes()).map_err(at)?;
         }
         Ok((journal, read.rows))
     }

@@ -44,8 +44,8 @@ use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use crate::shell::exit::{Exit, Failure, refused};
 use crate::shell::{interrupt, manual, modes, progress, terminal};
+use hpu_page::quantities as units;
 use hpu_rtl::temporary;
-use hpu_study::quantities as units;
 
 /// Cycle-accurate emulator of haptic FPGA datapaths.
 ///

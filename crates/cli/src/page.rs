@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use hpu_chart::Picture;
-use hpu_study::page::Page;
+use hpu_page::Page;
 use serde_json::json;
 
 use crate::shell::exit::Failure;

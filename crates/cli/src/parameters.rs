@@ -1,8 +1,8 @@
 //! The parameters of a run, each with the source of its value.
 
 use hpu_cosim::scene::{Experiment, Miss, Origin, Parameter, ParameterValue};
+use hpu_page::{Cell, Column, Table};
 use hpu_study::fit::Fit;
-use hpu_study::page::{Cell, Column, Table};
 use serde_json::{Value, json};
 
 use crate::units::error_percent;

@@ -5,10 +5,10 @@ use std::io;
 use std::sync::Arc;
 
 use hpu_cosim::{Control, SceneFile};
+use hpu_farm::UnitResult;
+use hpu_farm::{Points, Schema};
+use hpu_page::Value;
 use hpu_study::map::SceneText;
-use hpu_study::page::Value;
-use hpu_study::sweep::{Points, Schema};
-use hpu_study::units::UnitResult;
 
 use crate::scene;
 use crate::shell::exit::Failure;

@@ -7,8 +7,8 @@ use std::sync::Arc;
 
 use hpu_cli::answers::{Failure, table};
 use hpu_cosim::{AnySimulation, Simulation};
+use hpu_page::trace_table::TraceColumns;
 use hpu_signal::{Cycle, Observe};
-use hpu_study::trace_table::TraceColumns;
 use pyo3::exceptions::{PyBufferError, PyKeyError};
 use pyo3::ffi;
 use pyo3::prelude::*;

@@ -2,9 +2,9 @@
 
 use hpu_cosim::scene::{Scene, Setup};
 
-use crate::page::Page;
 use crate::widths::search::OF_YOURS;
 use crate::{accuracy, fit, map, widths};
+use hpu_page::Page;
 use hpu_prove::ranges::Proof;
 
 /// The limits of a device that criteria tell without a run.

@@ -4,9 +4,9 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 use hpu_cosim::Control;
+use hpu_page::quantities::si;
 use hpu_study::command::set_options;
 use hpu_study::map::{Axis, Cell, CellLimits, Class, Map, Method, Refinement, class_name, classes};
-use hpu_study::quantities::si;
 use serde_json::{Value, json};
 
 use crate::request::{Refusal, Request};

@@ -2,10 +2,10 @@
 
 use hpu_cosim::scene::Experiment;
 use hpu_cosim::{Control, Simulation, Summary, Trace, Verdict, Wired, WiredSimulation, judged_window_s};
+use hpu_page::quantities::{percent, si};
+use hpu_page::summary::{Touch, energies, outcome};
 use hpu_signal::Cycle;
 use hpu_study::command::{quoted, set_options};
-use hpu_study::quantities::{percent, si};
-use hpu_study::told::{Touch, energies, outcome};
 use hpu_study::widths::idle_bits;
 use serde_json::{Value, json};
 

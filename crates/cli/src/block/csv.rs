@@ -3,8 +3,8 @@
 use hpu_cosim::excerpt;
 use hpu_cosim::replay::CUT;
 use hpu_datapath::AnyBlock;
+use hpu_page::csv_line;
 use hpu_signal::Signal;
-use hpu_study::page::csv_line;
 
 use crate::shell::exit::Failure;
 

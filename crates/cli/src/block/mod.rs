@@ -6,9 +6,9 @@ use std::path::Path;
 
 use hpu_cosim::did_you_mean;
 use hpu_datapath::{AnyBlock, Generic, block_names, proved_variants_of, registry, variants_of};
+use hpu_page::{Cell, Column, Page, Table};
 use hpu_rtl::{Hdl, differs_from_the_hardware, literal};
 use hpu_signal::{Notation, Signal};
-use hpu_study::page::{Cell, Column, Page, Table};
 use serde_json::{Value, json};
 
 use crate::notation::{Written, triple};

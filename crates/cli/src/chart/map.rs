@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use hpu_chart as chart;
 use hpu_cosim::SceneFile;
+use hpu_page::{Column, Page, Table};
 use hpu_study::accuracy::{Plan, Race, Share, Speed, Tour, front_of_shares};
 use hpu_study::map::Axis;
-use hpu_study::page::{Column, Page, Table};
 use serde_json::json;
 
 use crate::chart::Args;

@@ -1,9 +1,9 @@
 //! A chart of speed against accuracy, for text, JSON and CSV.
 
 use hpu_cosim::scene::Output;
+use hpu_page::{Cell, Column, Field, Page, Place, Table, Value};
 use hpu_study::accuracy::{Chart, Contestant, ContestantResult, Entry, Grade, Race, grade_name, outputs_of};
 use hpu_study::map::outcome_name;
-use hpu_study::page::{Cell, Column, Field, Page, Place, Table, Value};
 use serde_json::{Map, Value as Json, json};
 
 use crate::chart::Charted;
@@ -81,9 +81,9 @@ pub fn page(charted: &Charted) -> Page {
     let mut refused: Vec<(&str, Vec<&str>)> = Vec::new();
     for Entry { contestant, row } in entries {
         let Err(why) = row else { continue };
-        match refused.iter_mut().find(|(known, _)| known == why) {
+        match refused.iter_mut().find(|(known, _)| *known == why.why()) {
             Some((_, all)) => all.push(&contestant.name),
-            None => refused.push((why, vec![&contestant.name])),
+            None => refused.push((why.why(), vec![&contestant.name])),
         }
     }
     for (why, all) in refused {
@@ -189,11 +189,9 @@ fn table(charted: &Charted) -> Table {
             .data()
             .of(|item: &(usize, &Entry)| if item.1.row.is_ok() { Value::from(in_front(item)) } else { Value::Absent }),
     );
-    fields.push(
-        Column::text("refused", "")
-            .data()
-            .of(|(_, entry): &(usize, &Entry)| entry.row.as_ref().err().map_or(Value::Absent, Value::from)),
-    );
+    fields.push(Column::text("refused", "").data().of(|(_, entry): &(usize, &Entry)| {
+        entry.row.as_ref().err().map_or(Value::Absent, |failed| failed.why().into())
+    }));
     // A criterion is no run.
     fields.push(Column::text("replay", "").data().of(|(_, entry): &(usize, &Entry)| {
         if entry.contestant.criterion.is_none() { Value::from(charted.replay(entry)) } else { Value::Absent }

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use hpu_datapath::variants_of;
+use hpu_page::{Cell, Column, Field, Page, Table, escaped};
 use hpu_rtl::formal::Proofs;
 use hpu_rtl::{CheckReport, CheckRow, Moved, Setup};
-use hpu_study::page::{Cell, Column, Field, Page, Table, escaped};
 
 use crate::document::{Content, Document, Section};
 use crate::shell::cache::cache_folder;

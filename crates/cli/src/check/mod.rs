@@ -8,10 +8,10 @@ use std::path::PathBuf;
 
 use hpu_cosim::scene::{Experiment, shipped};
 use hpu_datapath::block_names;
+use hpu_page::{Cell, Column, Field, Page, Table};
 use hpu_rtl::{
     Check, CheckOptions, CheckReport, CheckRow, Contact, Coverage, GhdlError, Late, Setup, comparison_edges, junit,
 };
-use hpu_study::page::{Cell, Column, Field, Page, Table};
 use serde_json::{Value, json};
 
 use crate::block::{find, known, known_to_proofs};

@@ -8,9 +8,9 @@ use std::time::{Duration, Instant};
 
 use hpu_cosim::{Wired, WiredSimulation};
 use hpu_datapath::{AnyBlock, Generic, Instance, configured, proved_variants_of};
+use hpu_page::{Cell, Column, Field, Page, Table};
 use hpu_rtl::Around;
 use hpu_rtl::formal::{Part, Proof, ProofError, Proofs, Prover, Verdict};
-use hpu_study::page::{Cell, Column, Field, Page, Table};
 use serde_json::{Value, json};
 
 use crate::check::Args;

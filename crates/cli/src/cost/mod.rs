@@ -1,13 +1,13 @@
 //! `hpu cost`: the cost of a block in an FPGA.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
-use std::sync::Mutex;
 
 use hpu_cosim::scene::{DutScene, Experiment};
+use hpu_farm::units;
+use hpu_page::{Cell, Column, Field, Page, Table};
 use hpu_rtl::dut::DutCost;
 use hpu_rtl::{CacheFolder, Cost, CostError, Counts, HX8K_BRAM, HX8K_CELLS};
-use hpu_study::page::{Cell, Column, Field, Page, Table};
-use hpu_study::units;
 use serde_json::{Value, json};
 
 use crate::block::{find, known, labels};
@@ -196,19 +196,18 @@ fn of_block(args: &Args, name: &str) -> Result<Exit, Failure> {
         print(&rows.head())?;
     }
     // A row is printed as soon as it and all rows before it are complete.
-    let found: Vec<Mutex<Option<Result<Cost, CostError>>>> = variants.iter().map(|_| Mutex::new(None)).collect();
+    let mut found: BTreeMap<usize, Result<Cost, CostError>> = BTreeMap::new();
     let all: Vec<usize> = (0..variants.len()).collect();
     let unit = |index: usize, _: &_| {
         // A block belongs to the thread that made it.
         let block = find(name, &variants[index]).ok()?;
         let cost = cache.cost(&*block, &setup);
-        *found[index].lock().expect("nobody panics with it") = Some(cost);
-        (!interrupt::pressed()).then(|| Ok(String::new()))
+        (!interrupt::pressed()).then_some(Ok(cost))
     };
-    units::run_some(&all, args.jobs.get(), control, unit, |_, done| {
-        done.map_err(Failure::file)?;
+    units::run_some(&all, args.jobs.get(), control, unit, |index, cost| {
+        found.insert(index, cost.map_err(Failure::file)?);
         while let Some(variant) = variants.get(rows.rows().len())
-            && let Some(cost) = found[rows.rows().len()].lock().expect("nobody panics with it").take()
+            && let Some(cost) = found.remove(&rows.rows().len())
         {
             let row = (variant.clone(), or_reason(cost)?);
             good &= row.1.is_ok();

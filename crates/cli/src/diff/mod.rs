@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use hpu_page::{Cell, Column, Page, Table, Value};
 use hpu_study::fit::percent;
-use hpu_study::page::{Cell, Column, Page, Table, Value};
 use serde_json::Value as Json;
 
 use crate::page::show;

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use hpu_chart::web::{PLOT_CSS, PLOT_JS, ROWS_JS};
 use hpu_cosim::printable_json;
-use hpu_study::page::{Page, escaped};
+use hpu_page::{Page, escaped};
 
 /// A part of a report.
 pub struct Section {

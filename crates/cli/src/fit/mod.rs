@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use hpu_cosim::scene::{Experiment, Hand, Output, shipped};
 use hpu_cosim::{Control, SceneFile};
+use hpu_page::{Column, Field, Page, Table};
 use hpu_study::fit::{Fit, FitError, Tried, fit, percent};
 use hpu_study::map::SceneText;
-use hpu_study::page::{Column, Field, Page, Table};
 use hpu_study::timing::Spread;
 use serde_json::{Value, json};
 

@@ -4,7 +4,7 @@ mod schema;
 
 use hpu_cosim::did_you_mean;
 use hpu_cosim::scene::keys::{KeyRow, Otherwise, Takes, grouped, markdown, rows};
-use hpu_study::page::{Cell, Column, Field, Page, Table};
+use hpu_page::{Cell, Column, Field, Page, Table};
 use serde_json::{Value, json};
 
 use crate::page::show;

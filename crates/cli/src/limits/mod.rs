@@ -7,10 +7,10 @@ use std::path::PathBuf;
 use hpu_chart as chart;
 use hpu_cosim::scene::{DutScene, Experiment, Scene};
 use hpu_cosim::{SceneFile, figure};
+use hpu_page::Page;
 use hpu_prove::linear::{BoxSet, NotDriven, usual_range};
 use hpu_study::limits::{Limits, Looks, MOST_UNKNOWN, Unknown, WordsSet, World, hands_of, limits};
 use hpu_study::map::{CellError, SceneText};
-use hpu_study::page::Page;
 use hpu_study::{ToldLimits, device};
 
 use crate::page::{self as pages, Answer, show};

@@ -1,11 +1,11 @@
 //! The page of the limits of a scene's wall.
 
 use hpu_cosim::figure;
+use hpu_page::{Cell, Column, Page, Table};
 use hpu_prove::Wait;
+use hpu_prove::criteria::{Assumption, Criterion, Figure, Region, Silent};
 use hpu_prove::linear::{BoxSet, DrivenSet, End, StableSet, Stretch};
-use hpu_study::criteria::{Assumption, Criterion, Figure, Region, Silent};
 use hpu_study::limits::{Group, Limits, MOST_EVENTS, Seen, Unknown, WordsSet};
-use hpu_study::page::{Cell, Column, Page, Table};
 use serde_json::{Value, json};
 
 use crate::parameters::{missed, missed_object};

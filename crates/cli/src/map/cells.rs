@@ -3,9 +3,9 @@
 use std::num::NonZeroUsize;
 
 use hpu_cosim::Control;
+use hpu_farm::{Points, Schema, typed, untyped};
+use hpu_page::Value;
 use hpu_study::map::{self, Alike, Map, Plan, SceneText};
-use hpu_study::page::Value;
-use hpu_study::sweep::{Points, Schema};
 
 use super::Args;
 use crate::shell::exit::Failure;
@@ -62,11 +62,11 @@ impl Work for Cells {
         if self.args.full {
             return Ok(Points::all(self.map.len() as u64));
         }
-        Ok(Points::of(self.map.next_wave(done).into_iter().map(|cell| cell as u64)))
+        Ok(Points::of(self.map.next_wave(typed(done)).into_iter().map(|cell| cell as u64)))
     }
 
     fn run(&self, _done: Rows, points: &[usize], control: &Control, take: Take) -> Result<(), Failure> {
         let plan = Plan { full: self.args.full, limits: self.args.limits(), jobs: NonZeroUsize::MIN };
-        self.map.run_cells(points, plan, control, &Alike::of(&self.map), take)
+        self.map.run_cells(points, plan, control, &Alike::of(&self.map), |cell, row| take(cell, untyped(&row)))
     }
 }

@@ -14,8 +14,8 @@ use std::time::Duration;
 use hpu_chart::{self as chart, Picture};
 use hpu_cosim::SceneFile;
 use hpu_cosim::scene::{Experiment, Loop};
+use hpu_farm::{UnitResult, typed};
 use hpu_study::map::{self as study, Axis, CellLimits, Curves, Found, Map, Method, Plan};
-use hpu_study::units::UnitResult;
 
 use crate::journal;
 use crate::page::{Answer, show};
@@ -181,9 +181,9 @@ impl Args {
     fn fill(
         &self,
         map: Map,
-        done: BTreeMap<usize, UnitResult>,
+        done: BTreeMap<usize, UnitResult<study::Cell>>,
         watch: Watch,
-        keep: impl FnMut(usize, &UnitResult) -> Result<(), Failure>,
+        keep: impl FnMut(usize, &UnitResult<study::Cell>) -> Result<(), Failure>,
         stopped: impl FnOnce(&Map) -> Result<(), Failure>,
     ) -> Result<Option<Mapped>, Failure> {
         let plan = Plan { full: self.full, limits: self.limits(), jobs: self.jobs.get() };
@@ -267,7 +267,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let (mut journal, done) = journal::resume(args.out.as_deref(), map.len(), ("map", &command), parts)?;
 
     let kept = Cell::new(done.len());
-    let keep = |index: usize, row: &UnitResult| {
+    let keep = |index: usize, row: &UnitResult<study::Cell>| {
         kept.set(kept.get() + 1);
         journal.add(index, row)
     };
@@ -284,7 +284,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
 /// stopped.
 pub fn gathered(args: &Args, Cells { args: own, map }: Cells, done: Rows) -> Result<Exit, Failure> {
     let folder = args.out.as_deref().map(Folder::open).transpose()?;
-    let mapped = own.fill(map, done, interrupt::watch(), |_, _| Ok(()), |_| interrupt::end())?;
+    let mapped = own.fill(map, typed(done), interrupt::watch(), |_, _| Ok(()), |_| interrupt::end())?;
     shown(mapped.expect("an interrupted map has ended"), folder, args.json)
 }
 

@@ -4,12 +4,12 @@ use std::path::Path;
 
 use hpu_cosim::number;
 use hpu_cosim::scene::{Miss, OutcomeKind};
+use hpu_page::summary::telling;
+use hpu_page::{Column, Page, Table};
 use hpu_study::map::{
     Agreement, Axis, Cell, Class, Curve, Curves, Edge, Found, Map, agreements, class, class_name, classes, fields,
     is_late, unheld, unseen, wrapped,
 };
-use hpu_study::page::{Column, Page, Table};
-use hpu_study::told::telling;
 use serde_json::{Value, json};
 
 use crate::map::Mapped;
@@ -112,9 +112,9 @@ impl Mapped {
         let mut reasons: Vec<(&str, usize)> = Vec::new();
         for index in self.layer(method) {
             if let Found::Run(Err(reason)) = &self.found[index] {
-                match reasons.iter_mut().find(|(known, _)| known == reason) {
+                match reasons.iter_mut().find(|(known, _)| *known == reason.why()) {
                     Some((_, count)) => *count += 1,
-                    None => reasons.push((reason, 1)),
+                    None => reasons.push((reason.why(), 1)),
                 }
             }
         }

@@ -9,9 +9,9 @@ use std::thread;
 
 use hpu_cosim::scene::{Datapath, Experiment, Loop, Scene};
 use hpu_cosim::{Control, Wired, WiredSimulation};
+use hpu_farm::units::on_threads;
 use hpu_rtl::{Cache, Cost, Counts, Hdl, Placed, Setup};
 use hpu_signal::Format;
-use hpu_study::units::on_threads;
 use hpu_study::widths::settling::{Settling, settling};
 
 use crate::shell::cache::or_reason;

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
-use hpu_study::page::escaped;
+use hpu_page::escaped;
 use serde_json::{Value, json};
 
 use crate::document::{Content, Document, Section, data, picture};

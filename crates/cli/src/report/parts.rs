@@ -5,7 +5,7 @@ use std::path::Path;
 use clap::ValueEnum;
 use hpu_cosim::figure;
 use hpu_cosim::scene::Experiment;
-use hpu_study::page::Page;
+use hpu_page::Page;
 
 use super::Part;
 use super::folder;

@@ -3,8 +3,8 @@
 use hpu_chart::Diagram;
 use hpu_cosim::scene::{Experiment, Resolved, ValueSource, resolved};
 use hpu_cosim::{AnySimulation, SceneFile, Simulation, Wired, judged_window_s};
+use hpu_page::{Cell, Column, Page, Table, escaped};
 use hpu_signal::Notation;
-use hpu_study::page::{Cell, Column, Page, Table, escaped};
 use serde_json::Value;
 
 use super::Part;

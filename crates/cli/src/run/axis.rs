@@ -1,11 +1,11 @@
 //! An axis whose words are hpu's own.
 
 use hpu_chart::{self as chart, Picture, run_pictures};
+use hpu_cosim::ANGLE;
 use hpu_cosim::scene::{Device, Units};
 use hpu_cosim::{AxisSimulation, Simulation, Trace};
+use hpu_page::Page;
 use hpu_signal::{Notation, Signal};
-use hpu_study::page::Page;
-use hpu_study::told::ANGLE;
 use serde_json::{Value, json};
 
 use super::device::{Shown, named, of_words};

@@ -1,6 +1,6 @@
 //! The contact with the wall, as the summary reports it beside the verdict.
 
-use hpu_study::told::Touch;
+use hpu_page::summary::Touch;
 
 use crate::run::Ran;
 use crate::run::device::shown;

@@ -3,8 +3,8 @@
 use hpu_chart::Picture;
 use hpu_cosim::scene::Units;
 use hpu_cosim::{AnySimulation, AxisSimulation, EnergyAudit, WiredSimulation};
+use hpu_page::Page;
 use hpu_signal::Signal;
-use hpu_study::page::Page;
 use serde_json::Value;
 
 use crate::run::Ran;

@@ -3,8 +3,8 @@
 use hpu_chart::{self as chart, Picture};
 use hpu_cosim::dut::{DutSimulation, Wire};
 use hpu_cosim::scene::{Driving, Units};
+use hpu_page::Page;
 use hpu_signal::Signal;
-use hpu_study::page::Page;
 use serde_json::{Value, json};
 
 use super::axis::motion;

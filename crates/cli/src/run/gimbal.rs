@@ -4,8 +4,8 @@ use hpu_chart::{self as chart, Picture};
 use hpu_cosim::scene::{GimbalScene, Shear, Units};
 use hpu_cosim::{ERROR, EnergyAudit, FORCE, GimbalSimulation, RADIUS, Simulation, Trace, stress_error_pa};
 use hpu_datapath::fractional_difference::memory_bound;
+use hpu_page::Page;
 use hpu_signal::{Notation, Signal};
-use hpu_study::page::Page;
 use serde_json::{Value, json};
 
 use super::device::{Shown, named, of_words};

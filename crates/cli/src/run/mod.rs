@@ -24,10 +24,10 @@ use hpu_cosim::{
     AnySimulation, Comparison, Driver, SceneFile, Simulation, Summary, Trace, Wired, WiredSimulation, judged_window_s,
     metric,
 };
+use hpu_page::Page;
 use hpu_rtl::{CheckRow, Hdl, LoopScene, Setup, run_vhdl};
 use hpu_signal::{Cycle, Notation, Observe, Signal};
 use hpu_study::fit::Fit;
-use hpu_study::page::Page;
 use hpu_wave::differs;
 use serde_json::{Value, json};
 

@@ -6,8 +6,8 @@ use std::ops::Range;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 
 use hpu_cosim::{Control, Simulation, Wired, WiredSimulation};
+use hpu_page::{Cell, Column, Page, Table};
 use hpu_signal::{Cycle, Observe, Signal, UNKNOWN};
-use hpu_study::page::{Cell, Column, Page, Table};
 use serde_json::{Value, json};
 
 use crate::shell::exit::Failure;

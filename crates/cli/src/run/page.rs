@@ -3,12 +3,12 @@
 
 use hpu_cosim::scene::{Metric, Units};
 use hpu_cosim::{AnySimulation, Mark, NetUse, SIGNS, Simulation};
+use hpu_page::summary::{energies, outcome};
+use hpu_page::trace_table::TraceColumns;
+use hpu_page::{Cell, Column, Page, Table};
 use hpu_rtl::{CheckRow, Hdl, Mismatch};
 use hpu_signal::{Clock, Cycle};
 use hpu_study::map::outcome_name;
-use hpu_study::page::{Cell, Column, Page, Table};
-use hpu_study::told::{energies, outcome};
-use hpu_study::trace_table::TraceColumns;
 use hpu_study::widths::idle_bits;
 use serde_json::{Value, json};
 

@@ -3,8 +3,8 @@
 use hpu_chart::{self as chart, Picture};
 use hpu_cosim::scene::{PhantomLaw, PhantomScene};
 use hpu_cosim::{EnergyAudit, PhantomSimulation, Simulation, Trace};
+use hpu_page::Page;
 use hpu_signal::{Notation, Signal};
-use hpu_study::page::Page;
 use serde_json::{Value, json};
 
 use super::device::{Shown, named, of_words};

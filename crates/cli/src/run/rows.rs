@@ -10,8 +10,8 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::{self, JoinHandle};
 
 use hpu_cosim::{AnySimulation, Control, SIGNS, Simulation};
+use hpu_page::trace_table::{TraceColumns, TraceTable};
 use hpu_signal::{Cycle, Observe, Signal};
-use hpu_study::trace_table::{TraceColumns, TraceTable};
 use hpu_wave::differs;
 
 use crate::shell::exit::Failure;

@@ -2,7 +2,7 @@
 
 use std::env;
 
-use hpu_study::sweep::file_fingerprint;
+use hpu_farm::file_fingerprint;
 
 use crate::shell::exit::Failure;
 

@@ -6,11 +6,10 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use hpu_cosim::Control;
+use hpu_farm::{Failed, Points, Schema, units, untyped};
+use hpu_page::{Column, Value};
 use hpu_papers::studies::{Study, read};
 use hpu_study::map::SceneText;
-use hpu_study::page::{Column, Value};
-use hpu_study::sweep::{Points, Schema};
-use hpu_study::units;
 
 use super::{Args, VERBS, command_of};
 use crate::beside;
@@ -104,8 +103,7 @@ impl Work for Lines {
 
     fn run(&self, _done: Rows, points: &[usize], control: &Control, take: Take) -> Result<(), Failure> {
         let lines = &self.study.comparison.lines;
-        let unit =
-            |index: usize, own: &Control| (lines[index].measure)(own).map(|found| found.map(|found| found.line()));
-        units::run_some(points, NonZeroUsize::MIN, control, unit, take)
+        let unit = |index: usize, own: &Control| (lines[index].measure)(own).map(|found| found.map_err(Failed::new));
+        units::run_some(points, NonZeroUsize::MIN, control, unit, |line, row| take(line, untyped(&row)))
     }
 }

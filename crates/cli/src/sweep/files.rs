@@ -6,8 +6,8 @@ use std::fmt::Display;
 use std::fs::File;
 use std::io::{ErrorKind, Seek, SeekFrom};
 
-use hpu_study::page::{Column, ParquetFile};
-use hpu_study::sweep::{Damage, Schema, unseal};
+use hpu_farm::{Damage, Schema, unseal};
+use hpu_page::{Column, ParquetFile};
 
 use super::manifest::Planned;
 use crate::shell::exit::Failure;
@@ -104,7 +104,7 @@ pub fn gathered(planned: &Planned, work: &dyn Work, with_own: bool) -> Result<Ro
     let mut rows = BTreeMap::new();
     for group in 0..file.groups() {
         let told = file.group(group).map_err(|error| Failure::at(&place, error))?;
-        let told = schema.told(&told).ok_or_else(|| Failure::at(&place, "its columns do not agree"))?;
+        let told = schema.results(&told).ok_or_else(|| Failure::at(&place, "its columns do not agree"))?;
         let taken = told.into_iter().take(left);
         left -= taken.len();
         if work.count().is_some_and(|count| taken.clone().any(|(point, _)| point >= count)) {

@@ -4,9 +4,9 @@ use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
+use hpu_farm::{GROUP_ROWS, SEAL, Schema, UNSEALED, seal};
+use hpu_page::{Page, Parquet};
 use hpu_rtl::temporary::{Temporary, sweep_files};
-use hpu_study::page::{Page, Parquet};
-use hpu_study::sweep::{GROUP_ROWS, SEAL, Schema, UNSEALED, seal};
 
 use super::files::{GATHERED, Unusable, check, said};
 use super::manifest::{Planned, put};

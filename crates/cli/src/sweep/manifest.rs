@@ -7,9 +7,9 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use hpu_farm::Points;
 use hpu_rtl::temporary::{self, Temporary, sweep_files};
 use hpu_study::map::SceneText;
-use hpu_study::sweep::Points;
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 

@@ -6,9 +6,9 @@ use std::time::{Duration, Instant};
 
 use clap::Command;
 use hpu_cosim::number;
+use hpu_farm::Points;
+use hpu_page::{Kind, Page};
 use hpu_papers::studies::Section;
-use hpu_study::page::{Kind, Page};
-use hpu_study::sweep::Points;
 
 use super::files::gathered;
 use super::manifest::{MOST_POINTS, Manifest, Planned};
@@ -200,7 +200,7 @@ fn stopped() -> Result<(), Failure> {
 fn columns(work: &dyn Work) -> Vec<[String; 3]> {
     let meanings = work.meanings();
     let schema = work.schema();
-    let column = |column: &hpu_study::page::Column| {
+    let column = |column: &hpu_page::Column| {
         let key = column.file_key().to_string();
         let kind = match column.kind() {
             Kind::Text => "text",

@@ -12,12 +12,11 @@ use std::process::{Command, ExitStatus, Stdio};
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
+use hpu_farm::{Failed, FileRow, GROUP_ROWS, PointResult, Row, SEAL, UNSEALED, UnitResult, append, seal};
+use hpu_page::{Page, Parquet};
 use hpu_rtl::dut::is_forbidden;
 use hpu_rtl::temporary::{Temporary, sweep_files};
 use hpu_rtl::{Fault, output};
-use hpu_study::page::{Page, Parquet};
-use hpu_study::sweep::{FileRow, GROUP_ROWS, Row, SEAL, UNSEALED, append, seal};
-use hpu_study::units::UnitResult;
 
 use super::files::{before, check, said};
 use super::manifest::{Planned, put};
@@ -194,7 +193,7 @@ fn alone(planned: &Planned, index: u64, point: usize) -> Result<Alone, Failure> 
     });
     let starts = starts.unwrap_or(0);
     if starts >= SHARED_DEATHS {
-        return Ok(Alone::Row(Err(format!("poison: ended the shard's process {starts} times"))));
+        return Ok(Alone::Row(Err(Failed::new(format_args!("poison: ended the shard's process {starts} times")))));
     }
     fs::write(&note, format!("{point} {}\n", starts + 1)).map_err(|error| Failure::at(&note, error))?;
     let mut ended = None;
@@ -203,13 +202,13 @@ fn alone(planned: &Planned, index: u64, point: usize) -> Result<Alone, Failure> 
         if interrupt::pressed() {
             return Ok(Alone::Stopped);
         }
-        match read(&said).filter(|_| status.success()) {
+        match serde_json::from_str::<PointResult>(&said).ok().filter(|_| status.success()) {
             Some(row) => return Ok(row.map_or(Alone::Late, Alone::Row)),
             None => ended = Some(status),
         }
     }
     let how = ended.map_or_else(String::new, told);
-    Ok(Alone::Row(Err(format!("poison: its process ended {DEATHS} times, {how}"))))
+    Ok(Alone::Row(Err(Failed::new(format!("poison: its process ended {DEATHS} times, {how}")))))
 }
 
 /// Returns how a process ended.
@@ -255,19 +254,6 @@ pub fn not_started(fault: Fault) -> Failure {
     }
 }
 
-/// Words before a row, a reason and nothing, as a point's own process prints them.
-const PRINTED: [&str; 3] = ["made ", "failed ", "not run"];
-
-fn read(said: &str) -> Option<Row> {
-    let line = said.strip_suffix('\n')?;
-    let [made, failed, not_run] = PRINTED;
-    if line == not_run {
-        return Some(None);
-    }
-    let made = line.strip_prefix(made).map(|row| Ok(row.to_string()));
-    made.or_else(|| line.strip_prefix(failed).map(|reason| Err(reason.to_string()))).map(Some)
-}
-
 /// Runs one point, and prints its row.
 pub fn point(dir: &Path, wave: Option<usize>, point: u64) -> Result<Exit, Failure> {
     let planned = planned(dir, wave)?;
@@ -283,12 +269,7 @@ pub fn point(dir: &Path, wave: Option<usize>, point: u64) -> Result<Exit, Failur
     if interrupt::pressed() {
         return Ok(Exit::Interrupted);
     }
-    let [made, failed, not_run] = PRINTED;
-    print_file(&match found {
-        Some(Ok(row)) => format!("{made}{row}\n"),
-        Some(Err(reason)) => format!("{failed}{reason}\n"),
-        None => format!("{not_run}\n"),
-    })?;
+    print_file(&format!("{}\n", Row::of(&found)))?;
     Ok(Exit::Fine)
 }
 

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use hpu_study::page::{Cell, Column, Page, Table};
+use hpu_page::{Cell, Column, Page, Table};
 
 use super::files::GATHERED;
 use super::manifest::Planned;

@@ -10,11 +10,11 @@ use std::time::Duration;
 
 use hpu_cosim::script;
 use hpu_cosim::script::{Fixed, Parallel, Script, Shell, Slurm, Unwritable};
+use hpu_farm::Points;
+use hpu_page::Page;
 use hpu_rtl::dut::is_forbidden;
 use hpu_rtl::temporary::Temporary;
 use hpu_rtl::{Fault, Group, TIMEOUT, output};
-use hpu_study::page::Page;
-use hpu_study::sweep::Points;
 
 use super::local::{shards, waited};
 use super::manifest::Planned;

@@ -1,10 +1,10 @@
 //! The page of `hpu widths`. The keys of its JSON are a contract, and more may be added.
 
+use hpu_page::{Cell, Column, Page, Place, Table, Value};
 use hpu_prove::ranges::{Bound, How};
 use hpu_signal::{Clock, Notation};
 use hpu_study::fit::percent;
 use hpu_study::map::outcome_name;
-use hpu_study::page::{Cell, Column, Page, Place, Table, Value};
 use hpu_study::widths::{Field, Loss, Needed, Recommended, SignalRow};
 use serde_json::json;
 

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 /// Each crate, and our crates that it may depend on.
-const MAY_KNOW: [(&str, &[&str]); 17] = [
+const MAY_KNOW: [(&str, &[&str]); 19] = [
     ("signal", &[]),
     ("datapath", &["signal"]),
     ("plant", &["signal"]),
@@ -14,14 +14,19 @@ const MAY_KNOW: [(&str, &[&str]); 17] = [
     ("vhpi", &[]),
     ("rtl", &["signal", "datapath", "plant", "cosim", "wave", "vhpi"]),
     ("prove", &["signal", "datapath", "plant", "cosim"]),
-    ("study", &["signal", "datapath", "plant", "cosim", "prove"]),
-    ("papers", &["signal", "datapath", "plant", "cosim", "prove", "study"]),
+    ("page", &["signal", "cosim"]),
+    ("farm", &["cosim", "page"]),
+    ("study", &["signal", "datapath", "plant", "cosim", "prove", "page", "farm"]),
+    ("papers", &["signal", "datapath", "plant", "cosim", "prove", "page", "farm", "study"]),
     ("capi", &["signal", "datapath", "plant", "cosim"]),
-    ("chart", &["signal", "datapath", "plant", "cosim", "prove", "study", "papers"]),
-    ("cli", &["signal", "datapath", "plant", "cosim", "wave", "rtl", "prove", "study", "papers", "chart"]),
-    ("web", &["signal", "cosim", "wave", "study"]),
+    ("chart", &["signal", "datapath", "plant", "cosim", "prove", "page", "study", "papers"]),
+    (
+        "cli",
+        &["signal", "datapath", "plant", "cosim", "wave", "rtl", "prove", "page", "farm", "study", "papers", "chart"],
+    ),
+    ("web", &["signal", "cosim", "wave", "page", "study"]),
     ("book", &["signal", "datapath", "cosim", "rtl", "cli"]),
-    ("python", &["signal", "datapath", "cosim", "wave", "study", "chart", "capi", "cli"]),
+    ("python", &["signal", "datapath", "cosim", "wave", "page", "study", "chart", "capi", "cli"]),
 ];
 
 #[test]

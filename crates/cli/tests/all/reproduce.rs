@@ -128,13 +128,13 @@ fn the_folder_of_another_study_is_refused_and_stays_as_it_is() {
     }
     fs::write(out.join("journal.txt"), "my own notes\n").expect("a file");
     assert_refused(&small(&out, &[]), 2, &["journal.txt", "holds another study", "my own notes"]);
-    fs::write(out.join("journal.txt"), before.replacen(" 0 made", " zero made", 1)).expect("a file");
+    fs::write(out.join("journal.txt"), before.replacen(" [0,", " [zero,", 1)).expect("a file");
     let output = small(&out, &["--jobs", "1"]);
     assert_eq!(code(&output), 0);
     assert!(stderr(&output).contains("journal.txt: 1 row is damaged"), "{}", stderr(&output));
     let sorted = |text: &str| text.lines().map(String::from).collect::<std::collections::BTreeSet<_>>();
     assert_eq!(sorted(&content(&out, "journal.txt")), sorted(&before), "its cell is run again");
-    fs::write(out.join("journal.txt"), before.replacen("journal 2: ", "", 1)).expect("a file");
+    fs::write(out.join("journal.txt"), before.replacen("journal 3: ", "journal 2: ", 1)).expect("a file");
     assert_refused(&small(&out, &[]), 2, &["journal.txt", "of an older program", "another folder"]);
 }
 

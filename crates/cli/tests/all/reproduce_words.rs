@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use hpu_study::units::Journal;
+use hpu_farm::Journal;
 
 use crate::common::{ROOT, assert_refused, code, hpu, json, names, run, scratch, stderr, stdout, text};
 
@@ -109,13 +109,14 @@ fn a_register_costs_its_flip_flops_and_a_finished_synthesis_is_not_done_again() 
 
     // A row of the journal replaces its synthesis: a changed number in the row is printed as it is.
     let journal = fs::read_to_string(out.join("journal.txt")).expect("a journal");
-    let header = journal.lines().next().and_then(|line| line.strip_prefix("journal 2: ")).expect("a first line");
-    let (_, said) =
-        journal.lines().find(|line| line.contains("ff=72 ")).and_then(|line| line.split_once(' ')).expect("a row");
-    let (index, row) = said.split_once(" made ").expect("a row");
-    let other = Journal::line(header, index.parse().expect("an index"), &Ok(row.replacen("ff=72 ", "ff=73 ", 1)));
-    let lines = journal.lines().map(|line| if line.ends_with(said) { other.clone() } else { format!("{line}\n") });
-    fs::write(out.join("journal.txt"), lines.collect::<String>()).expect("a journal");
+    let header = journal.lines().next().and_then(|line| line.strip_prefix("journal 3: ")).expect("a first line");
+    let rows = Journal::<String>::read(journal.as_bytes(), header, usize::MAX).expect("its own first line").rows;
+    let changed = rows.iter().map(|(index, row)| {
+        let row = row.as_ref().expect("a cost").replacen("ff=72 ", "ff=73 ", 1);
+        Journal::line(header, *index, &Ok(row))
+    });
+    let text = [Journal::<String>::head(header)].into_iter().chain(changed).collect::<String>();
+    fs::write(out.join("journal.txt"), text).expect("a journal");
     let after = stdout(&run(&arguments));
     assert_eq!(after, before.replacen(" 72 ", " 73 ", 1));
 }

@@ -2,6 +2,7 @@
 
 pub(crate) mod columns;
 pub(crate) mod contact;
+pub(crate) mod felt;
 pub(crate) mod outline;
 pub(crate) mod stays;
 pub(crate) mod stopwatch;

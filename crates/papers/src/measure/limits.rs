@@ -7,12 +7,12 @@ use hpu_cosim::scene::{Device, Experiment, OutcomeKind, Scene};
 
 use super::{Asked, LONGEST, Taken, numbers, text};
 use crate::template::{Value, Values};
+use hpu_page::summary::untold;
 use hpu_prove::SampledLoop;
+use hpu_prove::criteria;
 use hpu_prove::linear::{Damping, StableSet, Stretch, linear_settles, usual_range};
-use hpu_study::criteria;
 use hpu_study::limits::{self, Looks, Seen, WordsSet};
 use hpu_study::map::{Cell, CellLimits};
-use hpu_study::told::untold;
 
 /// The values of a scene: of its words, then of its device.
 pub(super) const SCENE_GIVES: &[&str] = &[

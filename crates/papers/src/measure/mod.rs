@@ -12,7 +12,7 @@ use hpu_cosim::Control;
 use hpu_cosim::scene::{Experiment, Scene};
 
 use crate::template::{Value, Values};
-use hpu_study::criteria;
+use hpu_prove::criteria;
 
 pub use motion::{slope, told};
 pub use velocity::Velocities;

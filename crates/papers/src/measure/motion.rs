@@ -5,7 +5,7 @@ use hpu_cosim::{ANGLE, Control, Driver, Simulation, Summary, Trace, Verdict, Wir
 
 use super::{Asked, LONGEST, Taken, numbers, text};
 use crate::template::{Value, Values, length};
-use hpu_study::told::untold;
+use hpu_page::summary::untold;
 
 /// A finished run.
 struct Made {

@@ -10,8 +10,9 @@ use hpu_plant::arm::Gimbal;
 use super::velocity::lag;
 use super::{Asked, Measure, Takes, numbers, option, text};
 use crate::template::{Value, Values, length};
-use hpu_study::gimbal::{Criteria, NAMES, Switches};
-use hpu_study::told::untold;
+use hpu_page::summary::untold;
+use hpu_prove::criteria::touch::{Criteria, NAMES};
+use hpu_study::gimbal::Switches;
 
 /// Columns of a row of a gimbal: the tip, its target.
 const TIP: Range<usize> = 0..3;

@@ -36,8 +36,8 @@ use std::ops::Range;
 use hpu_cosim::scene::{Direction, Platform};
 use hpu_datapath::phantom::Config;
 
+use hpu_prove::arms::{SIGNALS, SignalBound, bounds};
 pub use hpu_study::phantom::TABLE_2;
-use hpu_study::phantom::{SIGNALS, SignalBound, bounds};
 
 /// The device that the studies are about.
 pub const DEVICE: &str = "PHANToM";

@@ -10,7 +10,7 @@ use super::tables::{Repeated, Tables, Tally};
 use super::trial::{Trial, Verdict};
 use super::{Outcomes, Study, TrialSetup};
 use crate::studies::summing::summing_up;
-use hpu_study::page::quoted;
+use hpu_page::quoted;
 
 /// First line of a study's CSV; the unit is in the name.
 pub const CSV_HEADER: &str =

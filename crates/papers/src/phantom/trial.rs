@@ -2,36 +2,44 @@
 
 use hpu_cosim::scene::{Shipped, shipped};
 use hpu_cosim::{Control, Driver, Simulation, Verdict as Outcome, Wired, WiredSimulation};
+use hpu_farm::form;
+use serde::{Deserialize, Serialize};
 
 use super::SCENE;
 
-/// The result of a trial.
-#[derive(Clone, PartialEq, Debug)]
+/// The result of a trial. Its keys as a row are the columns of a sweep.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Trial {
     /// Verdict on the trial.
+    #[serde(flatten)]
     pub verdict: Verdict,
     /// Number of clock edges that were run.
     pub edges: u64,
     /// Why the trial was aborted, if it was.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
     pub why: String,
 }
 
 /// The verdict on a drop trial.
-#[derive(Clone, Copy, PartialEq, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+#[serde(tag = "outcome", rename_all = "snake_case")]
 pub enum Verdict {
     /// The arm came to rest on the wall.
     Passive {
         /// The rms about the steady value, in m.
+        #[serde(rename = "rms", with = "form::number")]
         rms_m: f64,
     },
     /// The arm kept chattering.
     NonPassive {
         /// The rms about the steady value, in m.
+        #[serde(rename = "rms", with = "form::number")]
         rms_m: f64,
     },
     /// The trial was aborted.
     HighlyUnstable {
         /// Time of the abortion, in s.
+        #[serde(rename = "at", with = "form::number")]
         at_s: f64,
     },
 }
@@ -43,32 +51,6 @@ impl Verdict {
             Self::Passive { rms_m } | Self::NonPassive { rms_m } => Some(*rms_m),
             Self::HighlyUnstable { .. } => None,
         }
-    }
-}
-
-impl Trial {
-    /// Returns the trial as a line: outcome, rms in metres, time of abortion in seconds, edges, and why it was aborted.
-    pub fn line(&self) -> String {
-        let Self { verdict, edges, why } = self;
-        match verdict {
-            Verdict::Passive { rms_m } => format!("passive,{rms_m:e},,{edges},{why}"),
-            Verdict::NonPassive { rms_m } => format!("non_passive,{rms_m:e},,{edges},{why}"),
-            Verdict::HighlyUnstable { at_s } => format!("highly_unstable,,{at_s},{edges},{why}"),
-        }
-    }
-
-    /// Reads a trial from its line; `None` for any other text.
-    pub fn read(line: &str) -> Option<Self> {
-        let mut fields = line.splitn(5, ',');
-        let mut field = || fields.next();
-        let (outcome, rms, at, edges, why) = (field()?, field()?, field()?, field()?, field()?);
-        let verdict = match outcome {
-            "passive" => Verdict::Passive { rms_m: rms.parse().ok()? },
-            "non_passive" => Verdict::NonPassive { rms_m: rms.parse().ok()? },
-            "highly_unstable" => Verdict::HighlyUnstable { at_s: at.parse().ok()? },
-            _ => return None,
-        };
-        Some(Self { verdict, edges: edges.parse().ok()?, why: why.to_string() })
     }
 }
 

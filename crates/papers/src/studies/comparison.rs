@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use hpu_cosim::{Control, PlainName};
+use serde::{Deserialize, Serialize};
 
 use super::summing::{Finding, Statement, Sum, summing_up};
 use super::vary::{Variables, written};
@@ -71,7 +72,8 @@ pub struct Shown {
 pub type Measure = Box<dyn Fn(&Control) -> Option<Result<Found, String>> + Sync>;
 
 /// The result of a line.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+#[serde(into = "Written", try_from = "Written")]
 pub struct Found {
     /// The result as text with units.
     pub text: String,
@@ -90,18 +92,28 @@ impl Found {
     pub fn new(text: String, figures: impl IntoIterator<Item = f64>) -> Self {
         Self { text, figures: figures.into_iter().collect() }
     }
+}
 
-    /// Returns the result as a line of a journal, with the same figures to the last bit.
-    pub fn line(&self) -> String {
-        let figures: Vec<_> = self.figures.iter().map(|figure| format!("{figure:?}")).collect();
-        format!("{};{}", figures.join(" "), self.text)
+/// A result as a row: a text, the figures before a semicolon, for the one column of a sweep.
+#[derive(Serialize, Deserialize)]
+struct Written {
+    found: String,
+}
+
+impl From<Found> for Written {
+    fn from(Found { text, figures }: Found) -> Self {
+        let figures: Vec<_> = figures.iter().map(|figure| format!("{figure:?}")).collect();
+        Self { found: format!("{};{text}", figures.join(" ")) }
     }
+}
 
-    /// Reads a result from a line of a journal; `None` if the line is no result.
-    pub fn read(line: &str) -> Option<Self> {
-        let (figures, text) = line.split_once(';')?;
-        let figures = figures.split_whitespace().map(str::parse).collect::<Result<_, _>>().ok()?;
-        Some(Self { text: text.to_string(), figures })
+impl TryFrom<Written> for Found {
+    type Error = &'static str;
+
+    fn try_from(Written { found }: Written) -> Result<Self, Self::Error> {
+        let (figures, text) = found.split_once(';').ok_or("no figures before a semicolon")?;
+        let figures = figures.split_whitespace().map(str::parse).collect::<Result<_, _>>();
+        Ok(Self { text: text.to_string(), figures: figures.map_err(|_| "a figure is no number")? })
     }
 }
 

@@ -5,6 +5,7 @@ use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use hpu_cosim::{Control, PlainName, did_you_mean, excerpt};
+use hpu_farm::one_line;
 use toml_edit::{Item, TableLike, Value};
 
 use super::comparison::{Claim, Comparison, Found, Line, Shown, claimed};
@@ -293,7 +294,7 @@ impl Lines<'_, '_> {
 fn found(template: &Template, figures: &[Formula], values: &Values) -> Result<Found, String> {
     let text = template.text(values)?;
     let figures = figures.iter().map(|formula| figure(formula, values)).collect::<Result<Vec<_>, _>>()?;
-    Ok(Found::new(text, figures))
+    Ok(Found::new(one_line(text), figures))
 }
 
 /// Returns why no measure gives a value of this name; `None` if one does.

@@ -2,6 +2,7 @@
 
 use hpu_chart as chart;
 use hpu_cosim::scene::{Direction, Platform};
+use hpu_farm::Row;
 use hpu_papers::phantom::{
     Agreement, CSV_HEADER, Claim, Class, Outcomes, Published, RUNGS, Rung, STIFFNESSES_N_PER_M, Study, Table, Tables,
     Trial, TrialSetup, Verdict, claims, csv, formats, ladder, scene, table_text,
@@ -273,17 +274,23 @@ fn the_csv_has_a_row_a_trial_and_its_reasons_cannot_break_it() {
 }
 
 #[test]
-fn a_trial_comes_back_from_its_line_to_the_bit() {
+fn a_trial_comes_back_from_its_row_to_the_bit() {
     for verdict in [
         Verdict::Passive { rms_m: 1.0 / 3.0e5 },
         Verdict::NonPassive { rms_m: 0.1 + 0.2 },
         Verdict::HighlyUnstable { at_s: 2.0 / 3.0 },
     ] {
         let trial = Trial { verdict, edges: u64::MAX, why: "the tip met the other wall, hard".into() };
-        assert_eq!(Trial::read(&trial.line()), Some(trial));
+        assert_eq!(Row::of(&trial).read(), Ok(trial));
     }
-    for bad in ["", "passive", "passive,x,,1,", "settled,1,,1,", "highly_unstable,,,1,", "passive,1,,-1,"] {
-        assert_eq!(Trial::read(bad), None, "{bad}");
+    let trial = |outcome: &str, key: &str, edges: i32| {
+        Row::of(&serde_json::json!({ "outcome": outcome, key: 1.0, "edges": edges })).read::<Trial>()
+    };
+    assert!(trial("passive", "rms", 1).is_ok());
+    for (outcome, key, edges) in
+        [("passive", "at", 1), ("settled", "rms", 1), ("highly_unstable", "rms", 1), ("passive", "rms", -1)]
+    {
+        assert!(trial(outcome, key, edges).is_err(), "{outcome} {key} {edges}");
     }
 }
 

@@ -1,7 +1,10 @@
 //! The summing-up of reproductions: every claim with a finding, computed from the results of its lines.
 
+use std::collections::BTreeMap;
+
 use hpu_cosim::Control;
 use hpu_cosim::scene::{Direction, Platform};
+use hpu_farm::Row;
 use hpu_papers::phantom::{RUNGS, Rung, Study, Tables, Trial, TrialSetup, Verdict, ladder, lag, table_text};
 use hpu_papers::studies::comparison::{Comparison, Found, Line, beside_text, sums};
 use hpu_papers::studies::shipped;
@@ -38,9 +41,11 @@ fn cases_that_differ_in_what_a_paper_leaves_open_have_to_agree() {
 #[test]
 fn a_journal_keeps_text_and_figures_to_the_last_bit() {
     let found = Found::new("a; b".into(), [0.1 + 0.2, f64::INFINITY, -0.0]);
-    assert_eq!(Found::read(&found.line()), Some(found));
-    assert_eq!(Found::read(";settles"), Some("settles".to_string().into()));
-    assert_eq!((Found::read("settles"), Found::read("x;settles")), (None, None));
+    assert_eq!(Row::of(&found).read(), Ok(found));
+    assert_eq!(Row::of(&Found::from("settles".to_string())).to_string(), r#"{"found":";settles"}"#);
+    for bad in ["settles", "x;settles"] {
+        assert!(Row::of(&BTreeMap::from([("found", bad)])).read::<Found>().is_err(), "{bad}");
+    }
 }
 
 #[test]

@@ -5,8 +5,8 @@ use hpu_datapath::{Block, Generic};
 use hpu_papers::phantom::formats::{
     FORMATS_CSV_HEADER, Fate, Formats, POSTURES, formats_csv, formats_text, full_scales_nm, plain, words,
 };
+use hpu_prove::arms::bounds;
 use hpu_signal::Notation;
-use hpu_study::phantom::bounds;
 use hpu_study::phantom::sines::{SINES_CSV_HEADER, Sine, Source, sines, sines_csv, sines_text};
 use hpu_study::phantom::workspace::{CELLS, NOMINAL_MM, Workspace};
 

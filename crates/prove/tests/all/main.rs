@@ -1,5 +1,6 @@
 //! All tests of the crate in one binary: linked once, and spread over the cores together.
 
+mod criteria;
 mod proofs_common;
 mod ranges;
 mod ranges_device;

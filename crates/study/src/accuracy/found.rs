@@ -1,6 +1,7 @@
 //! The results of a race.
 
 use hpu_cosim::scene::{OutcomeKind, Output};
+use hpu_farm::UnitResult;
 
 use super::contestants::Contestant;
 use super::front::front;
@@ -95,7 +96,7 @@ pub struct Entry {
     /// The contestant.
     pub contestant: Contestant,
     /// The result of the contestant.
-    pub row: Result<ContestantResult, String>,
+    pub row: UnitResult<ContestantResult>,
 }
 
 /// A finished race.

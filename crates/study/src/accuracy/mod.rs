@@ -26,14 +26,14 @@ pub use found::{Chart, ContestantResult, Entry, Grade, Speed};
 pub use front::front;
 pub(crate) use outputs::simulation;
 pub use outputs::{Outputs, driver, usual, worst};
-pub use over_map::{SHORTEST_STEP_S, Share, Tour, front_of_shares};
+pub use over_map::{SHORTEST_STEP_S, Share, Tour, TourRow, front_of_shares};
 pub use race::{Plan, Race, RaceError};
 pub use table::{grade_name, outputs_of};
 
 use hpu_cosim::scene::Experiment;
 
-use crate::criteria;
 use contestants::CLOCK;
+use hpu_prove::criteria;
 
 /// Returns every way to run a scene that differs from the scene as written, with `events` first.
 ///

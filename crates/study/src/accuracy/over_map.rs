@@ -2,17 +2,19 @@
 
 use std::collections::BTreeMap;
 use std::io;
+use std::sync::atomic::Ordering;
 
 use hpu_cosim::Control;
 use hpu_cosim::scene::{Experiment, OutcomeKind};
+use hpu_farm::UnitResult;
+use hpu_prove::criteria;
+use serde::{Deserialize, Serialize};
 
 use super::contestants::Contestant;
 use super::found::Speed;
 use super::front::front;
 use super::race::{Entrant, Plan, Race};
-use crate::criteria;
-use crate::map::{Axis, CellIndex, CellLimits, Map, MapError, Method, outcome};
-use crate::units::{self, UnitResult};
+use crate::map::{Axis, Cell, CellIndex, CellLimits, Map, MapError, Method, outcome};
 
 /// The shortest step that is run unless all contestants are asked for: shorter ones take too long for a map's many
 /// cells.
@@ -31,6 +33,16 @@ pub struct Tour {
     runners: Vec<usize>,
     /// Indices of the criteria among the contestants.
     criteria: Vec<usize>,
+}
+
+/// A row of a tour.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum TourRow {
+    /// A cell of the map.
+    Cell(Box<Cell>),
+    /// Whether a cell comes to rest, by each criterion; `None` where it says nothing.
+    Predicted(Vec<Option<bool>>),
 }
 
 /// How often a contestant is wrong.
@@ -112,24 +124,32 @@ impl Tour {
     pub fn run<E>(
         &self,
         plan: Plan,
-        mut done: BTreeMap<usize, UnitResult>,
+        done: BTreeMap<usize, UnitResult<TourRow>>,
         control: &Control,
-        mut keep: impl FnMut(usize, &UnitResult) -> Result<(), E>,
+        mut keep: impl FnMut(usize, &UnitResult<TourRow>) -> Result<(), E>,
     ) -> Result<Option<Vec<Share>>, E> {
-        let cells = self.map.len();
-        let foretold = done.split_off(&cells);
+        let (mut cells, mut predicted) = (BTreeMap::new(), BTreeMap::new());
+        for (index, row) in done {
+            match row {
+                Ok(TourRow::Cell(cell)) => drop(cells.insert(index, Ok(*cell))),
+                Ok(TourRow::Predicted(rests)) => drop(predicted.insert(index, rests)),
+                Err(failed) => drop(cells.insert(index, Err(failed))),
+            }
+        }
         let cells_plan = crate::map::Plan { full: true, limits: CellLimits::default(), jobs: plan.jobs };
-        let Some(found) = self.map.run(cells_plan, done, control, &mut keep)? else { return Ok(None) };
-        let tell = |index: usize, _: &Control| Some(Ok(self.foretell(index - cells)));
-        let mut told = foretold;
-        let left: Vec<usize> = (cells..self.units()).filter(|index| !told.contains_key(index)).collect();
-        units::run_some(&left, plan.jobs, control, tell, |index, row| {
-            keep(index, &row)?;
-            told.insert(index, row);
-            Ok(())
-        })?;
-        if told.len() < self.units() - cells {
-            return Ok(None);
+        let cell_of = |row: &UnitResult<Cell>| row.clone().map(|cell| TourRow::Cell(Box::new(cell)));
+        let found = self.map.run(cells_plan, cells, control, |index, row| keep(index, &cell_of(row)))?;
+        let Some(found) = found else { return Ok(None) };
+        for index in self.map.len()..self.units() {
+            if control.stop.load(Ordering::Relaxed) {
+                return Ok(None);
+            }
+            if !predicted.contains_key(&index) {
+                let rests = self.predicted(index - self.map.len());
+                keep(index, &Ok(TourRow::Predicted(rests.clone())))?;
+                control.progress.fetch_add(1, Ordering::Relaxed);
+                predicted.insert(index, rests);
+            }
         }
         let truth = |cell: usize| outcome(&found, cell);
         let count = |verdict: &dyn Fn(usize) -> Option<bool>| {
@@ -143,11 +163,7 @@ impl Tour {
                 let first = (layer + 1) * self.map.layer();
                 count(&|cell| Some(truth(cell)? == outcome(&found, first + cell)?))
             } else if let Some(at) = self.criteria.iter().position(|one| *one == index) {
-                let rests = |cell: usize| match told[&(self.map.len() + cell)].as_ref().ok()?.as_bytes().get(at)? {
-                    b'r' => Some(true),
-                    b'm' => Some(false),
-                    _ => None,
-                };
+                let rests = |cell: usize| *predicted[&(self.map.len() + cell)].get(at)?;
                 let told = |cell: usize| truth(cell).filter(|outcome| outcome.tells());
                 count(&|cell| Some(rests(cell)? == (told(cell)? == OutcomeKind::Settled)))
             } else {
@@ -159,17 +175,16 @@ impl Tour {
         Ok(Some(shares))
     }
 
-    /// Returns a letter for each criterion's verdict on a cell: `r`est, `m`otion, or `-` for none.
-    fn foretell(&self, cell: usize) -> String {
+    /// Returns whether a cell comes to rest, by each criterion; `None` where it says nothing.
+    fn predicted(&self, cell: usize) -> Vec<Option<bool>> {
         let Ok(Experiment::Axis(scene)) = self.map.experiment(self.map.point(cell)) else {
-            return "-".repeat(self.criteria.len());
+            return vec![None; self.criteria.len()];
         };
-        let letter = |name| match criteria::named(name, &scene) {
-            Some(Ok(criterion)) if scene.wall.stiffness_nm_per_rad < criterion.limit => 'r',
-            Some(Ok(_)) => 'm',
-            _ => '-',
+        let rests = |name| {
+            let criterion = criteria::named(name, &scene)?.ok()?;
+            Some(scene.wall.stiffness_nm_per_rad < criterion.limit)
         };
-        self.criteria.iter().filter_map(|index| self.race.contestants[*index].criterion).map(letter).collect()
+        self.criteria.iter().filter_map(|index| self.race.contestants[*index].criterion).map(rests).collect()
     }
 
     /// Returns the speed of each contestant at the middle cell, if it can run there; the outer `None` when stopped.

@@ -7,22 +7,21 @@ use std::fmt;
 use std::hint::black_box;
 use std::io;
 use std::num::NonZeroUsize;
-use std::sync::Mutex;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use hpu_cosim::scene::{Experiment, OutcomeKind, Output, SceneError};
 use hpu_cosim::{Control, Driver, Simulation, Trace, Wired};
+use hpu_farm::{Failed, units};
+use hpu_prove::criteria;
 
 use super::contestants;
 use super::contestants::{Contestant, named};
 use super::found::{Chart, ContestantResult, Entry, Grade, Speed};
 use super::outputs::{Outputs, driver, simulation, usual, worst};
 use super::profile::Profile;
-use crate::criteria;
 use crate::map::SceneText;
 use crate::timing::{LEAST_TURNS, in_turn};
-use crate::units;
 use crate::watch::watched;
 
 /// A scene, and the contestants that run it.
@@ -159,14 +158,8 @@ impl Race {
         let accuracy = &self.written.accuracy;
         let outputs = accuracy.outputs.clone().unwrap_or_else(|| usual(reference.outcome));
 
-        let judged: Mutex<BTreeMap<usize, Judged>> = Mutex::default();
-        let judge = |index: usize, control: &Control| match self.judge(index, &reference, &outputs, plan, control) {
-            Ok(None) => None,
-            Ok(Some(row)) => {
-                judged.lock().unwrap_or_else(std::sync::PoisonError::into_inner).insert(index, row);
-                Some(Ok(String::new()))
-            }
-            Err(why) => Some(Err(why)),
+        let judge = |index: usize, control: &Control| {
+            Some(self.judge(index, &reference, &outputs, plan, control).transpose()?.map_err(Failed::new))
         };
         let mut rows = BTreeMap::new();
         let works: Vec<Work> = self.contestants.iter().map(|contestant| self.work_of(contestant, plan)).collect();
@@ -182,26 +175,21 @@ impl Race {
         if rows.len() < self.contestants.len() {
             return Ok(None);
         }
-        let mut judged = judged.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
-        let entrants = self.contestants.iter().enumerate().filter_map(|(index, contestant)| {
-            let Judged { shortened_s, profile, .. } = judged.get(&index)?;
-            Some((index, contestant, *shortened_s, profile.clone()))
+        let entrants = self.contestants.iter().zip(&rows).filter_map(|(contestant, (index, row))| {
+            let Judged { shortened_s, profile, .. } = row.as_ref().ok()?;
+            let entrant =
+                Entrant { contestant: contestant.clone(), shortened_s: *shortened_s, profile: profile.clone() };
+            Some((*index, entrant))
         });
-        let (places, entrants): (Vec<usize>, Vec<Entrant>) = entrants
-            .map(|(index, contestant, shortened_s, profile)| {
-                (index, Entrant { contestant: contestant.clone(), shortened_s, profile })
-            })
-            .unzip();
+        let (places, entrants): (Vec<usize>, Vec<Entrant>) = entrants.unzip();
         let Some(speeds) = self.time(&entrants, plan, control)? else { return Ok(None) };
         let mut speeds: BTreeMap<usize, Speed> = places.into_iter().zip(speeds).collect();
         let mut entries = Vec::new();
-        for (index, contestant) in self.contestants.iter().enumerate() {
-            let row = match (judged.remove(&index), speeds.remove(&index), rows.remove(&index)) {
-                (Some(Judged { grade, errors, outcome, shortened_s, .. }), Some(speed), _) => {
-                    Ok(ContestantResult { grade, errors, outcome, shortened_s, speed })
-                }
-                (_, _, row) => Err(row.and_then(Result::err).unwrap_or_default()),
-            };
+        for (contestant, (index, row)) in self.contestants.iter().zip(rows) {
+            let row = row.map(|Judged { grade, errors, outcome, shortened_s, .. }| {
+                let speed = speeds.remove(&index).expect("a contestant that is judged is timed");
+                ContestantResult { grade, errors, outcome, shortened_s, speed }
+            });
             control.progress.fetch_add(works[index].time, Ordering::Relaxed);
             entries.push(Entry { contestant: contestant.clone(), row });
         }

@@ -16,7 +16,7 @@ use hpu_plant::arm::Gimbal;
 use hpu_signal::Format;
 
 use crate::device::ToldTables;
-use crate::page::{Cell, Column, Page, Table};
+use hpu_page::{Cell, Column, Page, Table};
 
 /// The distances between rows beside that of the scene, in positions of the servo.
 const MORE_STEPS: [u32; 5] = [2, 4, 8, 16, 32];

@@ -1,8 +1,6 @@
 //! The segment on a gimbal, for studies.
 
-mod bounds;
 mod crank;
-mod criteria;
 mod models;
 mod page;
 mod switches;
@@ -18,10 +16,11 @@ use crate::map::SwitchWatch;
 use crate::widths::Reach;
 use crate::widths::search::Loops;
 use crate::{accuracy, fit, map, widths};
+use hpu_prove::arms::gimbal_proof;
+use hpu_prove::criteria::touch::{Criteria, NAMES};
 use hpu_prove::ranges::Proof;
 
 pub use crank::{CrankSize, crank_sizes};
-pub use criteria::{Criteria, NAMES, Rest};
 pub use switches::Switches;
 pub use touch::TouchLimits;
 
@@ -95,7 +94,7 @@ impl Device for GimbalScene {
     }
 
     fn bounds(&self) -> Result<Proof, String> {
-        bounds::proof(self)
+        gimbal_proof(self)
     }
 
     fn gappa(&self) -> Result<String, String> {

@@ -3,8 +3,10 @@
 use hpu_cosim::figure;
 use serde_json::json;
 
-use super::{NAMES, Rest, TouchLimits};
-use crate::page::{Cell, Column, Page, Table};
+use hpu_prove::criteria::touch::{NAMES, Rest};
+
+use super::TouchLimits;
+use hpu_page::{Cell, Column, Page, Table};
 
 /// The width of the labels.
 const LABEL: usize = 21;

@@ -2,7 +2,7 @@
 
 use hpu_cosim::scene::GimbalScene;
 
-use super::{Criteria, NAMES};
+use hpu_prove::criteria::touch::{Criteria, NAMES};
 
 /// Stiffnesses that are looked at, each by as large a factor above the one before.
 const LOOKS: u32 = 512;

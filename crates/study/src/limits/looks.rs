@@ -7,15 +7,15 @@
 
 use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
-use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use hpu_cosim::scene::{Datapath, Device, DutScene, Experiment, Hand, OutcomeKind, Realised, Scene, moves_until_s};
 use hpu_cosim::{Control, figure, judged_window_s};
+use hpu_farm::Failed;
+use hpu_farm::units::{self, run_some};
 
 use super::words::{Group, Seen, WordsSet};
 use crate::map::{Cell, CellError, CellLimits, more_events};
-use crate::units::run_some;
 use hpu_prove::linear::unit;
 
 /// How finely the stiffnesses of a scene in fixed-point words are examined.
@@ -141,15 +141,25 @@ fn between(seen: &BTreeMap<i128, Seen>, phases: u32, looks: Looks) -> Vec<i128> 
     apart.map(|pair| pair[0].0 + (pair[1].0 - pair[0].0) / 2).collect()
 }
 
-/// Rows of a run that settled, of one that settled although its product wrapped, of one inside a wall without its
-/// torque, of one that was cut short, and of one that was too short to tell, followed by the duration that would tell,
-/// if it is known; and what a row ends with if the position counter wrapped.
-const SETTLED: &str = "settled";
-const WRAPPED: &str = "wrapped";
-const WITHOUT_TORQUE: &str = "without torque";
-const CUT_SHORT: &str = "cut short";
-const NOT_TOLD: &str = "not told ";
-const UNHELD: &str = ", unheld";
+/// How a run ended.
+#[derive(Clone, Copy)]
+enum End {
+    Settled,
+    /// It settled although its product wrapped.
+    Wrapped,
+    WithoutTorque,
+    CutShort,
+    /// It was too short to tell; with the duration that would tell, if it is known.
+    NotTold(Option<f64>),
+    /// It moves without end.
+    Moves,
+}
+
+/// The end of a run, and whether its position counter wrapped.
+struct Run {
+    end: End,
+    is_unheld: bool,
+}
 
 /// Returns `count` words from the least to the greatest, evenly over their logarithm; all words if there are no more.
 fn spread(least: i128, most: i128, count: usize) -> Vec<i128> {
@@ -190,22 +200,46 @@ fn touched<'s>(
     let limits = CellLimits { events: MOST_EVENTS, guard: Duration::MAX };
     let unit = |unit: usize, control: &Control| {
         let cell = Cell::run(&Experiment::Axis(at_word(&worlds[unit], softest)), limits, control).transpose()?;
-        Some(cell.map(|cell| (cell.contact_share != Some(0.0)).to_string()).map_err(|error| error.to_string()))
+        Some(cell.map(|cell| cell.contact_share != Some(0.0)).map_err(Failed::new))
     };
-    let rows = crate::units::run(worlds.len(), jobs, BTreeMap::new(), control, unit, |_, _| Ok::<_, ()>(()));
+    let rows = units::run(worlds.len(), jobs, BTreeMap::new(), control, unit, |_, _| Ok::<_, ()>(()));
     let rows = rows.unwrap_or_default().ok_or("stopped")?;
-    let touched = worlds.iter().zip(rows).filter(|(_, row)| row.as_ref().is_ok_and(|row| row == "true"));
+    let touched = worlds.iter().zip(rows).filter(|(_, row)| row == &Ok(true));
     let touched: Vec<&Scene> = touched.map(|(world, _)| world).collect();
     if touched.is_empty() { Err("not judged: the wall is reached in no world of the box".into()) } else { Ok(touched) }
 }
 
-/// Counts of runs that are reported separately.
+/// The stiffnesses that were run, and counts of runs that are reported separately.
 #[derive(Default)]
-struct Apart {
+struct Runs {
+    seen: BTreeMap<i128, Seen>,
     cut_short: u32,
     wrapped: u32,
     unheld: u32,
     without_torque: u32,
+}
+
+impl Runs {
+    /// Adds the end of a run at a word; `step` is the stiffness of one word.
+    fn add(&mut self, word: i128, step: f64, run: &Run) {
+        let seen = self.seen.entry(word).or_insert_with(|| Seen::new(word, word as f64 * step));
+        self.unheld += u32::from(run.is_unheld);
+        match run.end {
+            End::Settled => seen.settled += 1,
+            End::Wrapped => {
+                seen.settled += 1;
+                self.wrapped += 1;
+            }
+            End::WithoutTorque => self.without_torque += 1,
+            End::CutShort => self.cut_short += 1,
+            End::NotTold(telling_s) => {
+                let before = if seen.not_told == 0 { telling_s } else { seen.telling_s };
+                seen.telling_s = before.zip(telling_s).map(|(one, other)| one.max(other));
+                seen.not_told += 1;
+            }
+            End::Moves => {}
+        }
+    }
 }
 
 /// The scenes to run, by phase and word.
@@ -229,35 +263,34 @@ impl Grid<'_> {
         control: &Control,
     ) -> Result<WordsSet, CellError> {
         let all = self.phases;
-        let mut seen: BTreeMap<i128, Seen> = BTreeMap::new();
+        let mut runs = Runs::default();
         let is_small = !looks.climbs && most - least < looks.most as i128;
         let mut wanted = spread(least, most, if is_small { looks.most } else { looks.coarse });
-        let mut apart = Apart::default();
         if looks.climbs {
             for step_up in std::mem::take(&mut wanted) {
-                self.settled(&[step_up], jobs, control, (&mut seen, &mut apart))?;
+                self.add(&[step_up], jobs, control, &mut runs)?;
                 let is = |seen: &Seen, group| Group::of(seen, all) == group;
-                if is(&seen[&step_up], Group::None) && seen.values().any(|seen| is(seen, Group::All)) {
+                if is(&runs.seen[&step_up], Group::None) && runs.seen.values().any(|seen| is(seen, Group::All)) {
                     most = step_up;
                     break;
                 }
             }
-            wanted = between(&seen, all, looks);
+            wanted = between(&runs.seen, all, looks);
         }
         while !wanted.is_empty() {
-            self.settled(&wanted, jobs, control, (&mut seen, &mut apart))?;
-            wanted = between(&seen, all, looks);
-            if seen.len() + wanted.len() > looks.most {
+            self.add(&wanted, jobs, control, &mut runs)?;
+            wanted = between(&runs.seen, all, looks);
+            if runs.seen.len() + wanted.len() > looks.most {
                 break;
             }
         }
+        let Runs { seen, cut_short, wrapped, unheld, without_torque } = runs;
         let seen: Vec<Seen> = seen.into_values().collect();
         let between = |pair: &[Seen]| {
             let differ = Group::of(&pair[0], all) != Group::of(&pair[1], all);
             if differ { pair[1].word - pair[0].word } else { 1 }
         };
         let finest = seen.windows(2).map(between).max().unwrap_or(1);
-        let Apart { cut_short, wrapped, unheld, without_torque } = apart;
         Ok(WordsSet {
             unit: self.unit,
             step: self.step,
@@ -274,88 +307,49 @@ impl Grid<'_> {
         })
     }
 
-    /// Runs these words at every phase, and adds to `seen` the number of phases at which each settles, and at which its
-    /// run does not tell.
-    fn settled(
-        &self,
-        words: &[i128],
-        jobs: NonZeroUsize,
-        control: &Control,
-        (seen, apart): (&mut BTreeMap<i128, Seen>, &mut Apart),
-    ) -> Result<(), CellError> {
+    /// Runs a word at a phase; `None` when stopped.
+    fn run(&self, phase: usize, word: i128, control: &Control) -> Option<Result<Run, CellError>> {
         let limits = CellLimits { events: MOST_EVENTS, guard: Duration::MAX };
-        let too_many = more_events(MOST_EVENTS);
-        let (drops, phases) = (self.drops, self.phases as usize);
-        let units: Vec<usize> = (0..words.len() * phases).collect();
-        let mut failed = None;
-        // A row is text, which does not tell of what kind a failure is.
-        let failure = Mutex::new(None);
-        let keep = |error: CellError| {
-            let said = error.to_string();
-            failure.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
-            Some(Err(said))
+        let experiment = match (self.at)(phase, word) {
+            Ok(experiment) => experiment,
+            Err(why) => return Some(Err(why.into())),
         };
-        let run = |unit: usize, control: &Control| {
-            let experiment = match (self.at)(unit % phases, words[unit / phases]) {
-                Ok(experiment) => experiment,
-                Err(why) => return keep(why.into()),
-            };
-            match Cell::run(&experiment, limits, control) {
-                Ok(None) => None,
-                Ok(Some(cell)) if cell.outcome == OutcomeKind::HandMoves => {
-                    keep(CellError::Unjudged(moving(&experiment, &cell)))
-                }
-                Ok(Some(cell)) if cell.contact_share == Some(0.0) => keep(CellError::Unjudged(untouched(&experiment))),
-                Ok(Some(cell)) => {
-                    let lost = cell.position_lost_share;
-                    let row = match cell.outcome {
-                        OutcomeKind::NotTold => {
-                            let telling = cell.telling_s.map_or(String::new(), |telling_s| telling_s.to_string());
-                            format!("{NOT_TOLD}{telling}")
-                        }
-                        OutcomeKind::NoWallTorque => WITHOUT_TORQUE.into(),
-                        OutcomeKind::Settled if drops && cell.overflow_share > lost => WRAPPED.into(),
-                        OutcomeKind::Settled => SETTLED.into(),
-                        _ => String::new(),
-                    };
-                    Some(Ok(row + if lost > 0.0 { UNHELD } else { "" }))
-                }
-                Err(CellError::Other(why)) if why == too_many => Some(Ok(CUT_SHORT.to_string())),
-                Err(error) => keep(error),
+        let cell = match Cell::run(&experiment, limits, control).transpose()? {
+            Ok(cell) => cell,
+            Err(CellError::Other(why)) if why == more_events(MOST_EVENTS) => {
+                return Some(Ok(Run { end: End::CutShort, is_unheld: false }));
             }
+            Err(error) => return Some(Err(error)),
         };
-        let mut done = 0;
-        let _ = run_some(&units, jobs, control, run, |unit, row| match row {
-            Ok(row) => {
-                let held = row.strip_suffix(UNHELD);
-                apart.unheld += u32::from(held.is_some());
-                let row = held.unwrap_or(&row);
-                apart.without_torque += u32::from(row == WITHOUT_TORQUE);
-                let word = words[unit / phases];
-                let seen = seen.entry(word).or_insert_with(|| Seen::new(word, word as f64 * self.step));
-                seen.settled += u32::from(row == SETTLED || row == WRAPPED);
-                if let Some(telling) = row.strip_prefix(NOT_TOLD) {
-                    let telling_s: Option<f64> = telling.parse().ok();
-                    let before = if seen.not_told == 0 { telling_s } else { seen.telling_s };
-                    seen.telling_s = before.zip(telling_s).map(|(one, other)| one.max(other));
-                    seen.not_told += 1;
-                }
-                apart.cut_short += u32::from(row == CUT_SHORT);
-                apart.wrapped += u32::from(row == WRAPPED);
-                done += 1;
-                Ok(())
-            }
-            Err(why) => {
-                failed = Some(why);
-                Err(())
-            }
-        });
-        match (failure.into_inner().unwrap_or_else(PoisonError::into_inner), failed) {
-            (Some(error), _) => Err(error),
-            (None, Some(why)) => Err(why.into()),
-            (None, None) if done < units.len() => Err("stopped".into()),
-            (None, None) => Ok(()),
+        if cell.outcome == OutcomeKind::HandMoves {
+            return Some(Err(CellError::Unjudged(moving(&experiment, &cell))));
         }
+        if cell.contact_share == Some(0.0) {
+            return Some(Err(CellError::Unjudged(untouched(&experiment))));
+        }
+        let end = match cell.outcome {
+            OutcomeKind::NotTold => End::NotTold(cell.telling_s),
+            OutcomeKind::NoWallTorque => End::WithoutTorque,
+            OutcomeKind::Settled if self.drops && cell.overflow_share > cell.position_lost_share => End::Wrapped,
+            OutcomeKind::Settled => End::Settled,
+            _ => End::Moves,
+        };
+        Some(Ok(Run { end, is_unheld: cell.position_lost_share > 0.0 }))
+    }
+
+    /// Runs these words at every phase, and adds the ends of the runs to `seen`.
+    fn add(&self, words: &[i128], jobs: NonZeroUsize, control: &Control, seen: &mut Runs) -> Result<(), CellError> {
+        let phases = self.phases as usize;
+        let units: Vec<usize> = (0..words.len() * phases).collect();
+        let run = |unit: usize, control: &Control| self.run(unit % phases, words[unit / phases], control).map(Ok);
+        let mut done = 0;
+        run_some(&units, jobs, control, run, |unit, run| {
+            let run = run.unwrap_or_else(|panicked| Err(panicked.to_string().into()))?;
+            seen.add(words[unit / phases], self.step, &run);
+            done += 1;
+            Ok::<(), CellError>(())
+        })?;
+        if done < units.len() { Err("stopped".into()) } else { Ok(()) }
     }
 }
 

@@ -15,7 +15,7 @@ use hpu_cosim::scene::{Datapath, Friction, Miss, Scene};
 
 use hpu_prove::linear::{BoxSet, Damping, DrivenSet, NotDriven, Ripple, StableSet};
 
-use crate::criteria::{self, Criterion, Rigid, Silent};
+use hpu_prove::criteria::{self, Criterion, Rigid, Silent};
 
 pub use hands::{PublishedHand, hands_of, published_hands};
 pub use looks::{Looks, MOST_EVENTS};

@@ -1,6 +1,6 @@
 //! The set of stiffnesses at which a scene in fixed-point words settles, as `looks` found it.
 
-use crate::told::telling_by_decay;
+use hpu_page::summary::telling_by_decay;
 
 /// A stiffness that was run.
 #[derive(Clone, Copy, PartialEq, Debug)]

@@ -6,63 +6,87 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use hpu_cosim::dut::{self, Fault};
-use hpu_cosim::scene::{Experiment, Loop, OutcomeKind, Realised, Scene};
-use hpu_cosim::{ANGLE, AnySimulation, Control, Driver, Simulation, Summary, Trace, Verdict, Wired, WiredSimulation};
+use hpu_cosim::scene::{Experiment, OutcomeKind};
+use hpu_cosim::{
+    AnySimulation, Control, Driver, Simulation, Verdict, Wired, WiredSimulation, displayed_stiffness, product_wraps,
+    unseen_contact,
+};
 
+use hpu_farm::form;
 use hpu_signal::Observe;
+use serde::{Deserialize, Serialize};
 
 use super::device::{Device, Switching};
-use super::unseen::unseen_contact;
 use crate::watch::limited;
 
-/// The result of a cell; positions in rad, of a mass or an arm in m.
-#[derive(Clone, PartialEq, Debug)]
+/// The result of a cell; positions in rad, of a mass or an arm in m. Its keys as a row are the columns of a sweep.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Cell {
     /// The outcome of the motion.
+    #[serde(with = "outcome")]
     pub outcome: OutcomeKind,
     /// The rms about the mean at the end; of a motion that follows a hand or a target, of the distance from it.
+    #[serde(with = "form::figure", default, skip_serializing_if = "Option::is_none")]
     pub rms: Option<f64>,
     /// Half of the range of a motion that did not end.
+    #[serde(with = "form::figure", default, skip_serializing_if = "Option::is_none")]
     pub amplitude: Option<f64>,
     /// Frequency of a limit cycle, in Hz.
+    #[serde(with = "form::figure", default, skip_serializing_if = "Option::is_none")]
     pub frequency_hz: Option<f64>,
     /// Energy that the hand gave, in J.
+    #[serde(with = "form::number")]
     pub hand_j: f64,
     /// Energy that the supply gave, or motors that are driven as torques, in J.
+    #[serde(with = "form::number")]
     pub source_j: f64,
     /// Energy that became heat, in J.
+    #[serde(with = "form::number")]
     pub dissipated_j: f64,
     /// The stiffness that is felt in a settled contact.
+    #[serde(flatten)]
     pub displayed: Option<Displayed>,
     /// Share of the judged window in which the wall sees penetration; `None` for a motion that was aborted.
+    #[serde(with = "form::figure", default, skip_serializing_if = "Option::is_none")]
     pub contact_share: Option<f64>,
     /// Share of the judged window in which the device itself is beyond the wall; `None` also for more than one axis.
+    #[serde(with = "form::figure", default, skip_serializing_if = "Option::is_none")]
     pub device_contact_share: Option<f64>,
     /// How often the spring's product had wrapped when the motion came to rest in the wall: the hand is through it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub product_wraps: Option<NonZeroU32>,
     /// Whether the device was past its wall in the judged window while the datapath saw no contact.
+    #[serde(with = "form::digit")]
     pub contact_unseen: bool,
     /// Share of the clock edges at which the position counter had wrapped under the device.
+    #[serde(with = "form::number")]
     pub position_lost_share: f64,
     /// The stiffness that the fixed-point words realise divided by the stiffness that the scene asks for, less 1.
+    #[serde(with = "form::figure", default, skip_serializing_if = "Option::is_none")]
     pub stiffness_error: Option<f64>,
     /// Share of the clock edges at which the net that overflowed most had overflowed.
+    #[serde(with = "form::number")]
     pub overflow_share: f64,
     /// The switches of a control; `None` of a device whose control does not switch.
+    #[serde(flatten)]
     pub switching: Option<Box<Switching>>,
     /// Number of clock edges that were run.
     pub edges: u64,
     /// The duration of a run that would tell how the motion ends, if this one does not tell and such a duration is
     /// known.
+    #[serde(rename = "telling_duration_s")]
+    #[serde(with = "form::figure", default, skip_serializing_if = "Option::is_none")]
     pub telling_s: Option<f64>,
 }
 
 /// A stiffness that is felt.
-#[derive(Clone, Copy, PartialEq, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Displayed {
     /// The felt stiffness, in N·m/rad or N/m.
+    #[serde(rename = "displayed_stiffness", with = "form::number")]
     pub stiffness: f64,
     /// The stiffness that the scene asks for, in the same unit; 0 if it asks for none.
+    #[serde(rename = "asked_stiffness", with = "form::number")]
     pub asked: f64,
 }
 
@@ -76,6 +100,22 @@ impl Displayed {
 /// Returns the name of a cell's outcome; `failed` for a cell without one.
 pub fn outcome_name(outcome: Option<OutcomeKind>) -> &'static str {
     outcome.map_or("failed", OutcomeKind::name)
+}
+
+/// Outcomes of rows, by their names.
+mod outcome {
+    use hpu_cosim::scene::OutcomeKind;
+    use serde::{Deserialize, Deserializer, Serializer, de};
+
+    pub fn serialize<S: Serializer>(outcome: &OutcomeKind, to: S) -> Result<S::Ok, S::Error> {
+        to.serialize_str(outcome.name())
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<OutcomeKind, D::Error> {
+        let name = String::deserialize(from)?;
+        let outcome = OutcomeKind::ALL.into_iter().find(|kind| kind.name() == name);
+        outcome.ok_or_else(|| de::Error::custom(format!("{name} is no outcome")))
+    }
 }
 
 /// How far a cell is run.
@@ -143,96 +183,6 @@ pub(crate) fn more_events(most: u64) -> String {
 const MOST_ROWS: u64 = 20_000_000;
 
 impl Cell {
-    /// Returns the cell as a line: its fields in their order, empty where there is no value.
-    pub fn line(&self) -> String {
-        let known = |value: Option<f64>| value.map_or(String::new(), |value| format!("{value:e}"));
-        let switching = self.switching.as_deref();
-        let numbers = [
-            known(self.rms),
-            known(self.amplitude),
-            known(self.frequency_hz),
-            known(Some(self.hand_j)),
-            known(Some(self.source_j)),
-            known(Some(self.dissipated_j)),
-            known(self.displayed.map(|displayed| displayed.stiffness)),
-            known(self.displayed.map(|displayed| displayed.asked)),
-            known(self.contact_share),
-            known(self.device_contact_share),
-            self.product_wraps.map_or(String::new(), |wraps| wraps.to_string()),
-            u8::from(self.contact_unseen).to_string(),
-            known(Some(self.position_lost_share)),
-            known(self.stiffness_error),
-            known(Some(self.overflow_share)),
-            switching.map_or(String::new(), |switching| switching.count.to_string()),
-            known(switching.map(|switching| switching.bump_n)),
-            known(switching.and_then(|switching| switching.switch_j)),
-        ];
-        let outcome = outcome_name(Some(self.outcome));
-        format!("{outcome},{},{},{}", numbers.join(","), self.edges, known(self.telling_s))
-    }
-
-    /// Reads a cell from its line; `None` for any other text. Lines of programs that knew no duration that tells end
-    /// with the edges.
-    pub fn read(line: &str) -> Option<Self> {
-        let fields: Vec<&str> = line.split(',').collect();
-        let [
-            outcome,
-            rms,
-            amplitude,
-            frequency,
-            hand,
-            source,
-            heat,
-            displayed,
-            asked,
-            contact,
-            device_contact,
-            wraps,
-            unseen,
-            lost,
-            error,
-            overflow,
-            switches,
-            bump,
-            switch,
-            edges,
-            ref telling @ ..,
-        ] = fields[..]
-        else {
-            return None;
-        };
-        let known = |text: &str| if text.is_empty() { Some(None) } else { text.parse().ok().map(Some) };
-        Some(Self {
-            outcome: OutcomeKind::ALL.into_iter().find(|kind| kind.name() == outcome)?,
-            rms: known(rms)?,
-            amplitude: known(amplitude)?,
-            frequency_hz: known(frequency)?,
-            hand_j: hand.parse().ok()?,
-            source_j: source.parse().ok()?,
-            dissipated_j: heat.parse().ok()?,
-            displayed: known(displayed)?.zip(known(asked)?).map(|(stiffness, asked)| Displayed { stiffness, asked }),
-            contact_share: known(contact)?,
-            device_contact_share: known(device_contact)?,
-            product_wraps: if wraps.is_empty() { None } else { Some(wraps.parse().ok()?) },
-            contact_unseen: unseen == "1",
-            position_lost_share: lost.parse().ok()?,
-            stiffness_error: known(error)?,
-            overflow_share: overflow.parse().ok()?,
-            switching: match known(bump)? {
-                None => None,
-                Some(bump_n) => {
-                    Some(Box::new(Switching { count: switches.parse().ok()?, bump_n, switch_j: known(switch)? }))
-                }
-            },
-            edges: edges.parse().ok()?,
-            telling_s: match telling {
-                [] => None,
-                [telling] => known(telling)?,
-                _ => return None,
-            },
-        })
-    }
-
     /// Runs an experiment; returns `None` when `control` or the guard stopped it.
     ///
     /// # Errors
@@ -341,34 +291,4 @@ fn numbers(verdict: Verdict) -> (Option<f64>, Option<f64>, Option<f64>) {
 /// words.
 fn stiffness_error(experiment: &Experiment) -> Option<f64> {
     experiment.setup().stiffness_error()
-}
-
-/// Returns how often the spring's product had wrapped when the motion came to rest in the wall; `None` if it had not,
-/// or if the loop's product does not drop its upper bits.
-pub fn product_wraps(scene: &Scene, realised: &Realised, trace: &Trace, summary: &Summary) -> Option<u64> {
-    let settled = matches!(summary.verdict, Some(Verdict::Settled { .. }));
-    if !settled || scene.method.saturate || matches!(scene.method.kind, Loop::Law(_)) {
-        return None;
-    }
-    displayed_stiffness((scene.wall.position_rad, scene.wall.stiffness_nm_per_rad), trace, summary.averages)?;
-    let depth = trace.judged_rows(ANGLE).last()? - scene.wall.position_rad;
-    let full = realised.torque_quantum_nm * f64::from(scene.method.pwm.bits).exp2();
-    let wraps = (realised.stiffness_nm_per_rad * depth / full) as u64;
-    (wraps > 0).then_some(wraps)
-}
-
-/// Returns the displayed stiffness and its ratio to the stiffness asked for. The displayed stiffness is the actuator's
-/// mean torque or force divided by the mean penetration of the wall as asked for, both exact, in the judged window.
-/// Returns `None` if the wall is not touched during all of this time.
-pub fn displayed_stiffness(
-    (wall_rad, asked): (f64, f64),
-    trace: &Trace,
-    averages: Option<[f64; 2]>,
-) -> Option<(f64, Option<f64>)> {
-    if trace.judged_rows(ANGLE).iter().any(|angle_rad| *angle_rad <= wall_rad) {
-        return None;
-    }
-    let [torque_nm, angle_rad] = averages?;
-    let displayed = -torque_nm / (angle_rad - wall_rad);
-    displayed.is_finite().then_some((displayed, (asked > 0.0).then_some(displayed / asked)))
 }

@@ -7,7 +7,7 @@ use hpu_cosim::Control;
 use hpu_cosim::scene::{Experiment, Scene};
 
 use super::{Axis, CellIndex, Map};
-use crate::criteria::{self, Criterion};
+use hpu_prove::criteria::{self, Criterion};
 
 /// The key that the criteria limit.
 pub const KEY: &str = "wall.stiffness";

@@ -1,16 +1,21 @@
 //! The questions of a map to a device.
 
 use hpu_cosim::Simulation;
+use hpu_farm::form;
 use hpu_signal::Observe;
+use serde::{Deserialize, Serialize};
 
 /// The switches of a control, as a map's cell has them.
-#[derive(Clone, Copy, PartialEq, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Switching {
     /// Their number in the whole run.
+    #[serde(rename = "switches")]
     pub count: u64,
     /// The greatest leap of the drive at a switch, as a force in N at a tip that rests.
+    #[serde(with = "form::number")]
     pub bump_n: f64,
     /// Energy that the drive gave per switch in the judged window, in J; `None` without a switch there.
+    #[serde(with = "form::figure", default, skip_serializing_if = "Option::is_none")]
     pub switch_j: Option<f64>,
 }
 

@@ -9,7 +9,7 @@ use hpu_cosim::scene::Experiment;
 
 use super::alike::Alike;
 use super::{Cell, CellLimits, Class, Found, Map, Refinement};
-use crate::units::{self, UnitResult};
+use hpu_farm::{Failed, UnitResult, units};
 
 /// How a map is filled.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -25,12 +25,12 @@ pub struct Plan {
 impl Map {
     /// Runs one cell as a unit of work, unless a cell with the same words was run; returns `None` when `control` or the
     /// guard stopped it.
-    fn run_cell(&self, index: usize, limits: CellLimits, control: &Control, alike: &Alike) -> Option<UnitResult> {
+    fn run_cell(&self, index: usize, limits: CellLimits, control: &Control, alike: &Alike) -> Option<UnitResult<Cell>> {
         let made = self.experiment(self.point(index)).map_err(|error| error.to_string().into());
         let run = |experiment: Experiment| alike.cell(&experiment, || Cell::run(&experiment, limits, control));
         match made.and_then(run) {
-            Ok(cell) => cell.map(|cell| Ok(cell.line())),
-            Err(reason) => Some(Err(reason.to_string())),
+            Ok(cell) => cell.map(Ok),
+            Err(reason) => Some(Err(Failed::new(reason))),
         }
     }
 
@@ -46,7 +46,7 @@ impl Map {
         Plan { limits, jobs, .. }: Plan,
         control: &Control,
         alike: &Alike,
-        take: impl FnMut(usize, UnitResult) -> Result<(), E>,
+        take: impl FnMut(usize, UnitResult<Cell>) -> Result<(), E>,
     ) -> Result<(), E> {
         // Stopping the map may end a simulator, and with it a cell, before the cell itself is told to stop. A cell that
         // failed for this reason is run again.
@@ -66,14 +66,14 @@ impl Map {
     pub fn run<E>(
         &self,
         plan: Plan,
-        done: BTreeMap<usize, UnitResult>,
+        done: BTreeMap<usize, UnitResult<Cell>>,
         control: &Control,
-        mut keep: impl FnMut(usize, &UnitResult) -> Result<(), E>,
+        mut keep: impl FnMut(usize, &UnitResult<Cell>) -> Result<(), E>,
     ) -> Result<Option<Vec<Found>>, E> {
         // For each cell only its result is in memory.
         let mut found: Vec<Option<Found>> = vec![None; self.len()];
         for (index, row) in done {
-            found[index] = Some(Found::Run(read(row)));
+            found[index] = Some(Found::Run(row));
         }
         let alike = Alike::of(self);
         let mut fill = |wanted: &mut dyn Iterator<Item = usize>, found: &mut [Option<Found>]| {
@@ -81,7 +81,7 @@ impl Map {
             left.sort_unstable_by_key(scattered);
             self.run_cells(&left, plan, control, &alike, |index, row| {
                 keep(index, &row)?;
-                found[index] = Some(Found::Run(read(row)));
+                found[index] = Some(Found::Run(row));
                 Ok(())
             })?;
             // If the map was not stopped, the missing cells were late. They have no row, so that a later continuation
@@ -116,10 +116,10 @@ impl Map {
 
     /// Returns the numbers of the cells that a refined map runs next, in order, when these rows are `done`; none when
     /// the map is complete.
-    pub fn next_wave(&self, done: BTreeMap<usize, UnitResult>) -> Vec<usize> {
+    pub fn next_wave(&self, done: BTreeMap<usize, UnitResult<Cell>>) -> Vec<usize> {
         let mut found: Vec<Option<Found>> = vec![None; self.len()];
         for (index, row) in done {
-            found[index] = Some(Found::Run(read(row)));
+            found[index] = Some(Found::Run(row));
         }
         let mut layers = Layers::new(self);
         loop {
@@ -162,9 +162,4 @@ impl Layers {
 /// similar time: in the map's own order a corner of slow cells may come last, and one thread would wait for another.
 fn scattered(index: &usize) -> u64 {
     (*index as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15)
-}
-
-/// Reads a row as the cell that it describes.
-fn read(row: UnitResult) -> Result<Cell, String> {
-    row.and_then(|line| Cell::read(&line).ok_or_else(|| format!("`{line}` in the journal is no cell")))
 }

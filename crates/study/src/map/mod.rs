@@ -1,7 +1,7 @@
 //! Maps of stability: a scene over two of its keys, by any set of methods.
 //!
 //! A cell is a run of the scene under overrides: those of the whole map, those of the two axes, and those of the
-//! method. It is a unit of work ([`crate::units`]), so a map does not depend on the threads, and continues after an
+//! method. It is a unit of work ([`hpu_farm::units`]), so a map does not depend on the threads, and continues after an
 //! interruption. Unless all cells are asked for, only those along boundaries are run ([`Refinement`]).
 
 mod agreement;
@@ -16,7 +16,6 @@ mod fill;
 mod method;
 mod refine;
 mod table;
-mod unseen;
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -24,12 +23,13 @@ use std::io;
 
 use hpu_cosim::Simulation;
 use hpu_cosim::scene::{Datapath, Experiment, OutcomeKind, SceneError};
+use hpu_farm::UnitResult;
 
 pub use agreement::{Agreement, agreements, is_predicted, predicted};
 pub use alike::Alike;
 pub use axis::Axis;
 pub(crate) use cell::more_events;
-pub use cell::{Cell, CellError, CellLimits, Displayed, displayed_stiffness, outcome_name, product_wraps};
+pub use cell::{Cell, CellError, CellLimits, Displayed, outcome_name};
 pub use class::is_unseen;
 pub use class::{Class, class_name, classes, unheld, unseen, wrapped};
 pub use curves::{Curve, Curves};
@@ -41,7 +41,6 @@ pub use refine::{Refinement, STRIDE};
 pub use table::{csv, fields, units_of};
 #[cfg(not(target_family = "wasm"))]
 pub use table::{meanings, parquet, place, schema};
-pub use unseen::{Unseen, unseen_contact};
 
 /// A scene's text, with all data files that it needs.
 #[derive(Clone, PartialEq, Debug)]
@@ -117,7 +116,7 @@ pub struct CellIndex {
 #[derive(Clone, PartialEq, Debug)]
 pub enum Found {
     /// The cell was run; or the reason why it could not be run.
-    Run(Result<Cell, String>),
+    Run(UnitResult<Cell>),
     /// The cell has the class of the cell with this index, which was run.
     As(usize),
     /// The cell took longer than the guard allows. Nothing is known of it, and it is to be run again.

@@ -7,9 +7,9 @@ use std::num::NonZeroU32;
 use parquet::errors::ParquetError;
 
 use super::{Cell, Displayed, Found, Map, Switching, is_late, outcome, outcome_name};
-use crate::page::{Column, Field, Place, Value, write_csv};
 #[cfg(not(target_family = "wasm"))]
-use crate::sweep::Schema;
+use hpu_farm::Schema;
+use hpu_page::{Column, Field, Place, Value, write_csv};
 
 /// Returns units and meanings as keys and values, for the heads of the files.
 pub fn units_of(map: &Map) -> Vec<(String, String)> {
@@ -113,7 +113,7 @@ pub fn fields<'a>(map: &'a Map, found: &'a [Found], replay: impl Fn(usize) -> St
         of(Column::integer("edges", ""), |cell| cell.edges.into()),
         figure("telling_duration_s", |cell| cell.telling_s.into()),
         Column::text("reason", "").of(move |index| match &found[*index] {
-            Found::Run(Err(reason)) => Value::from(reason),
+            Found::Run(Err(reason)) => Value::from(reason.to_string()),
             _ => Value::Absent,
         }),
         Column::text("replay", "").only(&in_file).of(move |index| replay(*index)),
@@ -155,7 +155,7 @@ pub fn parquet(
     replay: impl Fn(usize) -> String,
 ) -> Result<(), ParquetError> {
     let metadata = [("command".to_string(), command.to_string())].into_iter().chain(units_of(map));
-    crate::page::write_parquet(out, "map", metadata, &fields(map, found, replay), 0..found.len())
+    hpu_page::write_parquet(out, "map", metadata, &fields(map, found, replay), 0..found.len())
 }
 
 /// Returns the columns of a sweep over the map: method and values of the axes, then the fields of a cell's line.

@@ -1,20 +1,17 @@
 //! The PHANToM: a three-joint arm, whose datapath reads sines from tables and finds forces in a room of walls.
 
-mod bounds;
 mod cost;
 mod fields;
-mod gappa;
 mod models;
-mod posture;
 mod search;
 pub mod sines;
 pub mod tables;
 pub mod workspace;
 
+use hpu_cosim::Trace;
 use hpu_cosim::scene::{
     Experiment, PhantomLaw as Law, PhantomModel as Model, PhantomScene as Scene, Scene as AxisScene,
 };
-use hpu_cosim::{PhantomSimulation as AxisSimulation, Trace};
 use hpu_datapath::phantom::{self as datapath, Config};
 use hpu_signal::Format;
 
@@ -24,10 +21,10 @@ use crate::fit::Simplifications;
 use crate::widths::search::Loops;
 use crate::widths::{Asked, Field, Reach};
 use crate::{accuracy, fit, map, widths};
+use hpu_prove::arms::{phantom_proof, script};
 use hpu_prove::ranges::Proof;
 
 pub use cost::{cells, rams};
-pub use posture::{SIGNALS, SignalBound, bounds};
 pub(crate) use search::Arm as Loop;
 pub use search::{proved, rung};
 
@@ -109,11 +106,11 @@ impl widths::search::Device for Scene {
 
 impl Device for Scene {
     fn bounds(&self) -> Result<Proof, String> {
-        bounds::proof(self)
+        phantom_proof(self)
     }
 
     fn gappa(&self) -> Result<String, String> {
-        gappa::script(self)
+        script(self)
     }
 
     fn priced(&self) -> Result<(), String> {

@@ -11,9 +11,10 @@
 use hpu_cosim::Summary;
 use hpu_cosim::scene::{Experiment, OutcomeKind};
 use hpu_datapath::ConfigError;
+use hpu_prove::arms::bounds;
 
 use super::cost::{ESTIMATE_ERROR, cells, rams};
-use super::{A_DEVICE, Law, arm, bounds, datapath, of_scene};
+use super::{A_DEVICE, Law, arm, datapath, of_scene};
 use crate::widths::Field;
 use crate::widths::search::climb::Rungs;
 use crate::widths::search::knob::{Depth, Key};

@@ -8,7 +8,7 @@ use hpu_signal::{Format, Notation};
 
 use super::Config;
 use super::datapath::{Phase, Trig, TrigCordic, TrigInterpolated, TrigOut, TrigQuarter, TrigTable, Turn, Wave};
-use crate::page::quoted;
+use hpu_page::quoted;
 
 hpu_signal::named! {
     /// A source of sine and cosine.

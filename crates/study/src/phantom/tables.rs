@@ -16,7 +16,7 @@ use super::datapath::{TrigOut, TrigTable, Turn};
 use super::sines::{Sine, Source, sines_of};
 use super::workspace::{CELLS, NOMINAL_MM, Workspace};
 use crate::device::ToldTables;
-use crate::page::Page;
+use hpu_page::Page;
 
 /// Bits of a block RAM of the iCE40.
 const RAM_BITS: u64 = 4096;

@@ -14,7 +14,7 @@ use super::measured::{Measured, simulation};
 use crate::accuracy::{Outputs, driver, usual, worst};
 use crate::fit::percent;
 use crate::map::outcome_name;
-use crate::units::on_threads;
+use hpu_farm::units::on_threads;
 
 /// The recommendation for one width.
 #[derive(Clone, PartialEq, Debug)]

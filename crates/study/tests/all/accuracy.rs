@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use hpu_cosim::scene::{Experiment, OutcomeKind, Output, shipped};
 use hpu_cosim::{Control, Driver};
+use hpu_prove::criteria;
 use hpu_study::accuracy::{Chart, Grade, Outputs, Plan, Race, SOLVERS, contestants, front, named, usual, worst};
-use hpu_study::criteria;
 use proptest::prelude::*;
 
 fn scene(name: &str, set: &[(&str, &str)]) -> Experiment {

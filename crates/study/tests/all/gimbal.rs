@@ -2,7 +2,8 @@
 
 use hpu_cosim::scene::{Experiment, GimbalScene};
 use hpu_cosim::{Control, Driver, GimbalSimulation, Simulation, SplitMix64, Summary, Wired};
-use hpu_study::gimbal::{Criteria, NAMES, Switches, TouchLimits};
+use hpu_prove::criteria::touch::{Criteria, NAMES};
+use hpu_study::gimbal::{Switches, TouchLimits};
 
 pub fn scene(name: &str, set: &[(&str, &str)]) -> GimbalScene {
     let shipped = hpu_cosim::scene::shipped().iter().find(|scene| scene.name == name).expect("shipped");

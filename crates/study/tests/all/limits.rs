@@ -6,8 +6,8 @@ use std::num::NonZeroUsize;
 use hpu_cosim::scene::{Experiment, OutcomeKind, Scene, shipped};
 use hpu_cosim::{Control, LinearLoop};
 use hpu_prove::SampledLoop;
+use hpu_prove::criteria::Criterion;
 use hpu_prove::linear::{Damping, End, StableSet, Stretch, usual_range};
-use hpu_study::criteria::Criterion;
 use hpu_study::limits::{Group, Limits, Looks, WordsSet, limits};
 use hpu_study::map::{Cell, CellLimits};
 

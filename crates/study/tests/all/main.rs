@@ -3,7 +3,6 @@
 mod accuracy;
 #[path = "../../../chart/tests/all/colours.rs"]
 mod colours;
-mod criteria;
 mod fit;
 mod gimbal;
 mod limits;
@@ -14,13 +13,9 @@ mod looks;
 mod map;
 mod map_edges;
 mod map_refine;
-mod page_html;
 #[expect(dead_code, reason = "the tests of an axis use the rest")]
 #[path = "../../../prove/tests/all/proofs_common/mod.rs"]
 mod proofs_common;
-mod sweep;
-mod trace_table;
-mod units;
 mod width_price;
 mod width_proofs_gappa;
 mod width_proofs_gimbal;

@@ -11,11 +11,11 @@ use std::time::Duration;
 
 use hpu_cosim::Control;
 use hpu_cosim::scene::{OutcomeKind, shipped, shipped_file};
-use hpu_study::criteria::named;
+use hpu_farm::{Row, UnitResult};
+use hpu_prove::criteria::named;
 use hpu_study::map::{
     self, Axis, Cell, CellIndex, CellLimits, Curves, Displayed, Found, Map, MapError, Method, Plan, Switching,
 };
-use hpu_study::units::UnitResult;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
 
@@ -139,7 +139,7 @@ fn maps_that_cannot_be_are_refused_before_a_cell_is_run() {
 }
 
 #[test]
-fn a_cell_comes_back_from_its_line_as_it_was() {
+fn a_cell_comes_back_from_its_row_as_it_was() {
     let cell = Cell {
         outcome: OutcomeKind::LimitCycle,
         rms: Some(0.1 + 0.2),
@@ -160,17 +160,21 @@ fn a_cell_comes_back_from_its_line_as_it_was() {
         edges: u64::MAX,
         telling_s: Some(0.3),
     };
-    assert_eq!(Cell::read(&cell.line()), Some(cell.clone()));
-    // A line of a program that knew no such duration.
-    let line = cell.line();
-    let (older, _) = line.rsplit_once(',').expect("fields");
-    assert_eq!(Cell::read(older), Some(Cell { telling_s: None, ..cell }));
-    for kind in OutcomeKind::ALL {
-        let line = line.replace("limit_cycle", kind.name());
-        assert_eq!(Cell::read(&line).expect("a cell").outcome, kind);
+    let displayed = Some(Displayed { stiffness: f64::NEG_INFINITY, asked: 1.0 / 7.0 });
+    let touching =
+        Cell { displayed, switching: None, rms: None, contact_unseen: true, telling_s: None, ..cell.clone() };
+    for outcome in OutcomeKind::ALL {
+        for cell in [&cell, &touching].map(|cell| Cell { outcome, ..cell.clone() }) {
+            assert_eq!(Row::of(&cell).read(), Ok(cell));
+        }
     }
-    for bad in ["", "settled", "flying,,,,0,0,0,,,,,,0,1", "settled,x,,,0,0,0,,,,,,0,1", "settled,,,,0,0,0,,,,,0,1"] {
-        assert_eq!(Cell::read(bad), None, "{bad}");
+    let row: serde_json::Value = Row::of(&cell).read().expect("JSON");
+    for (key, value) in
+        [("outcome", "flying".into()), ("rms", "x".into()), ("edges", (-1).into()), ("hand_j", serde_json::Value::Null)]
+    {
+        let mut bad = row.clone();
+        bad[key] = value;
+        assert!(Row::of(&bad).read::<Cell>().is_err(), "{key}");
     }
 }
 
@@ -226,7 +230,7 @@ fn threads_and_interruptions_change_nothing_and_no_cell_is_run_twice() {
     assert_eq!(run(&map, plan(false, 3)), expected);
     for stop_after in [1, 7, 20] {
         let control = Control::default();
-        let mut done: BTreeMap<usize, UnitResult> = BTreeMap::new();
+        let mut done: BTreeMap<usize, UnitResult<Cell>> = BTreeMap::new();
         let stopped = map.run(plan(false, 2), BTreeMap::new(), &control, |index, row| {
             done.insert(index, row.clone());
             control.stop.store(done.len() >= stop_after, Ordering::Relaxed);
@@ -270,8 +274,8 @@ fn cells_with_the_same_words_are_each_what_they_are_alone() {
 #[test]
 fn a_refined_map_does_not_depend_on_what_else_is_known() {
     let map = pressed("wall.stiffness=0.5..6.5 N.m/rad:13", "wall.damping=0..0.4 mN.m.s/rad:5", &["a"]);
-    let mut all: BTreeMap<usize, UnitResult> = BTreeMap::new();
-    let keep = |index: usize, row: &UnitResult| {
+    let mut all: BTreeMap<usize, UnitResult<Cell>> = BTreeMap::new();
+    let keep = |index: usize, row: &UnitResult<Cell>| {
         all.insert(index, row.clone());
         Ok::<_, Infallible>(())
     };
@@ -343,8 +347,8 @@ fn a_cell_that_the_guard_stops_is_late_and_has_no_row_and_is_run_by_whoever_goes
     let map = of_many_events();
     let limits = CellLimits { guard: Duration::ZERO, ..CellLimits::default() };
     // A cell is late after the guard's first look, which comes after 20 ms; this stops at least the longest cells.
-    let mut rows: BTreeMap<usize, UnitResult> = BTreeMap::new();
-    let mut keep = |index: usize, row: &UnitResult| {
+    let mut rows: BTreeMap<usize, UnitResult<Cell>> = BTreeMap::new();
+    let mut keep = |index: usize, row: &UnitResult<Cell>| {
         rows.insert(index, row.clone());
         Ok::<_, Infallible>(())
     };
@@ -358,7 +362,7 @@ fn a_cell_that_the_guard_stops_is_late_and_has_no_row_and_is_run_by_whoever_goes
     map::csv(&mut csv, &map, &guarded, "hpu map", |_| String::new()).unwrap();
     assert_eq!(String::from_utf8(csv).unwrap().matches(",not_run,0,").count(), late.len());
     let again = Mutex::new(Vec::new());
-    let note = |index: usize, _: &UnitResult| {
+    let note = |index: usize, _: &UnitResult<Cell>| {
         again.lock().unwrap().push(index);
         Ok::<_, Infallible>(())
     };

@@ -1,6 +1,6 @@
 //! Compares the search over widths with the whole grid run design by design, and with the scenes' own words.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::convert::Infallible;
 use std::num::NonZeroUsize;
 use std::sync::atomic::Ordering;
@@ -9,13 +9,13 @@ use hpu_chart::{error_by_width, stiffness_by_cost};
 use hpu_cosim::scene::{Experiment, Loop, OutcomeKind, shipped};
 use hpu_cosim::{Control, Driver};
 use hpu_datapath::{LoopConfig, PwmConfig};
+use hpu_farm::UnitResult;
 use hpu_signal::Format;
 use hpu_study::accuracy::{Outputs, worst};
 use hpu_study::map::{Cell, CellLimits, SceneText};
-use hpu_study::units::UnitResult;
 use hpu_study::widths::Field;
 use hpu_study::widths::search::{
-    Cost, Design, ESTIMATE_ERROR, Ended, Found, Knob, Merit, Plan, SearchError, estimate, search,
+    Cost, Design, ESTIMATE_ERROR, Ended, Found, Knob, Merit, Plan, Ran, SearchError, estimate, search, search_wave,
 };
 
 use crate::looks::{assert_readable, texts};
@@ -43,7 +43,7 @@ pub fn scene(name: &str, set: &Set) -> (String, Experiment) {
 }
 
 pub fn found(scenes: &[(String, Experiment)], knobs: &[Knob], plan: Plan) -> Result<Found, SearchError> {
-    let keep = |_: usize, _: &UnitResult| Ok::<(), Infallible>(());
+    let keep = |_: usize, _: &UnitResult<Ran>| Ok::<(), Infallible>(());
     match search(scenes, knobs, plan, BTreeMap::new(), &Control::default(), keep, |_| ()) {
         Ok(found) => Ok(found),
         Err(Ended::Refused(error)) => Err(error),
@@ -204,8 +204,8 @@ fn so_it_is_of_a_held_position_and_where_designs_that_are_far_off_are_none() {
 fn a_search_goes_on_from_its_rows_and_finds_the_same_on_any_number_of_threads() {
     let scene = [scene("thrown-hybrid", &set(&[("run.duration", "40 ms")]))];
     let knobs = knobs(&["position_bits=5..7", "velocity_bits=3..5"]);
-    let mut rows: BTreeMap<usize, UnitResult> = BTreeMap::new();
-    let keep = |index: usize, row: &UnitResult| {
+    let mut rows: BTreeMap<usize, UnitResult<Ran>> = BTreeMap::new();
+    let keep = |index: usize, row: &UnitResult<Ran>| {
         rows.insert(index, row.clone());
         if rows.len() < 7 { Ok(()) } else { Err("the disk is full") }
     };
@@ -213,7 +213,7 @@ fn a_search_goes_on_from_its_rows_and_finds_the_same_on_any_number_of_threads() 
     assert!(matches!(ended, Err(Ended::Kept("the disk is full"))));
     let kept = rows.len();
     let mut more = 0;
-    let keep = |_: usize, _: &UnitResult| {
+    let keep = |_: usize, _: &UnitResult<Ran>| {
         more += 1;
         Ok::<(), Infallible>(())
     };
@@ -228,7 +228,7 @@ fn a_search_goes_on_from_its_rows_and_finds_the_same_on_any_number_of_threads() 
 fn a_search_that_is_stopped_says_so() {
     let control = Control::default();
     control.stop.store(true, Ordering::Relaxed);
-    let keep = |_: usize, _: &UnitResult| Ok::<(), Infallible>(());
+    let keep = |_: usize, _: &UnitResult<Ran>| Ok::<(), Infallible>(());
     let knobs = knobs(&["velocity_bits=3..5"]);
     let ended = search(&[scene("thrown-hybrid", &Set::new())], &knobs, PLAN, BTreeMap::new(), &control, keep, |_| ());
     assert!(matches!(ended, Err(Ended::Stopped)));
@@ -408,4 +408,47 @@ fn no_bit_of_position_gains_and_modulator_makes_the_estimate_smaller() {
             assert!(less <= more, "{widths:?} at {place}: {less} and {more}");
         }
     }
+}
+
+#[test]
+fn a_search_whose_waves_are_shared_by_processes_finds_what_one_process_finds() {
+    let scene =
+        [scene("thrown-hybrid", &[("run.duration".to_string(), "40 ms".to_string())].into_iter().collect::<Set>())];
+    let knobs = knobs(&["position_bits=5..7", "velocity_bits=3..5"]);
+    let plan = Plan { jobs: NonZeroUsize::MIN, ..PLAN };
+    let control = Control::default();
+    let part = |done: &BTreeMap<usize, UnitResult<Ran>>, part: &[usize]| {
+        let mut rows = BTreeMap::new();
+        let keep = |index: usize, row: &UnitResult<Ran>| {
+            rows.insert(index, row.clone());
+            Ok::<(), Infallible>(())
+        };
+        let ended = search_wave(&scene, &knobs, plan, done.clone(), part, &control, keep);
+        (ended, rows)
+    };
+    let mut done = BTreeMap::new();
+    let mut waves = 0;
+    let shared = loop {
+        match part(&done, &[]) {
+            (Ok(found), rows) => {
+                assert!(rows.is_empty());
+                break found;
+            }
+            (Err(Ended::Wave(wave)), rows) => {
+                assert!(rows.is_empty(), "no run is done unasked");
+                waves += 1;
+                let (first, second) = wave.split_at(wave.len() / 2);
+                // Each half knows the waves before alone.
+                let parts = [second, first].map(|half| part(&done, half));
+                for ((ended, rows), half) in parts.into_iter().zip([second, first]) {
+                    assert!(matches!(ended, Err(Ended::Wave(of)) if of == wave));
+                    assert_eq!(rows.keys().copied().collect::<BTreeSet<_>>(), half.iter().copied().collect());
+                    done.extend(rows);
+                }
+            }
+            _ => panic!("nobody stops it"),
+        }
+    };
+    assert!(waves > 2);
+    assert_eq!(shared, found(&scene, &knobs, plan).expect("a search"));
 }

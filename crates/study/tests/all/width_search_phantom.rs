@@ -6,12 +6,12 @@ use std::num::NonZeroUsize;
 
 use hpu_cosim::scene::{Experiment, OutcomeKind, PhantomScene, shipped};
 use hpu_cosim::{Control, Driver};
+use hpu_farm::UnitResult;
 use hpu_study::accuracy::{Outputs, worst};
 use hpu_study::map::SceneText;
 use hpu_study::phantom::{cells, proved, rams, rung};
-use hpu_study::units::UnitResult;
 use hpu_study::widths::Field;
-use hpu_study::widths::search::{Cost, Design, Ended, Found, Knob, Merit, Plan, RatedDesign, SearchError, search};
+use hpu_study::widths::search::{Cost, Design, Ended, Found, Knob, Merit, Plan, Ran, RatedDesign, SearchError, search};
 
 type Set = Vec<(String, String)>;
 
@@ -34,7 +34,7 @@ fn plan(within: f64, jobs: usize) -> Plan {
 
 fn found(set: &Set, knobs: &[Knob], plan: Plan) -> Result<Found, SearchError> {
     let scene = [("phantom-drop".to_string(), text("phantom-drop").parse(set).expect("the scene"))];
-    let keep = |_: usize, _: &UnitResult| Ok::<(), Infallible>(());
+    let keep = |_: usize, _: &UnitResult<Ran>| Ok::<(), Infallible>(());
     match search(&scene, knobs, plan, BTreeMap::new(), &Control::default(), keep, |_| ()) {
         Ok(found) => Ok(found),
         Err(Ended::Refused(error)) => Err(error),

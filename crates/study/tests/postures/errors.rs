@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use hpu_datapath::Block;
 use hpu_datapath::phantom::{Config, PhantomForward, PhantomTorque, TrigTable, phantom_forward, phantom_torque};
-use hpu_study::phantom::{SignalBound, bounds};
+use hpu_prove::arms::{SignalBound, bounds};
 
 /// The upper bits of a linear congruential generator (Knuth's MMIX).
 struct Draw(u64);

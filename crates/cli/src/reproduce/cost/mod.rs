@@ -7,10 +7,10 @@ mod text;
 use std::path::PathBuf;
 
 use hpu_datapath::phantom::{Config, loop_variants};
+use hpu_farm::{Failed, UnitResult, units};
 use hpu_papers::phantom::COST;
+use hpu_prove::arms::bounds;
 use hpu_rtl::{Cost, cost, tool_versions, vhdl};
-use hpu_study::phantom::bounds;
-use hpu_study::units;
 use serde_json::json;
 
 use crate::beside::claim;
@@ -96,15 +96,16 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
             // A block belongs to the thread that made it.
             let block = find(name, label).ok()?;
             let made = cost(&*block, &setup);
-            (!interrupt::pressed()).then(|| made.map(|cost| cost.line()).map_err(|error| error.to_string()))
+            (!interrupt::pressed()).then(|| made.map(|cost| cost.line()).map_err(Failed::new))
         };
         units::run(plan.len(), args.jobs.get(), done, control, unit, |index, row| journal.add(index, row))
     })?;
     let Some(rows) = rows else {
         return Ok(Exit::Interrupted);
     };
-    let read = |row: Result<String, String>| {
-        row.and_then(|text| Cost::from_line(&text).ok_or_else(|| format!("`{text}` in the journal is no cost")))
+    let read = |row: UnitResult<String>| {
+        let text = row.map_err(|failed| failed.to_string())?;
+        Cost::from_line(&text).ok_or_else(|| format!("`{text}` in the journal is no cost"))
     };
     let rows: Vec<CostRow> = plan
         .iter()

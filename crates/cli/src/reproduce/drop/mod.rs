@@ -3,14 +3,15 @@
 mod json;
 mod trials;
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
 use hpu_chart::{self as chart, Picture};
 use hpu_cosim::Control;
 use hpu_cosim::scene::{Direction, Platform};
+use hpu_farm::{UnitResult, typed, units};
 use hpu_papers::phantom::{self as study, Class, Outcomes, RUNGS, Rung, Study, Tables, Trial, TrialSetup, ladder};
-use hpu_study::units::{self, UnitResult};
 
 use crate::journal;
 use crate::scene::{self, set_options};
@@ -181,7 +182,7 @@ pub fn run(name: Name, args: &Args) -> Result<Exit, Failure> {
 /// Shows the trials that a sweep has gathered, as `args` ask for.
 pub fn gathered(trials: Trials, args: &Args, rows: Rows) -> Result<Exit, Failure> {
     let folder = args.out.as_deref().map(Folder::open).transpose()?;
-    finish(trials, args, folder, rows, |_, _| Ok(()))
+    finish(trials, args, folder, typed(rows), |_, _| Ok(()))
 }
 
 /// Runs the trials that are not done, and shows the tables; every new row goes through `keep`.
@@ -189,8 +190,8 @@ fn finish(
     trials: Trials,
     args: &Args,
     mut folder: Option<Folder>,
-    done: Rows,
-    keep: impl FnMut(usize, &UnitResult) -> Result<(), Failure>,
+    done: BTreeMap<usize, UnitResult<Trial>>,
+    keep: impl FnMut(usize, &UnitResult<Trial>) -> Result<(), Failure>,
 ) -> Result<Exit, Failure> {
     let mut outcomes = outcomes(done);
     fill(&trials, args, &mut outcomes, interrupt::heed(), keep)?;
@@ -231,7 +232,7 @@ fn fill(
     args: &Args,
     outcomes: &mut Outcomes,
     control: &'static Control,
-    mut keep: impl FnMut(usize, &UnitResult) -> Result<(), Failure>,
+    mut keep: impl FnMut(usize, &UnitResult<Trial>) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
     while !control.stop.load(Ordering::Relaxed) {
         let wanted = trials.study.wanted(outcomes);
@@ -246,7 +247,7 @@ fn fill(
                 |place, control| trials.trial(place, control),
                 |place, row| {
                     keep(place, &row)?;
-                    outcomes.insert(place, read(row));
+                    outcomes.insert(place, row.map_err(|failed| failed.to_string()));
                     Ok::<(), Failure>(())
                 },
             )
@@ -256,13 +257,8 @@ fn fill(
 }
 
 /// Reads the trials of these rows.
-fn outcomes(rows: Rows) -> Outcomes {
-    rows.into_iter().map(|(place, row)| (place, read(row))).collect()
-}
-
-/// Reads a trial from a row of the journal.
-fn read(row: UnitResult) -> Result<Trial, String> {
-    row.and_then(|line| Trial::read(&line).ok_or_else(|| format!("`{line}` in the journal is no trial")))
+fn outcomes(rows: BTreeMap<usize, UnitResult<Trial>>) -> Outcomes {
+    rows.into_iter().map(|(place, row)| (place, row.map_err(|failed| failed.to_string()))).collect()
 }
 
 /// A complete study.

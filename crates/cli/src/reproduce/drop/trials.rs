@@ -3,11 +3,10 @@
 use std::num::NonZeroUsize;
 
 use hpu_cosim::Control;
-use hpu_papers::phantom::{self as study, Study, TrialSetup};
+use hpu_farm::{Failed, Points, Schema, UnitResult, typed, units, untyped};
+use hpu_page::{Column, Value};
+use hpu_papers::phantom::{self as study, Study, Trial, TrialSetup};
 use hpu_study::map::SceneText;
-use hpu_study::page::{Column, Value};
-use hpu_study::sweep::{Points, Schema};
-use hpu_study::units::{self, UnitResult};
 
 use super::{Args, Name, outcomes};
 use crate::answers::read_words;
@@ -47,11 +46,9 @@ impl Trials {
     }
 
     /// Runs a trial; `None` when it was stopped.
-    pub(super) fn trial(&self, place: usize, control: &Control) -> Option<UnitResult> {
-        match study::run_trial(&self.study.overrides(&self.points[place]), control) {
-            Ok(trial) => trial.map(|trial| Ok(trial.line())),
-            Err(reason) => Some(Err(reason)),
-        }
+    pub(super) fn trial(&self, place: usize, control: &Control) -> Option<UnitResult<Trial>> {
+        let trial = study::run_trial(&self.study.overrides(&self.points[place]), control);
+        trial.map_err(Failed::new).transpose()
     }
 }
 
@@ -113,10 +110,16 @@ impl Work for Trials {
     }
 
     fn next(&self, done: Rows, _control: &Control) -> Result<Points, Failure> {
-        Ok(Points::of(self.study.wanted(&outcomes(done)).into_iter().map(|trial| trial as u64)))
+        Ok(Points::of(self.study.wanted(&outcomes(typed(done))).into_iter().map(|trial| trial as u64)))
     }
 
     fn run(&self, _done: Rows, points: &[usize], control: &Control, take: Take) -> Result<(), Failure> {
-        units::run_some(points, NonZeroUsize::MIN, control, |place, own| self.trial(place, own), take)
+        units::run_some(
+            points,
+            NonZeroUsize::MIN,
+            control,
+            |place, own| self.trial(place, own),
+            |place, row| take(place, untyped(&row)),
+        )
     }
 }

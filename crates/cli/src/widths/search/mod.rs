@@ -12,13 +12,12 @@ use std::sync::Arc;
 
 use hpu_cosim::Control;
 use hpu_cosim::scene::Experiment;
+use hpu_farm::{Points, Schema, UnitResult, typed, untyped};
+use hpu_page::Value;
 use hpu_rtl::{Cache, Counts, Setup};
 use hpu_study::map::SceneText;
-use hpu_study::page::Value;
-use hpu_study::sweep::{Points, Schema};
-use hpu_study::units::UnitResult;
 use hpu_study::widths::search::{
-    Design, Ended, Found, Knob, Plan, Progress, RatedDesign, SearchError, schema, search, search_wave,
+    Design, Ended, Found, Knob, Plan, Progress, Ran, RatedDesign, SearchError, schema, search, search_wave,
 };
 
 use crate::page::show;
@@ -201,7 +200,7 @@ fn finish(args: &Search, asked: &Asked, cases: &[Case], gathered: Option<Rows>) 
     });
     let (mut journal, done) = match gathered {
         // The rows of a sweep are kept in its own folder.
-        Some(rows) => (journal::resume(None, 0, ("widths", &command), [])?.0, rows),
+        Some(rows) => (journal::resume::<Ran>(None, 0, ("widths", &command), [])?.0, typed(rows)),
         None => journal::resume(out, usize::MAX, ("widths", &command), parts)?,
     };
     if args.lose != 0.01 {
@@ -290,9 +289,9 @@ impl Waves {
         done: Rows,
         part: &[usize],
         control: &Control,
-        mut take: impl FnMut(usize, &UnitResult) -> Result<(), Failure>,
+        mut take: impl FnMut(usize, &UnitResult<Ran>) -> Result<(), Failure>,
     ) -> Result<Vec<usize>, Failure> {
-        match search_wave(&named(&self.cases), &self.knobs, self.plan, done, part, control, &mut take) {
+        match search_wave(&named(&self.cases), &self.knobs, self.plan, typed(done), part, control, &mut take) {
             Ok(_) | Err(Ended::Stopped) => Ok(Vec::new()),
             Err(Ended::Wave(left)) => Ok(left),
             Err(Ended::Kept(failure)) => Err(failure),
@@ -341,7 +340,7 @@ impl Work for Waves {
     }
 
     fn run(&self, done: Rows, points: &[usize], control: &Control, take: Take) -> Result<(), Failure> {
-        self.part(done, points, control, |index, row| take(index, row.clone())).map(drop)
+        self.part(done, points, control, |index, row| take(index, untyped(row))).map(drop)
     }
 }
 

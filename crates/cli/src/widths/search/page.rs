@@ -1,7 +1,7 @@
 //! The result of a search over widths as a page. Each device adds its columns and its lines.
 
+use hpu_page::{Column, Field, Page, Table};
 use hpu_study::fit::percent;
-use hpu_study::page::{Column, Field, Page, Table};
 use hpu_study::widths::search::RatedDesign;
 use serde_json::{Value, json};
 

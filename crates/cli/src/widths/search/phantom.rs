@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use hpu_cosim::scene::Experiment;
+use hpu_page::{Cell, Column};
 use hpu_study::fit::percent;
-use hpu_study::page::{Cell, Column};
 use hpu_study::phantom::proved;
 use hpu_study::widths::search::RatedDesign;
 use serde_json::{Map, Value, json};

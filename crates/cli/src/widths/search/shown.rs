@@ -1,6 +1,6 @@
 //! The part of a search's page that depends on the device.
 
-use hpu_study::page::{Column, Field, Place};
+use hpu_page::{Column, Field, Place};
 use hpu_study::widths::search::RatedDesign;
 use serde_json::Value;
 

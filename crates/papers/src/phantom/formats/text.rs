@@ -8,7 +8,7 @@ use super::super::SignalBound;
 use super::super::postures::Measured;
 use super::{Fate, Formats, SignalRange, full_scales_nm, greatest, stiffness, sums};
 use crate::studies::summing::summing_up;
-use hpu_study::page::quoted;
+use hpu_page::quoted;
 use hpu_study::phantom::workspace::Workspace;
 
 /// First line of the CSV; units are in their own columns.

@@ -8,9 +8,14 @@
 
 use std::collections::BTreeMap;
 
-use super::knob::{Depth, Design};
 #[cfg(not(target_family = "wasm"))]
-use crate::{page::Column, sweep::Schema};
+use hpu_farm::Schema;
+use hpu_farm::form;
+#[cfg(not(target_family = "wasm"))]
+use hpu_page::Column;
+use serde::{Deserialize, Serialize};
+
+use super::knob::{Depth, Design};
 
 /// A run of a search.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
@@ -37,35 +42,28 @@ impl Run {
     }
 }
 
-/// The result of a run.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub(super) struct Ran {
+/// The result of a run: a row of a search. Its keys are the columns of a sweep.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+pub struct Ran {
     /// Whether the run settled.
-    pub settled: bool,
+    #[serde(with = "form::text")]
+    pub(super) settled: bool,
     /// Error of its outputs against the reference's; valid only at the scene's own wall.
-    pub error: f64,
-    /// The fewest bits with which the run is proved to be the same.
-    pub needs: Depth,
+    #[serde(with = "form::number")]
+    pub(super) error: f64,
+    needed_bits_0: i32,
+    needed_bits_1: i32,
 }
 
 impl Ran {
+    /// Returns the result of a run that is proved to be the same with at least `needs` bits.
+    pub(super) fn new(settled: bool, error: f64, [needed_bits_0, needed_bits_1]: Depth) -> Self {
+        Self { settled, error, needed_bits_0, needed_bits_1 }
+    }
+
     /// Returns whether a run with these widths, at most its own, is the same.
     fn covers(&self, depth: Depth) -> bool {
-        self.needs.iter().zip(depth).all(|(needs, bits)| *needs <= bits)
-    }
-
-    /// Returns it as a line of a journal.
-    pub fn line(&self) -> String {
-        let Self { settled, error, needs: [one, other] } = self;
-        format!("{settled},{error:e},{one},{other}")
-    }
-
-    /// Reads it from its line; `None` for any other text.
-    pub fn read(line: &str) -> Option<Self> {
-        let fields: Vec<&str> = line.split(',').collect();
-        let [settled, error, one, other] = fields[..] else { return None };
-        let needs = [one.parse().ok()?, other.parse().ok()?];
-        Some(Self { settled: settled.parse().ok()?, error: error.parse().ok()?, needs })
+        [self.needed_bits_0, self.needed_bits_1].iter().zip(depth).all(|(needs, bits)| *needs <= bits)
     }
 }
 
@@ -113,6 +111,7 @@ impl Memory {
 #[cfg(test)]
 mod tests {
     use hpu_cosim::scene::shipped;
+    use hpu_farm::Row;
 
     use super::{Memory, Ran, Run};
     use crate::widths::Field;
@@ -121,10 +120,10 @@ mod tests {
     #[test]
     fn a_row_is_read_as_it_was_written() {
         for needs in [[11, 6], [9, i32::MAX], [0, 0]] {
-            let ran = Ran { settled: true, error: f64::INFINITY, needs };
-            assert_eq!(Ran::read(&ran.line()), Some(ran));
+            let ran = Ran::new(true, f64::INFINITY, needs);
+            assert_eq!(Row::of(&ran).read(), Ok(ran));
         }
-        assert_eq!(Ran::read("settled"), None);
+        assert!(Row::of(&"settled").read::<Ran>().is_err());
     }
 
     #[test]
@@ -136,7 +135,7 @@ mod tests {
         for aborts in [false, true] {
             for (of, needs) in (4..=8).flat_map(|of| (3..=9).map(move |needs| (of, needs))) {
                 let mut memory = Memory::new(aborts);
-                memory.keep(run(of), Ran { settled: true, error: 0.0, needs: [needs, 0] });
+                memory.keep(run(of), Ran::new(true, 0.0, [needs, 0]));
                 for asked in 4..=8 {
                     let same = asked == of || (needs <= asked && (asked < of || (aborts && needs <= of)));
                     assert_eq!(memory.recall(&run(asked)).is_some(), same, "{aborts}: {asked} of {of}, {needs}");

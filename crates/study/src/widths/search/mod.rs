@@ -29,7 +29,7 @@
 //!    would be on the front if each had its upper end, until the stiffness of all designs on that front is known.
 //!
 //! The order of the runs depends only on their results. So an interrupted search can be continued from its rows
-//! ([`crate::units`]).
+//! ([`hpu_farm::units`]).
 
 mod case;
 pub(crate) mod climb;
@@ -52,6 +52,7 @@ pub use estimate::{ESTIMATE_ERROR, estimate};
 pub use front::{Cost, Merit, front};
 pub use knob::{Design, Key, Keys, Knob};
 pub use loops::Loops;
+pub use memory::Ran;
 #[cfg(not(target_family = "wasm"))]
 pub use memory::schema;
 pub use refused::SearchError;

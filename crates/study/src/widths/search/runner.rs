@@ -39,10 +39,8 @@ impl Runner<'_> {
     pub fn run(&self, asked: &Run, control: &Control) -> Result<Option<Ran>, String> {
         let scene = self.loops.at(self.scene, &asked.design, asked.wall)?;
         let Some((outputs, summary)) = run(&scene, control)? else { return Ok(None) };
-        Ok(Some(Ran {
-            settled: outputs.outcome == self.loops.keys().stable,
-            error: worst(&outputs.errors(&self.reference), &self.outputs),
-            needs: self.loops.needs(self.scene, &summary)?,
-        }))
+        let settled = outputs.outcome == self.loops.keys().stable;
+        let error = worst(&outputs.errors(&self.reference), &self.outputs);
+        Ok(Some(Ran::new(settled, error, self.loops.needs(self.scene, &summary)?)))
     }
 }

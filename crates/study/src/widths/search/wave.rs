@@ -6,6 +6,8 @@ use std::sync::atomic::Ordering;
 
 use hpu_cosim::Control;
 use hpu_cosim::scene::Experiment;
+use hpu_farm::units::run_some;
+use hpu_farm::{Failed, UnitResult};
 
 use super::case::{Case, Cases};
 use super::front::{Merit, front};
@@ -17,7 +19,6 @@ use super::refused::SearchError;
 use super::runner::{Runner, run};
 use super::{Found, Line, On, RatedDesign};
 use crate::accuracy::usual;
-use crate::units::{UnitResult, run_some};
 
 /// The options of a search.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -49,8 +50,8 @@ struct Search<'a, E> {
     memory: Memory,
     jobs: NonZeroUsize,
     control: &'a Control,
-    done: BTreeMap<usize, UnitResult>,
-    keep: &'a mut dyn FnMut(usize, &UnitResult) -> Result<(), E>,
+    done: BTreeMap<usize, UnitResult<Ran>>,
+    keep: &'a mut dyn FnMut(usize, &UnitResult<Ran>) -> Result<(), E>,
     runs: usize,
     failed: BTreeMap<Run, String>,
     /// The numbers of the runs to do of the first wave that is not done; all of every wave if there is none.
@@ -86,7 +87,7 @@ impl<E> Search<'_, E> {
             *known = depth.max(*known);
         }
         let units: Vec<Run> = widest.into_iter().map(|(run, depth)| run.joined(depth)).collect();
-        let mut rows: BTreeMap<usize, UnitResult> = BTreeMap::new();
+        let mut rows: BTreeMap<usize, UnitResult<Ran>> = BTreeMap::new();
         let mut left = Vec::new();
         for index in self.runs..self.runs + units.len() {
             match self.done.remove(&index) {
@@ -101,8 +102,7 @@ impl<E> Search<'_, E> {
         let (first, runners, keep) = (self.runs, &self.runners, &mut self.keep);
         let unit = |index: usize, control: &Control| {
             let run = &units[index - first];
-            let ran = runners[run.case].run(run, control).transpose()?;
-            Some(ran.map(|ran| ran.line()))
+            Some(runners[run.case].run(run, control).transpose()?.map_err(Failed::new))
         };
         run_some(&left, self.jobs, self.control, unit, |index, row| {
             keep(index, &row)?;
@@ -116,9 +116,9 @@ impl<E> Search<'_, E> {
         }
         self.runs += units.len();
         for (run, row) in units.into_iter().zip(rows.into_values()) {
-            match row.and_then(|line| Ran::read(&line).ok_or_else(|| format!("`{line}` is no row of a search"))) {
+            match row {
                 Ok(ran) => self.memory.keep(run, ran),
-                Err(why) => drop(self.failed.insert(run, why)),
+                Err(why) => drop(self.failed.insert(run, why.to_string())),
             }
         }
         Ok(())
@@ -183,9 +183,9 @@ pub fn search<E>(
     scenes: &[(String, Experiment)],
     knobs: &[Knob],
     plan: Plan,
-    done: BTreeMap<usize, UnitResult>,
+    done: BTreeMap<usize, UnitResult<Ran>>,
     control: &Control,
-    keep: impl FnMut(usize, &UnitResult) -> Result<(), E>,
+    keep: impl FnMut(usize, &UnitResult<Ran>) -> Result<(), E>,
     told: impl FnMut(Progress),
 ) -> Result<Found, Ended<E>> {
     search_part(scenes, knobs, plan, done, None, control, keep, told)
@@ -202,10 +202,10 @@ pub fn search_wave<E>(
     scenes: &[(String, Experiment)],
     knobs: &[Knob],
     plan: Plan,
-    done: BTreeMap<usize, UnitResult>,
+    done: BTreeMap<usize, UnitResult<Ran>>,
     part: &[usize],
     control: &Control,
-    keep: impl FnMut(usize, &UnitResult) -> Result<(), E>,
+    keep: impl FnMut(usize, &UnitResult<Ran>) -> Result<(), E>,
 ) -> Result<Found, Ended<E>> {
     search_part(scenes, knobs, plan, done, Some(part), control, keep, |_| {})
 }
@@ -215,10 +215,10 @@ fn search_part<E>(
     scenes: &[(String, Experiment)],
     knobs: &[Knob],
     plan: Plan,
-    done: BTreeMap<usize, UnitResult>,
+    done: BTreeMap<usize, UnitResult<Ran>>,
     part: Option<&[usize]>,
     control: &Control,
-    mut keep: impl FnMut(usize, &UnitResult) -> Result<(), E>,
+    mut keep: impl FnMut(usize, &UnitResult<Ran>) -> Result<(), E>,
     mut told: impl FnMut(Progress),
 ) -> Result<Found, Ended<E>> {
     let cases = Cases::new(scenes)?;

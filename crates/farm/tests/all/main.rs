@@ -1,0 +1,4 @@
+//! All tests of the crate in one binary: linked once, and spread over the cores together.
+
+mod sweep;
+mod units;
