@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// The sources of the program: a change elsewhere leaves it the same program, and its version clean.
-const SOURCES: [&str; 6] =
-    [":(glob)crates/*/src/**", ":(glob)crates/*/Cargo.toml", "Cargo.toml", "Cargo.lock", "hdl", "testbench/scenes"];
+const SOURCES: [&str; 5] =
+    [":(glob)crates/*/src/**", ":(glob)crates/*/Cargo.toml", "Cargo.toml", "Cargo.lock", "crates/assets/files"];
 
 /// The version with the commit, as in `0.1.0 (cea5ec6)` or `0.1.0 (cea5ec6-dirty)`; the version alone where `root` is
 /// no git work tree, or git is missing.
@@ -26,7 +26,7 @@ pub fn watched(root: &Path) -> Vec<PathBuf> {
     let git_files = ["HEAD", "logs/HEAD"].into_iter().filter_map(place);
     let crates = std::fs::read_dir(root.join("crates")).into_iter().flatten().flatten();
     let of_crates = crates.flat_map(|of| ["src", "Cargo.toml"].map(|name| of.path().join(name)));
-    let others = ["Cargo.toml", "Cargo.lock", "hdl", "testbench/scenes"].map(|name| root.join(name));
+    let others = ["Cargo.toml", "Cargo.lock", "crates/assets/files"].map(|name| root.join(name));
     // Cargo would build again and again for the sake of a file that is not there.
     git_files.chain(of_crates).chain(others).filter(|path| path.exists()).collect()
 }

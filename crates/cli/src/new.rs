@@ -53,7 +53,7 @@ fn beginning(args: &Args) -> Option<&'static Begin> {
 }
 
 /// The design to begin with; its entity has this name.
-const DESIGN: &str = include_str!("../../../testbench/dut/begin.vhd");
+const DESIGN: &str = hpu_assets::text("testbench/dut/begin.vhd");
 const ENTITY: &str = "begin_wall";
 
 /// Returns the methods, by the row of `method.kind`.

@@ -35,8 +35,8 @@ pub enum Template {
 impl Template {
     fn text(self) -> &'static str {
         match self {
-            Self::Scene => include_str!("../../../testbench/dut/template.toml"),
-            Self::Ci => include_str!("../../../testbench/dut/ci.yml"),
+            Self::Scene => hpu_assets::text("testbench/dut/template.toml"),
+            Self::Ci => hpu_assets::text("testbench/dut/ci.yml"),
         }
     }
 }

@@ -3,8 +3,7 @@
 //!
 //! GHDL 2.0 cannot read signals inside a design by external names. The wiring is therefore simulated from a copy in the
 //! work directory. The copy has the text of the original and, before the end of its architecture, statements that
-//! report every net inside. The bench talks through the shared library `libhpu_vhpi.so`. It is the one that the program
-//! carries; otherwise it is looked for beside the running executable and in `deps` there, where cargo leaves it.
+//! report every net inside. The bench talks through the shared library of `hpu-vhpi`.
 
 use std::time::{Duration, Instant};
 
@@ -264,7 +263,7 @@ impl Loops {
         blocks.retain(|name| jobs.iter().all(|job| job.wiring != name));
         let bridge = [("hpu_dut_bridge.vhd".to_string(), bridge(Standard::Vhdl2008))];
         let library = Library::analyse(&bridge, setup, blocks.iter().map(String::as_str), &texts)?;
-        place_library(setup, library.dir())?;
+        place_library(library.dir())?;
         Ok(Self { benches, library, limit: setup.timeout.unwrap_or(ANSWER) })
     }
 }

@@ -1,7 +1,7 @@
 //! The shared library that GHDL loads, `libhpu_vhpi.so`: the simulator's side of a design that GHDL runs.
 //!
-//! It is a crate of its own because cargo compiles a crate with a shared library in one piece: whatever needs the crate
-//! waits until its machine code is there. `hpu-rtl` is the parent's side.
+//! This crate is compiled twice: by `build.rs` to the shared library, and by cargo to the parent's side of the protocol,
+//! which carries the library as [`LIBRARY`]. `hpu-rtl` is the parent.
 //!
 //! The two sides talk in words of 8 bytes. First the parent sends the number of ports, which of them are outputs that
 //! drive the device, and the bits at all of them. The simulator holds the design in reset with these inputs, then
@@ -19,6 +19,10 @@ pub use vpi::{INSIDE, LIST};
 
 /// Environment variable that makes a bench report its ports and end.
 pub const ASK: &str = "HPU_DUT_PORTS";
+
+/// The shared library. A file with these bytes is what GHDL loads.
+#[cfg(not(shared_library))]
+pub static LIBRARY: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/libhpu_vhpi.so"));
 
 /// The file descriptor through which a simulator talks to its parent.
 pub const DESCRIPTOR: i32 = 3;

@@ -31,6 +31,15 @@ const BINARY: c_int = 1;
 /// An object of the simulation.
 type Handle = *mut c_void;
 
+unsafe extern "C" {
+    /// Finds a symbol by its name (POSIX); in the whole program under the handle [`WHOLE_PROGRAM`].
+    fn dlsym(handle: *mut c_void, name: *const c_char) -> *mut c_void;
+}
+
+/// `RTLD_DEFAULT` of `dlfcn.h`.
+const WHOLE_PROGRAM: *mut c_void =
+    ptr::without_provenance_mut(if cfg!(target_os = "macos") { usize::MAX - 1 } else { 0 });
+
 /// A value as text: the requested format, and the answer.
 #[repr(C)]
 struct Value {
@@ -53,7 +62,7 @@ impl Functions {
     fn new() -> Option<Self> {
         let find = |name: &CStr| {
             // SAFETY: a look-up by a text that ends with 0.
-            let found = unsafe { libc::dlsym(libc::RTLD_DEFAULT, name.as_ptr()) };
+            let found = unsafe { dlsym(WHOLE_PROGRAM, name.as_ptr()) };
             (!found.is_null()).then_some(found)
         };
         // SAFETY: the standard says what the functions of these names take and return.

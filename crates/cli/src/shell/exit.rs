@@ -106,7 +106,6 @@ impl From<GhdlError> for Failure {
     fn from(error: GhdlError) -> Self {
         match error {
             GhdlError::Tool(error) => error.into(),
-            GhdlError::NoLibrary(_) => Self::new(Exit::NoTool, error),
             GhdlError::Io(..) | GhdlError::Scene(_) => Self::file(error),
             // VHDL that GHDL refuses has not passed the check.
             GhdlError::Failed { .. } => Self::new(Exit::Differs, error),

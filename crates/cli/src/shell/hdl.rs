@@ -10,10 +10,6 @@ use hpu_rtl::{Hdl, Setup};
 use crate::shell::cache::cache_folder;
 use crate::shell::exit::Failure;
 
-/// The shared library that GHDL calls in a closed loop. The build makes it before it compiles this program. It is empty
-/// when only this program's own code was checked (`cargo check`).
-static LIBRARY: &[u8] = include_bytes!(env!("HPU_VHPI_LIBRARY"));
-
 /// The VHDL and its tools.
 #[derive(Default, clap::Args)]
 pub struct Vhdl {
@@ -53,7 +49,7 @@ impl Simulated {
 
     /// Returns the simulators of designs of the user's own.
     pub fn simulators(&self) -> Simulators {
-        simulators(Setup { hdl: Hdl::Carried, library: LIBRARY, timeout: self.tool_timeout })
+        simulators(Setup { hdl: Hdl::Carried, timeout: self.tool_timeout })
     }
 }
 
@@ -81,7 +77,7 @@ impl Vhdl {
             None if is_forbidden() => Hdl::Carried,
             None => Hdl::of_folder_or_carried(Path::new("hdl")),
         };
-        Setup { hdl, library: LIBRARY, timeout: self.tool_timeout }
+        Setup { hdl, timeout: self.tool_timeout }
     }
 
     /// Returns the simulators of designs of the user's own.

@@ -4,25 +4,30 @@ use std::fs;
 use std::path::Path;
 
 /// Each crate, and our crates that it may depend on.
-const MAY_KNOW: [(&str, &[&str]); 19] = [
+<<<<<<< HEAD
+const MAY_KNOW: [(&str, &[&str]); 20] = [
+    ("assets", &[]),
     ("signal", &[]),
     ("datapath", &["signal"]),
     ("plant", &["signal"]),
-    ("scene", &["signal", "datapath", "plant"]),
+    ("scene", &["assets", "signal", "datapath", "plant"]),
     ("cosim", &["signal", "datapath", "plant", "scene"]),
     ("wave", &["signal", "datapath", "cosim"]),
     ("vhpi", &[]),
-    ("rtl", &["signal", "datapath", "plant", "cosim", "wave", "vhpi"]),
+    ("rtl", &["assets", "signal", "datapath", "plant", "cosim", "wave", "vhpi"]),
     ("prove", &["signal", "datapath", "plant", "cosim"]),
     ("page", &["signal", "cosim"]),
     ("farm", &["cosim", "page"]),
-    ("study", &["signal", "datapath", "plant", "cosim", "prove", "page", "farm"]),
-    ("papers", &["signal", "datapath", "plant", "cosim", "prove", "page", "farm", "study"]),
+    ("study", &["assets", "signal", "datapath", "plant", "cosim", "prove", "page", "farm"]),
+    ("papers", &["assets", "signal", "datapath", "plant", "cosim", "prove", "page", "farm", "study"]),
     ("capi", &["signal", "datapath", "plant", "cosim"]),
     ("chart", &["signal", "datapath", "plant", "cosim", "prove", "page", "study", "papers"]),
     (
         "cli",
-        &["signal", "datapath", "plant", "cosim", "wave", "rtl", "prove", "page", "farm", "study", "papers", "chart"],
+        &[
+            "assets", "signal", "datapath", "plant", "cosim", "wave", "rtl", "prove", "page", "farm", "study", "papers",
+            "chart",
+        ],
     ),
     ("web", &["signal", "cosim", "wave", "page", "study"]),
     ("book", &["signal", "datapath", "cosim", "rtl", "cli"]),

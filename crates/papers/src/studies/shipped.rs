@@ -9,7 +9,7 @@ use super::read::read;
 
 macro_rules! studies {
     ($($name:literal),* $(,)?) => {
-        &[$(($name, include_str!(concat!("../../../../testbench/studies/", $name, ".toml")))),*]
+        &[$(($name, hpu_assets::text(concat!("testbench/studies/", $name, ".toml")))),*]
     };
 }
 

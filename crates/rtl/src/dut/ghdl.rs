@@ -22,7 +22,7 @@ use crate::engines::tool::{Tool, run};
 
 /// The bench's entity, and the package through which it talks to hpu.
 const BENCH: &str = "hpu_dut_bench";
-const BRIDGE: &str = include_str!("../../../../testbench/vhdl/hpu_dut_bridge.vhd");
+const BRIDGE: &str = hpu_assets::text("testbench/vhdl/hpu_dut_bridge.vhd");
 
 /// The files of bridge and bench. They lie in a folder of their own, so that a design's file may have any name.
 const OWN: [&str; 2] = ["hpu/hpu_dut_bridge.vhd", "hpu/hpu_dut_bench.vhd"];
@@ -83,7 +83,7 @@ impl Simulators {
         command.args(OWN);
         let say = |error| DutError::of(dut, error);
         run(Tool::Ghdl, "connect a design", command, self.limit()).map_err(say)?;
-        place_library(&self.setup, folder.path()).map_err(|error| DutError::Ended(error.to_string()))?;
+        place_library(folder.path()).map_err(|error| DutError::Ended(error.to_string()))?;
         if writes_programs(self.limit()) {
             let mut command = self.ghdl_command("-e", dut, folder.path());
             command.arg(BENCH);

@@ -11,8 +11,6 @@ use crate::engines::tool::{Tool, ToolError};
 pub enum GhdlError {
     /// A tool is missing, or did not do its job.
     Tool(ToolError),
-    /// The emulator's shared library is in none of these places.
-    NoLibrary(Vec<PathBuf>),
     /// A file could not be read or written.
     Io(PathBuf, io::Error),
     /// The scene cannot be run in VHDL.
@@ -30,10 +28,6 @@ impl fmt::Display for GhdlError {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
             Self::Tool(error) => error.fmt(f),
-            Self::NoLibrary(places) => {
-                let places: Vec<_> = places.iter().map(|place| place.display().to_string()).collect();
-                write!(f, "no {}; `cargo build` leaves the library beside the program", places.join(", no "))
-            }
             Self::Io(path, error) => write!(f, "{}: {error}", path.display()),
             Self::Scene(why) => f.write_str(why),
             Self::Failed { step, said } => write!(f, "ghdl could not {step}:\n{}", said.trim_end()),

@@ -7,8 +7,13 @@ use std::path::{Path, PathBuf};
 
 use crate::engines::ghdl_error::GhdlError;
 
-/// The carried VHDL: name and text of each block, as `hdl/` had it when the program was built.
-static CARRIED: &[(&str, &str)] = include!(concat!(env!("OUT_DIR"), "/carried.rs"));
+/// Returns the carried VHDL: name and text of each block.
+fn carried() -> impl Iterator<Item = (&'static str, &'static str)> {
+    hpu_assets::FILES.iter().filter_map(|(path, text)| {
+        let name = path.strip_prefix("hdl/")?.strip_suffix(".vhd")?;
+        Some((name.strip_prefix("generated/").unwrap_or(name), *text))
+    })
+}
 
 /// The source of the blocks' VHDL.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -22,8 +27,8 @@ pub enum Hdl {
 impl Hdl {
     /// Returns the folder, if it holds the VHDL of any block; otherwise the VHDL that the program carries.
     pub fn of_folder_or_carried(folder: &Path) -> Self {
-        let has = |&(name, _): &(&str, &str)| folder.join(format!("{name}.vhd")).is_file();
-        if CARRIED.iter().any(has) { Self::Folder(folder.to_path_buf()) } else { Self::Carried }
+        let has = |(name, _): (&str, &str)| folder.join(format!("{name}.vhd")).is_file();
+        if carried().any(has) { Self::Folder(folder.to_path_buf()) } else { Self::Carried }
     }
 
     /// Returns the file of a block, as messages call it.
@@ -47,10 +52,9 @@ impl Hdl {
         let place = self.file(block);
         match self {
             Self::Folder(_) => fs::read_to_string(&place).map(Cow::Owned).map_err(|error| GhdlError::Io(place, error)),
-            Self::Carried => CARRIED
-                .iter()
+            Self::Carried => carried()
                 .find(|(name, _)| *name == block)
-                .map(|(_, text)| Cow::Borrowed(*text))
+                .map(|(_, text)| Cow::Borrowed(text))
                 .ok_or_else(|| GhdlError::Io(place, std::io::ErrorKind::NotFound.into())),
         }
     }
@@ -79,9 +83,6 @@ pub fn differs_from_the_hardware(vhdl: &str) -> Option<String> {
 pub struct Setup {
     /// The source of the VHDL.
     pub hdl: Hdl,
-    /// The shared library that GHDL calls in a closed loop, if the program carries it. If empty, it is beside the
-    /// program.
-    pub library: &'static [u8],
     /// The time limit of a tool. Without it the limit is [`TIMEOUT`](crate::TIMEOUT), or more where there is more to
     /// do.
     pub timeout: Option<std::time::Duration>,
@@ -90,7 +91,7 @@ pub struct Setup {
 impl Setup {
     /// Returns the default settings for VHDL from this source.
     pub fn new(hdl: Hdl) -> Self {
-        Self { hdl, library: &[], timeout: None }
+        Self { hdl, timeout: None }
     }
 }
 
@@ -127,7 +128,7 @@ mod tests {
     #[test]
     fn the_vhdl_of_every_block_is_carried_and_it_is_that_of_the_folder() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../hdl");
-        let carried: BTreeSet<_> = CARRIED.iter().map(|(name, _)| (*name).to_string()).collect();
+        let carried: BTreeSet<_> = carried().map(|(name, _)| name.to_string()).collect();
         let blocks: BTreeSet<_> = hpu_datapath::block_names().iter().map(|name| (*name).to_string()).collect();
         assert_eq!(carried, blocks);
         let files =

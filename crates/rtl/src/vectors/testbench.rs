@@ -6,7 +6,7 @@ use hpu_signal::Signal;
 use crate::vectors::package::{GENERATED, lines, vhdl_type};
 
 /// The hand-written package with which every testbench reads its vectors.
-pub const VECTOR_READER: &str = include_str!("../../../../testbench/vhdl/vector_reader.vhd");
+pub const VECTOR_READER: &str = hpu_assets::text("testbench/vhdl/vector_reader.vhd");
 
 /// Returns the generics of the entity, with the package's values as defaults, one a line.
 pub(crate) fn generic_clause(block: &dyn AnyBlock) -> String {

@@ -2,17 +2,11 @@
 
 use std::io;
 
-macro_rules! text {
-    ($file:expr) => {
-        include_str!(concat!("../../../../testbench/scenes/", $file))
-    };
-}
-
 static FILES: &[(&str, &str)] = &[
-    ("replay-capture.vcd", text!("replay-capture.vcd")),
-    ("replay-motion.csv", text!("replay-motion.csv")),
-    ("../recordings/qube/arm-start.csv", text!("../recordings/qube/arm-start.csv")),
-    ("../recordings/qube/arm-stop.csv", text!("../recordings/qube/arm-stop.csv")),
+    ("replay-capture.vcd", hpu_assets::text("testbench/scenes/replay-capture.vcd")),
+    ("replay-motion.csv", hpu_assets::text("testbench/scenes/replay-motion.csv")),
+    ("../recordings/qube/arm-start.csv", hpu_assets::text("testbench/recordings/qube/arm-start.csv")),
+    ("../recordings/qube/arm-stop.csv", hpu_assets::text("testbench/recordings/qube/arm-stop.csv")),
 ];
 
 /// Returns a data file that a shipped scene names.

@@ -22,7 +22,7 @@ macro_rules! scenes {
     ($($name:literal),* $(,)?) => {
         &[$($crate::Shipped {
             name: $name,
-            text: include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../testbench/scenes/", $name, ".toml")),
+            text: const { hpu_assets::text(concat!("testbench/scenes/", $name, ".toml")) },
         }),*]
     };
 }

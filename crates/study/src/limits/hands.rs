@@ -25,7 +25,7 @@ pub struct PublishedHand {
 ///
 /// If the shipped file is not a list of hands.
 pub fn published_hands() -> Vec<PublishedHand> {
-    let text = include_str!("../../../../testbench/hands.toml");
+    let text = hpu_assets::text("testbench/hands.toml");
     let document: DocumentMut = text.parse().expect("the shipped file is TOML");
     let hands = document["hand"].as_array_of_tables().expect("a list of hands");
     let text = |item: &Item| item.as_str().expect("a text").to_string();
