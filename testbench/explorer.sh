@@ -9,7 +9,7 @@ cd "$(dirname "$0")/.."
 target=wasm32-unknown-unknown
 folder=${CARGO_TARGET_DIR:-target}
 if ! [ -d "$(rustc --print sysroot)/lib/rustlib/$target" ]; then
-    command -v rustup >/dev/null 2>&1 && rustup target add $target || {
+    [ -z "${NO_INSTALL:-}" ] && command -v rustup >/dev/null 2>&1 && rustup target add $target || {
         echo "error: Rust's target $target is missing; install it and run this again: rustup target add $target" >&2
         exit 3
     }

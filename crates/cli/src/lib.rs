@@ -1,4 +1,4 @@
-//! The `hpu` command: arguments, files and colours. Everything else is in the libraries.
+#![doc = include_str!("../README.md")]
 //!
 //! [`main`] is the command. [`answers`] gives the results of its verbs to programs that have no terminal.
 

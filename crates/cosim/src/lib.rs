@@ -1,4 +1,4 @@
-//! Joins datapath and plant: worlds, the engine, the energy audit and the verdict.
+#![doc = include_str!("../README.md")]
 
 mod any_simulation;
 pub mod dut;

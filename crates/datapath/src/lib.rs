@@ -1,4 +1,4 @@
-//! The FPGA: one file for each block, integers only, and the wirings that connect the blocks as the VHDL does.
+#![doc = include_str!("../README.md")]
 
 /// Calls a macro with the list of laws: of each its module, its block, and the block's configuration.
 macro_rules! laws {

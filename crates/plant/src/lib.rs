@@ -1,4 +1,4 @@
-//! The continuous world: motor, H-bridge, amplifier and its shaper, hand, encoder, exact flows.
+#![doc = include_str!("../README.md")]
 //!
 //! A plant consists of immutable laws ([`Axis`]) and a state ([`Device`]). Each mode of the piecewise-linear axis
 //! (slip, stuck, prescribed; circuit closed or open) is a [`Linear`] system that flows exactly over any number of clock

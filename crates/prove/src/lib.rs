@@ -1,8 +1,4 @@
-//! Mathematics on a scene and its datapath: stable sets of linear loops, and ranges of words for every motion.
-//!
-//! [`linear`] proves at which stiffnesses a linear loop settles. [`ranges`] proves bounds that no word exceeds, [`arms`]
-//! those of arms. They compute with [intervals](interval), whose ends are rounded outwards. [`criteria`] are the
-//! published limits, as formulas.
+#![doc = include_str!("../README.md")]
 
 pub mod arms;
 pub mod criteria;

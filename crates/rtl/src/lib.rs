@@ -1,4 +1,4 @@
-//! The bridge to VHDL: golden vectors, packages, testbenches, GHDL runs, and the loop closed around the VHDL itself.
+#![doc = include_str!("../README.md")]
 //!
 //! The data flows only outward from the port lists of `hpu_datapath`. The VHDL blocks are written by hand from their
 //! data sheets, and this crate compares them with the emulator, bit by bit.

@@ -24,9 +24,9 @@ use crate::format_text::read;
 /// ```
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Format {
-    signed: bool,
-    int: i8,
-    frac: i8,
+    pub(crate) signed: bool,
+    pub(crate) int: i8,
+    pub(crate) frac: i8,
 }
 
 /// Stands in place of a word that has an unknown bit, which only VHDL has. No word of fewer than 64 bits is carried as
@@ -43,6 +43,13 @@ pub enum FormatError {
     },
     /// The text is in no known notation.
     Syntax(String),
+    /// A number of the crate `fixed` has another format than the word that it was to be.
+    Type {
+        /// The format of the number's type.
+        number: Format,
+        /// The format of the word.
+        word: Format,
+    },
 }
 
 impl fmt::Display for FormatError {
@@ -54,6 +61,7 @@ impl fmt::Display for FormatError {
                 u8::from(*s),
                 i64::from(*s) + i64::from(*i) + i64::from(*fr)
             ),
+            Self::Type { number, word } => write!(f, "a number {number} is no word {word}"),
             Self::Syntax(text) => write!(
                 f,
                 "`{text}` is not a format; write (S,I,F): sign bit 0 or 1, integer bits, fraction bits, as in \

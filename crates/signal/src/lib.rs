@@ -1,7 +1,4 @@
-//! The vocabulary of the emulator: word formats, roundings, signals, port bundles and clock cycles.
-//!
-//! Every other crate uses these terms, and this crate knows none of the others. A *word* is an [`i64`] that carries the
-//! bits of a run-time [`Format`]; the [`Signal`] that owns it gives its unit.
+#![doc = include_str!("../README.md")]
 
 mod clock;
 mod format;
@@ -15,6 +12,8 @@ mod ports;
 mod reach;
 mod recorded;
 mod term;
+#[cfg(any(feature = "bitvec", feature = "fixed"))]
+mod typed;
 mod word;
 
 pub use clock::{Clock, ClockError, Cycle};
@@ -26,4 +25,6 @@ pub use ports::{Meter, Observe, Ports, Real, Signal, SignalUse};
 pub use reach::Reach;
 pub use recorded::{Equations, Reading, Recorded, RecordedBit};
 pub use term::{Bit, Defined, Term};
+#[cfg(feature = "bitvec")]
+pub use typed::{WordBits, joined_bits, split_bits};
 pub use word::{Sine, Truth, Word};

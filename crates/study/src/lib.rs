@@ -1,4 +1,4 @@
-//! Studies of many runs: limits of a scene's stiffness, maps, speed against accuracy, widths, the least model.
+#![doc = include_str!("../README.md")]
 
 pub mod accuracy;
 pub mod command;

@@ -1,4 +1,4 @@
-//! The shared library that GHDL loads, `libhpu_vhpi.so`: the simulator's side of a design that GHDL runs.
+#![doc = include_str!("../README.md")]
 //!
 //! This crate is compiled twice: by `build.rs` to the shared library, and by cargo to the parent's side of the protocol,
 //! which carries the library as [`LIBRARY`]. `hpu-rtl` is the parent.

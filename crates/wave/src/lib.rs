@@ -1,4 +1,4 @@
-//! Waveforms: VCD and FST files of a run, and the GTKWave save file that opens them ready to read.
+#![doc = include_str!("../README.md")]
 //!
 //! A [`Layout`] lists the variables of a file. It has the hierarchy that GHDL shows for the same design, with the
 //! plant's outputs beside it. [`Vcd`] and [`Fst`] observe a run and write the same data in two formats, and

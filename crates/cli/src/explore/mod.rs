@@ -1,5 +1,6 @@
 //! `hpu explore`: the page in which a scene is explored in a browser.
 
+use std::borrow::Cow;
 use std::env;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -15,8 +16,8 @@ use crate::shell::terminal::print;
 /// Write a page that runs scenes in a browser
 ///
 /// The page is one file that asks no network for anything: open it, or mail it. It runs the same loop to the same bits,
-/// and draws each change of a value at once. `testbench/explorer.sh` makes the page once; this verb writes it with a
-/// scene to begin with, also one of your own.
+/// and draws each change of a value at once. This verb writes the page with a scene to begin with, also one of your
+/// own. hpu carries the page if it was built with `--features explorer`; else `testbench/explorer.sh` makes it.
 #[derive(clap::Args)]
 pub struct Args {
     /// Scene to begin with: its file, or the name of a shipped one [default: hybrid-wall]
@@ -26,13 +27,20 @@ pub struct Args {
     /// File to write
     #[arg(short, long, value_name = "FILE")]
     out: PathBuf,
-    /// Page that testbench/explorer.sh has made [default: explorer.html in the folder of this program, or above it]
+    /// Page that testbench/explorer.sh has made [default: what hpu carries, else explorer.html in the folder of this
+    /// program, or above it]
     #[arg(long, value_name = "FILE")]
     page: Option<PathBuf>,
 }
 
 /// The name of the page that testbench/explorer.sh makes.
 const PAGE: &str = "explorer.html";
+
+/// The page that this program carries.
+#[cfg(feature = "explorer")]
+const CARRIED: Option<&str> = Some(include_str!(env!("HPU_EXPLORER")));
+#[cfg(not(feature = "explorer"))]
+const CARRIED: Option<&str> = None;
 
 /// The place in the page that tells it how to begin.
 const START: [&str; 2] = [r#"<script type="application/json" id="start">"#, "{}</script>"];
@@ -41,8 +49,14 @@ const START: [&str; 2] = [r#"<script type="application/json" id="start">"#, "{}<
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     let out = Single::open(&args.out)?;
     let start = start(args)?;
-    let place = args.page.clone().map_or_else(made, Ok)?;
-    let page = fs::read_to_string(&place).map_err(|error| Failure::at(&place, error))?;
+    let (place, page) = match (&args.page, CARRIED) {
+        (None, Some(page)) => (PathBuf::from(PAGE), Cow::Borrowed(page)),
+        (asked, _) => {
+            let place = asked.clone().map_or_else(made, Ok)?;
+            let page = fs::read_to_string(&place).map_err(|error| Failure::at(&place, error))?;
+            (place, Cow::Owned(page))
+        }
+    };
     let Some((before, after)) = page.split_once(&START.concat()) else {
         return Err(Failure::at(&place, "this is no page of testbench/explorer.sh"));
     };

@@ -4,7 +4,6 @@ use std::fs;
 use std::path::Path;
 
 /// Each crate, and our crates that it may depend on.
-<<<<<<< HEAD
 const MAY_KNOW: [(&str, &[&str]); 20] = [
     ("assets", &[]),
     ("signal", &[]),
@@ -25,8 +24,8 @@ const MAY_KNOW: [(&str, &[&str]); 20] = [
     (
         "cli",
         &[
-            "assets", "signal", "datapath", "plant", "cosim", "wave", "rtl", "prove", "page", "farm", "study", "papers",
-            "chart",
+            "assets", "signal", "datapath", "plant", "cosim", "wave", "rtl", "prove", "page", "farm", "study",
+            "papers", "chart",
         ],
     ),
     ("web", &["signal", "cosim", "wave", "page", "study"]),

@@ -33,7 +33,7 @@ const FIT: &str = "hpu fit friction-wall";
 /// Every command of README.
 pub const COMMANDS: &[(&str, Form)] = &[
     (
-        "cargo run -- run hybrid-wall -o out",
+        "cargo run --profile quick -- run hybrid-wall -o out",
         short(
             "hpu run hybrid-wall -o out",
             "it makes the quick build; test.sh holds its files against those of this one",
