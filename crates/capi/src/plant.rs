@@ -1,4 +1,7 @@
 //! The plant of a scene: everything outside the FPGA, in the loop of somebody else's logic.
+//!
+//! No promise of repeated outputs is made, so no motor cruises: a program moves edge by edge at the cost of three
+//! calls, and the motion is that of a `[dut]` with the same outputs, to the bit.
 
 use std::ptr::NonNull;
 

@@ -1,4 +1,7 @@
 //! `hpu.run`: a run and its result.
+//!
+//! `hpu.run` records no trace, because means and extremes of each row cost many times the run. `Result.trace` runs the
+//! scene again, to the same bits.
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};

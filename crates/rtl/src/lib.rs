@@ -2,6 +2,9 @@
 //!
 //! The data flows only outward from the port lists of `hpu_datapath`. The VHDL blocks are written by hand from their
 //! data sheets, and this crate compares them with the emulator, bit by bit.
+//!
+//! Every multi-bit port of the VHDL is `std_logic_vector`, and its format says whether it is signed: a width generic
+//! cannot choose between `signed` and `unsigned`, and the multiplier needs both.
 
 mod check;
 mod closed_loop;

@@ -18,6 +18,11 @@
 //!
 //! `scene` is the name of a shipped scene, or an object with `name`, `text` and `files`, the texts of its data files.
 //! `set` is a list of texts `KEY=VALUE`, as `hpu run --set` takes them.
+//!
+//! The page asks a worker for a run at each change, and draws outcome and motion; beside it another worker runs the
+//! scene with the ripple of its torque, in as many rows as a picture has room for. A worker is ended where a run is
+//! cancelled. WebAssembly has neither a clock nor threads: the stopwatch of runs then reads 0, and no cell of a map is
+//! guarded by wall time.
 
 mod abi;
 mod columns;

@@ -1,4 +1,12 @@
 //! `hpu sweep`: a study's points in shards, on one machine or on a farm.
+//!
+//! `gather` merges the rows in the order of waves and points, in groups of fixed size. No wall time, host or shard is
+//! in the result, so its bytes depend on the rows alone. The next wave is planned from the gathered rows: a map's
+//! refinement is replayed on them, and a search is run again until a run is missing. `--from` of a verb is the verb
+//! with these rows as those already done.
+//!
+//! A shard under way keeps its rows in a journal, because a row must be kept as soon as it is made and a Parquet file
+//! cannot grow by a row. A finished shard is Parquet alone, sealed as a whole, and readable by other programs.
 
 mod files;
 mod gather;

@@ -1,4 +1,9 @@
 //! Schedulers: the shards of a wave as an array of Slurm, or as lines for GNU parallel.
+//!
+//! `submit` is one step that may be repeated: it gathers a wave that is done, plans the next one, and submits the jobs
+//! that Slurm does not have, which it knows by their names. The job after an array gives this command again
+//! (`afterok`). A stand-in does so where a task or that job has failed (`afternotok`); it ends the sweep when an array
+//! has finished no shard.
 
 use std::collections::BTreeSet;
 use std::fs::{self, File};

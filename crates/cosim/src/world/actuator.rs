@@ -1,4 +1,8 @@
 //! The actuator between the datapath and the device: a bridge, or an amplifier with or without an analog shaper.
+//!
+//! An averaged bridge is a `Latch`. Pulses and their mean have the same area and first moment if the mean changes at
+//! one certain moment near the start of the period that takes a duty. When a command comes too late for that moment,
+//! the bridge adds the missing part up to the middle of the period.
 
 use hpu_plant::Shaper;
 

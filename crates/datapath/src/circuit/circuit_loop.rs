@@ -1,4 +1,8 @@
 //! The driver of every circuit: one clock edge with its nets and their use, from edge to edge and in leaps.
+//!
+//! An edge costs what it changes: a clocked block is ticked only at edges at which its outputs may change. In a haptic
+//! loop a step of the encoder comes from the synchronizer to the position at once, unless an observer watches the nets
+//! between.
 
 use hpu_signal::{Meter, Ports, Signal, SignalUse};
 

@@ -1,6 +1,11 @@
 //! The arm's links, with the recursion of their Taylor series written out by hand: each sum of the equations of
 //! motion is one loop over lanes, and products that vanish are left out. A test compares it with the series that
 //! [`Recorded`](super::Recorded) makes of the same links' [`Dynamics`](super::Dynamics).
+//!
+//! The time of a run with an arm goes into its series: a series costs some 24 000 instructions, with its energies and
+//! the search for its end. `phantom-flexible` takes 9035 series for 8923 encoder edges, 41 000 instructions an edge, of
+//! which Coulomb friction takes an eighth. So the products of series are what is made fast: four lanes at once where
+//! there is AVX2, to the same bits elsewhere.
 
 use super::joints::{ArmError, positive};
 use super::kinematics::{self, Sines};

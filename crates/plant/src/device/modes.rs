@@ -1,4 +1,18 @@
 //! Beginning and end of a device's modes: slip and stuck, diodes and open circuits.
+//!
+//! A mode ends at a real instant between two edges, found in `f64` and polished in double-double. The flow is split
+//! there, and again where further modes end within the same edge. Limits are looked at on clock edges: a limit that is
+//! passed and passed back between two edges ends no mode.
+//!
+//! # Friction within a period of the modulator
+//!
+//! Where friction turns or stops the shaft within a period, no cruise begins: each mode ends at its own instant, edge
+//! by edge as `clock` has it. Leaps over the map from period to period were measured and left out. At rest in
+//! `friction-wall` the same modes follow one another for 3.2 periods on average and 17 at most, while the state's steps
+//! shrink by 0.8 to 0.6 from period to period: leaps that cost nothing would make such a rest 3.2 times as fast at
+//! most. A period at rest costs about 11 000 instructions (case `resting`): 2 800 for two ends of modes, 3 500 for four
+//! searches, 2 100 for two changes of gates, 2 500 for the engine, the datapath, and the question whether a cruise can
+//! begin.
 
 use super::{Device, Drive};
 use crate::Circuit;

@@ -25,6 +25,15 @@
 //!
 //! [`Guard`] keeps twice the sum as two rows, for |x₀| and |w₀|, so that it also covers the terms of second order and
 //! the slope's error times `T`.
+//!
+//! # The order of looks
+//!
+//! - A quick look comes first: a parabola from the present state that bends toward the limit as fast as the motion can.
+//!   Where it keeps clear of the limit, nothing else is computed. This settles most stretches.
+//! - Else value and three derivatives forecast the exit. Newton's steps close in on the edge; slopes and curvatures at
+//!   both ends then prove that it is the first (`Guard::confirm`). What they do not prove is searched as above.
+//! - Where the slope lets it, the direction is proved for eight times as long (`Guard::pursue`): the counts that
+//!   follow then need Newton's steps alone.
 
 use std::cmp::Ordering;
 

@@ -4,6 +4,10 @@
 //! The compiler makes halves and single numbers of much arithmetic on arrays. By construction, [`Register`] is one
 //! register of an x86-64 processor with AVX2, and [`Pairs`] are two registers of any; elsewhere an array does the same
 //! to the same bits.
+//!
+//! The four lanes hold the four states of one motion. Cells of a map are not flowed side by side in them: in a
+//! chattering cell the double-double flows are 9 % of all instructions and the evaluations in `f64` 7 %, so that even
+//! flows that cost nothing would make such a cell 1.2 times as fast.
 
 #[cfg(target_arch = "x86_64")]
 use std::arch::x86_64::{

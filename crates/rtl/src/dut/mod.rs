@@ -3,6 +3,11 @@
 //!
 //! A built model is kept in a folder whose name is the SHA-256 of the design's files, its generics, its interface to
 //! the world and the tools.
+//!
+//! GHDL runs the files under a generated bench whose signals have the ports' own types, and shows signals inside by
+//! VPI. Verilator makes a program of Verilog, or of GHDL's synthesis of VHDL with the same repairs as for costs. It
+//! knows no X: so two models with different random initial values are clocked side by side until their states are
+//! equal.
 
 mod build;
 mod cost;

@@ -8,6 +8,25 @@
 //!
 //! A block made of blocks has no equations of its own. [`Prover`] compares its netlist with the wiring that the
 //! emulator states ([`AnyBlock::parts`]), and proves each block inside once.
+//!
+//! # What is proved, what is trusted
+//!
+//! The netlist, from equal states with equal inputs, stays equal for ever. Three questions make a proof: no state with
+//! any inputs has another output or next state; the reset leaves the registers as it does in the emulator; and such
+//! states are possible at all. Lemmas beside the equations claim what a block computes over several edges (each digit
+//! of divider and root keeps its invariant), and `Word::cut` names a net at which a proof may begin anew.
+//!
+//! Trusted are GHDL's synthesis, the repairs of its Verilog (compared with the emulator by Icarus Verilog), Yosys, the
+//! solver that answered (for tables, GHDL's simulation), and rustc. That a loop's `tick` computes what its parts do is
+//! tested (`datapath/tests/all/parts.rs`), not proved.
+//!
+//! Not proved are `phantom_engine`, whose sequence is not told as equations, FOAW's `wide` configuration, whose
+//! products exceed 128 bits, and the widest `gimbal_inverse`, which no solver decides in a minute; they stay under
+//! vectors. So the gimbal's loops are proved with all leaves in short words, and wired in the paper's.
+//!
+//! `testbench/mutants.py` puts one error at a time into the VHDL (`--rust`: into the equations), and
+//! `mutants_clocks.py` sows errors of clocks, resets, latches and Z: solvers or the wiring refute each, or prove it
+//! equivalent, else vectors kill it.
 
 mod cache;
 mod error;

@@ -4,6 +4,9 @@
 //! nothing may stand beside the instances. A block inside that is itself made of blocks is compared in the same way, in
 //! the same netlist. The module of every other block must be the netlist that GHDL makes of that block alone with the
 //! generics of the emulator's instance. So a wiring of proved blocks is proved.
+//!
+//! A generic in another's place is a difference only where the netlist differs, so each loop and each block has a
+//! configuration in which no two whole numbers are equal; `datapath/distinct.rs` lists those that only proofs use.
 
 use std::collections::{BTreeMap, HashMap};
 

@@ -4,6 +4,20 @@
 //! changes, leaps to the earlier of the two, and ticks there. `clock` ticks every edge. Both flow the plant from the
 //! same anchors by the same function, so their registers, pins and plant states are identical to the bit at every edge.
 //! The third driver, the VHDL itself, lives in the `rtl` crate and uses the same [`World`].
+//!
+//! # Where it saves
+//!
+//! - Outputs that only repeat do not stop a leap. A motor *cruises* over periods in which its gates repeat a pulse;
+//!   where friction ends modes within them, the world alone is driven with the promised outputs (`ClosedLoop::switch`).
+//!   Both end where an observer follows the outputs.
+//! - While the datapath changes edge by edge, the world is asked once for how many edges nothing happens
+//!   (`World::idles`). The datapath then ticks on alone (`Wiring::tick_on`) until an output changes, or a net that
+//!   drives the world or is watched.
+//! - Rows are computed from the motion's anchor. Where a command drives the motion and no switching gates, rows wait
+//!   until the motion changes (`World::keeps`), and many are shown at once, unless an observer relates them to nets.
+//!
+//! The engine is compiled here, once: `Wired::run` takes an observer as a trait object. If it were
+//! generic, each crate that runs a scene would compile every wiring and its world again.
 
 mod compare;
 mod recurrence;
