@@ -1,4 +1,4 @@
-//! Many independent runs: units of work on threads, and sweeps, whichever machine runs them.
+#![doc = include_str!("../README.md")]
 //!
 //! A point of a sweep is a unit of work ([`units`]): a pure function of its number. Its result is a [`Row`], and a
 //! [`Journal`] keeps rows as they are finished. A shard is a range of the points of a wave; its file holds the rows of

@@ -1,3 +1,5 @@
+#![doc = include_str!("../README.md")]
+//!
 //! Results as pages: a verb makes one [`Page`] of its result, and text, JSON, HTML, CSV and Parquet are renderings of
 //! it. [`summary`] tells what a run has come to, [`trace_table`] writes its rows.
 //!

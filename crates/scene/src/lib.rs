@@ -1,3 +1,7 @@
+#![doc = include_str!("../README.md")]
+//!
+//! # What a scene says
+//!
 //! Scenes: one TOML file is one experiment, on an axis or on an arm ([`PhantomScene`]).
 //!
 //! A scene says first, in prose, what to look for (`about`), then names the device, the transducers, the clock, the

@@ -4,7 +4,7 @@
 ///
 /// ```
 /// // The first numbers of seed 1234567, as published with the algorithm.
-/// let mut random = hpu_cosim::SplitMix64::new(1_234_567);
+/// let mut random = hpu_scene::SplitMix64::new(1_234_567);
 /// assert_eq!(random.next_u64(), 6_457_827_717_110_365_317);
 /// assert_eq!(random.next_u64(), 3_203_168_211_198_807_973);
 /// ```

@@ -10,7 +10,7 @@ const MOST_REPEATED: usize = 60;
 /// # Example
 ///
 /// ```
-/// use hpu_cosim::number;
+/// use hpu_scene::number;
 /// assert_eq!(number(0.25), "0.25");
 /// assert_eq!(number(2e-7), "2e-7");
 /// assert_eq!(number(-1e300), "-1e300");
@@ -66,7 +66,7 @@ pub(crate) fn is_unseen(c: char) -> bool {
 /// # Example
 ///
 /// ```
-/// use hpu_cosim::printable;
+/// use hpu_scene::printable;
 /// assert_eq!(printable("a\u{1b}[2Jb\n"), "a\\u{1b}[2Jb\n");
 /// ```
 pub fn printable(text: &str) -> Cow<'_, str> {

@@ -19,7 +19,7 @@ const ACCEPTED: &str = "a plain name: no folder, no control character, no dot, d
 /// # Example
 ///
 /// ```
-/// use hpu_cosim::PlainName;
+/// use hpu_scene::PlainName;
 /// assert_eq!("Table 2, redone".parse::<PlainName>().unwrap().as_str(), "Table 2, redone");
 /// assert!("../requirements".parse::<PlainName>().is_err());
 /// assert_eq!(PlainName::near(".a/b").as_str(), "_a_b");
