@@ -1,6 +1,6 @@
 //! The catalogue of all blocks.
 
-use crate::base::listed::{Given, Listed};
+use crate::base::listed::{Configured, Given, Listed};
 use crate::gimbal::{
     ControlSwitch, CrankTable, GimbalInverse, GimbalLoop, GimbalShearLoop, ImpedanceControl, ServoControl,
 };

@@ -55,14 +55,69 @@ pub trait Ports<T>: Sized {
     fn each(&self, visit: impl FnMut(&T));
 }
 
-/// Defines a port bundle: `ports! { /// Inputs. pub struct In { position, reference } }`.
+/// Defines bundles of ports. A row of a described bundle is everything that is known of a port: its name, format, unit
+/// and meaning. The name alone with a meaning is a bit. `= signal` describes the port as another block's; a meaning
+/// after it replaces the one there. The bundle's function `of` returns the descriptions for a block. A bundle without
+/// descriptions lists its names.
+///
+/// ```
+/// use hpu_signal::{Format, ports};
+///
+/// /// A counter.
+/// pub struct Counter {
+///     width: u32,
+/// }
+///
+/// ports! {
+///     /// Inputs of the counter.
+///     pub struct In of |block: &Counter| {
+///         enable, "Counts at this edge";
+///         start: Format::unsigned(block.width), "count", "Where it begins";
+///     }
+///     /// Outputs of the counter.
+///     pub struct Out of |block: &Counter| {
+///         position = In::of(block).start, "Where it is";
+///     }
+/// }
+/// ports! {
+///     /// Its registers.
+///     pub struct Registers { position }
+/// }
+///
+/// let Out { position } = Out::of(&Counter { width: 12 });
+/// assert_eq!((position.name, position.format, position.doc), ("position", Format::unsigned(12), "Where it is"));
+/// ```
 #[macro_export]
 macro_rules! ports {
-    ($(#[$meta:meta])* pub struct $name:ident { $($port:ident),* $(,)? }) => {
+    ($($(#[$meta:meta])* pub struct $name:ident of$([$($generic:tt)*])? |$block:tt: $Block:ty| {
+        $($port:ident $(: $format:expr, $unit:literal)? $(= $signal:expr)? $(, $doc:literal)?;)*
+    })+) => {$(
+        $crate::ports! {
+            $(#[$meta])*
+            pub struct $name { $($(#[doc = $doc])? $port),* }
+        }
+
+        impl $name<$crate::Signal> {
+            /// Describes the ports of a block.
+            pub(crate) fn of$(<$($generic)*>)?($block: $Block) -> Self {
+                Self { $($port: $crate::ports!(@ $port $(: $format, $unit)? $(= $signal)? $(, $doc)?)),* }
+            }
+        }
+    )+};
+    (@ $port:ident: $format:expr, $unit:literal, $doc:literal) => {
+        $crate::Signal::new(stringify!($port), $format, $unit, $doc)
+    };
+    (@ $port:ident = $signal:expr $(, $doc:literal)?) => {
+        $crate::Signal { name: stringify!($port), $(doc: $doc,)? ..$signal }
+    };
+    (@ $port:ident, $doc:literal) => {
+        $crate::Signal::bit(stringify!($port), $doc)
+    };
+    ($(#[$meta:meta])* pub struct $name:ident { $($(#[$about:meta])* $port:ident),* $(,)? }) => {
         $(#[$meta])*
         #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-        #[allow(missing_docs, reason = "each port is documented by the signal that describes it")]
-        pub struct $name<T> { $(pub $port: T),* }
+        #[allow(missing_docs, reason = "a port without a meaning here is documented by the signal that describes it")]
+        pub struct $name<T> { $($(#[$about])* pub $port: T),* }
 
         impl<T> $name<T> {
             /// Returns the bundle with the results of `change` for each port, called in order.

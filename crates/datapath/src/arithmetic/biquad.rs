@@ -17,52 +17,41 @@
 //! below the sampling rate therefore needs fraction bits: at `f_c/f_s = 1/4000`, `1 + A1 + A2` is `2.5e-6`, a sixth of
 //! an LSB of coefficients with 16 fraction bits, and an error of half an LSB of `y` grows to `2e5` LSBs.
 
-use hpu_signal::{Format, Machine, Narrowed, Narrowing, Overflow, Rounding, Signal, Word};
+use hpu_signal::{Format, Machine, Narrowed, Narrowing, Overflow, Rounding, Word};
 
 use crate::base::config::{COUNTER, within};
 use crate::base::countdown::{Countdown, edges};
-use crate::base::listed::{Given, Listed};
+use crate::base::listed::Listed;
 use crate::step::counted_down;
-use crate::{Block, ConfigError, Generic, Register, Step};
+use crate::{Block, ConfigError, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the section.
-    pub struct In { x, period }
-}
-
-hpu_signal::ports! {
+    pub struct In of |block: &Biquad| {
+        x: block.config.input, "1", "Input";
+        period: Format::unsigned(block.config.period_width), "clock", "Sample period; 0 acts as 1";
+    }
     /// Outputs of the section.
-    pub struct Out { y }
+    pub struct Out of |block: &Biquad| {
+        y: block.config.output, "1", "Output of the latest sample edge";
+    }
 }
 
-/// The formats, coefficients and widths of a section.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct BiquadConfig {
-    /// Format of `x`.
-    pub input: Format,
-    /// Format of `y`.
-    pub output: Format,
-    /// Format of the coefficients.
-    pub coefficient: Format,
-    /// Coefficients `B0`, `B1`, `B2` as words of `coefficient`.
-    pub b: [i32; 3],
-    /// Coefficients `A1`, `A2` as words of `coefficient`.
-    pub a: [i32; 2],
-    /// Width of the period, in bits.
-    pub period_width: u32,
-}
-
-impl Default for BiquadConfig {
-    fn default() -> Self {
-        let format = |int, frac| Format::new(true, int, frac).expect("at most 23 bits");
-        Self {
-            input: format(12, 4),
-            output: format(14, 8),
-            coefficient: format(2, 16),
-            b: [65_536, 0, 0],
-            a: [0, 0],
-            period_width: 24,
-        }
+crate::base::listed::configuration! {
+    /// The formats, coefficients and widths of a section.
+    pub struct BiquadConfig {
+        /// Format of `x`.
+        input: Format = Format::new(true, 12, 4).expect("17 bits"), ["IN_INT", "IN_FRAC"];
+        /// Format of `y`.
+        output: Format = Format::new(true, 14, 8).expect("23 bits"), ["OUT_INT", "OUT_FRAC"];
+        /// Format of the coefficients.
+        coefficient: Format = Format::new(true, 2, 16).expect("19 bits"), ["COEF_INT", "COEF_FRAC"];
+        /// Coefficients `B0`, `B1`, `B2` as words of `coefficient`.
+        b: [i32; 3] = [65_536, 0, 0], ["B0", "B1", "B2"];
+        /// Coefficients `A1`, `A2` as words of `coefficient`.
+        a: [i32; 2] = [0, 0], ["A1", "A2"];
+        /// Width of the period, in bits.
+        period_width: u32 = 24, ["PERIOD_WIDTH"];
     }
 }
 
@@ -195,42 +184,11 @@ impl Step for Biquad {
     }
 }
 
-crate::base::block::data_sheet!(Biquad = Self::new(BiquadConfig::default()));
+crate::base::listed::configured!(Biquad: BiquadConfig);
 
 impl Block for Biquad {
     const NAME: &'static str = "biquad";
     crate::base::block::clocked!();
-
-    fn inputs(&self) -> In<Signal> {
-        let period = Format::unsigned(self.config.period_width);
-        In {
-            x: Signal::new("x", self.config.input, "1", "Input"),
-            period: Signal::new("period", period, "clock", "Sample period; 0 acts as 1"),
-        }
-    }
-
-    fn outputs(&self) -> Out<Signal> {
-        Out { y: Signal::new("y", self.config.output, "1", "Output of the latest sample edge") }
-    }
-
-    fn generics(&self) -> Vec<(&'static str, Generic)> {
-        let BiquadConfig { input, output, coefficient, b, a, period_width } = self.config;
-        let integer = |name, value: i32| (name, Generic::Integer(value.into()));
-        vec![
-            integer("IN_INT", input.int()),
-            integer("IN_FRAC", input.frac()),
-            integer("OUT_INT", output.int()),
-            integer("OUT_FRAC", output.frac()),
-            integer("COEF_INT", coefficient.int()),
-            integer("COEF_FRAC", coefficient.frac()),
-            integer("B0", b[0]),
-            integer("B1", b[1]),
-            integer("B2", b[2]),
-            integer("A1", a[0]),
-            integer("A2", a[1]),
-            ("PERIOD_WIDTH", Generic::Integer(period_width.into())),
-        ]
-    }
 
     fn reset(&mut self) -> Out<i64> {
         self.countdown = Countdown::default();
@@ -273,17 +231,6 @@ impl Block for Biquad {
 }
 
 impl Listed for Biquad {
-    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        Self::new(BiquadConfig {
-            input: given.parts(true, "IN")?,
-            output: given.parts(true, "OUT")?,
-            coefficient: given.parts(true, "COEF")?,
-            b: [given.word("B0")?, given.word("B1")?, given.word("B2")?],
-            a: [given.word("A1")?, given.word("A2")?],
-            period_width: given.natural("PERIOD_WIDTH")?,
-        })
-    }
-
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         let section = |words: [(i32, i32); 3], b, a, period_width| {
             let [input, output, coefficient] =

@@ -11,11 +11,11 @@
 //!   into the logic before them, which shows only at the first edges after a reset. A design that declares a path of
 //!   several clocks instead of registering it shows intermediate words meanwhile, this one never.
 
-use hpu_signal::{Signal, Word};
+use hpu_signal::Word;
 
 use crate::base::config::within;
-use crate::base::listed::{Given, Listed};
-use crate::{Block, Combinational, ConfigError, Generic, Register, Saturator, Step, arithmetic::saturator};
+use crate::base::listed::Listed;
+use crate::{Block, Combinational, ConfigError, Register, Saturator, Step, arithmetic::saturator};
 
 pub use crate::arithmetic::saturator::{In, Out};
 
@@ -102,25 +102,18 @@ impl Step for CommandLimiter {
     }
 }
 
-crate::base::block::data_sheet!(CommandLimiter = Self::new(14, 13, 4095, 0));
+crate::base::listed::configured! {
+    CommandLimiter of |block| {
+        "IN_WIDTH": u32 = 14, block.limiter.value.width();
+        "OUT_WIDTH": u32 = 13, block.limiter.limited.width();
+        "LIMIT": u32 = 4095, block.limiter.limit;
+        "SETTLING": u32 = 0, block.late.len() as u32;
+    }
+}
 
 impl Block for CommandLimiter {
     const NAME: &'static str = "command_limiter";
-    crate::base::block::clocked!();
-
-    fn inputs(&self) -> In<Signal> {
-        self.limiter.inputs()
-    }
-
-    fn outputs(&self) -> Out<Signal> {
-        self.limiter.outputs()
-    }
-
-    fn generics(&self) -> Vec<(&'static str, Generic)> {
-        let mut all = self.limiter.generics();
-        all.push(("SETTLING", Generic::Integer(self.late.len() as i64)));
-        all
-    }
+    crate::base::block::clocked!(self => &self.limiter);
 
     fn reset(&mut self) -> Out<i64> {
         self.late.fill(0);
@@ -158,11 +151,6 @@ impl Block for CommandLimiter {
 }
 
 impl Listed for CommandLimiter {
-    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        let [width, out_width, limit, settling] = given.naturals(["IN_WIDTH", "OUT_WIDTH", "LIMIT", "SETTLING"])?;
-        Self::new(width, out_width, limit, settling)
-    }
-
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         Ok(vec![("settling_1", Self::new(10, 9, 255, 1)?), ("settling_5", Self::new(10, 9, 200, 5)?)])
     }

@@ -24,22 +24,28 @@
 use std::f64::consts::{PI, SQRT_2};
 use std::sync::Arc;
 
-use hpu_signal::{Format, Signal, Word};
+use hpu_signal::{Format, Word};
 
 use crate::base::computation::Computation;
 use crate::base::config::within;
-use crate::base::listed::{Given, Listed};
+use crate::base::listed::Listed;
 use crate::step::loads_first;
-use crate::{Block, ConfigError, Generic, Lemma, Register, Step};
+use crate::{Block, ConfigError, Lemma, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the CORDIC.
-    pub struct In { start, x, y }
-}
-
-hpu_signal::ports! {
+    pub struct In of |block: &Cordic| {
+        start, "Captures the vector and begins";
+        x: Format::signed(block.config.width), "1", "First coordinate";
+        y: Format::signed(block.config.width), "1", "Second coordinate";
+    }
     /// Outputs of the CORDIC.
-    pub struct Out { radius, angle, busy, ready }
+    pub struct Out of |block: &Cordic| {
+        radius: Format::unsigned(block.config.width), "1", "Length of the latest vector that was measured";
+        angle: block.config.angle(), "half_turn", "Angle from the first axis to that vector";
+        busy, "Rotations are under way";
+        ready, "Radius and angle are new, for one edge";
+    }
 }
 
 crate::base::listed::configuration! {
@@ -261,41 +267,14 @@ impl Step for Cordic {
     }
 }
 
-crate::base::block::data_sheet!(Cordic = Self::new(CordicConfig::default()));
+crate::base::listed::configured!(Cordic: CordicConfig);
 
 impl Block for Cordic {
     const NAME: &'static str = "cordic";
     crate::base::block::computing!((0, 0));
-
-    fn inputs(&self) -> In<Signal> {
-        let coordinate = Format::signed(self.config.width);
-        In {
-            start: Signal::bit("start", "Captures the vector and begins"),
-            x: Signal::new("x", coordinate, "1", "First coordinate"),
-            y: Signal::new("y", coordinate, "1", "Second coordinate"),
-        }
-    }
-
-    fn outputs(&self) -> Out<Signal> {
-        let (radius, angle) = (Format::unsigned(self.config.width), self.config.angle());
-        Out {
-            radius: Signal::new("radius", radius, "1", "Length of the latest vector that was measured"),
-            angle: Signal::new("angle", angle, "half_turn", "Angle from the first axis to that vector"),
-            busy: Signal::bit("busy", "Rotations are under way"),
-            ready: Signal::bit("ready", "Radius and angle are new, for one edge"),
-        }
-    }
-
-    fn generics(&self) -> Vec<(&'static str, Generic)> {
-        self.config.generics()
-    }
 }
 
 impl Listed for Cordic {
-    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        Self::new(CordicConfig::given(given)?)
-    }
-
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         let cordic = |[width, angle_width, guard, rotations]: [u32; 4]| {
             Self::new(CordicConfig { width, angle_width, guard, rotations })

@@ -19,10 +19,10 @@
 //! `PHASE` puts the samples behind those of a law with the same period, so that a torque is shaped in the sample that
 //! made it.
 
-use hpu_signal::{Format, Machine, Narrowed, Narrowing, Overflow, Rounding, Signal, Word};
+use hpu_signal::{Format, Machine, Narrowed, Narrowing, Overflow, Rounding, Word};
 
 use crate::base::config::{COUNTER, within};
-use crate::base::listed::{Given, Listed};
+use crate::base::listed::{Configured, Field, Given, Listed};
 use crate::{
     Biquad, BiquadConfig, Block, ConfigError, Generic, Register, Step, ZeroOrderHold, arithmetic::biquad,
     arithmetic::zero_order_hold,
@@ -30,12 +30,14 @@ use crate::{
 
 hpu_signal::ports! {
     /// Inputs of the shaper.
-    pub struct In { torque, period }
-}
-
-hpu_signal::ports! {
+    pub struct In of |block: &InputShaper| {
+        torque: block.torque, "PWM count", "Torque against the penetration";
+        period: Format::unsigned(block.config.period_width), "clock", "Sample period; 0 acts as 1";
+    }
     /// Outputs of the shaper.
-    pub struct Out { shaped }
+    pub struct Out of |block: &InputShaper| {
+        shaped: block.torque, "PWM count", "Torque without its transients";
+    }
 }
 
 /// The phase and the filter of an enabled shaper.
@@ -238,41 +240,9 @@ impl Step for InputShaper {
 
 crate::base::block::data_sheet!(InputShaper = Self::new(InputShaperConfig::default()));
 
-impl Shaping {
-    /// Returns the generics of a shaping under these names: phase, `B0` to `B2`, `A1`, `A2`; all 0 if there is none.
-    pub(crate) fn generics(shaping: Option<Self>, names: [&'static str; 6]) -> Vec<(&'static str, Generic)> {
-        let Self { phase, b, a } = shaping.unwrap_or(Self { phase: 0, b: [0; 3], a: [0; 2] });
-        let words = [phase.into(), b[0].into(), b[1].into(), b[2].into(), a[0].into(), a[1].into()];
-        names.into_iter().zip(words.map(Generic::Integer)).collect()
-    }
-}
-
 impl Block for InputShaper {
     const NAME: &'static str = "input_shaper";
     crate::base::block::clocked!();
-
-    fn inputs(&self) -> In<Signal> {
-        let period = Format::unsigned(self.config.period_width);
-        In {
-            torque: Signal::new("torque", self.torque, "PWM count", "Torque against the penetration"),
-            period: Signal::new("period", period, "clock", "Sample period; 0 acts as 1"),
-        }
-    }
-
-    fn outputs(&self) -> Out<Signal> {
-        Out { shaped: Signal::new("shaped", self.torque, "PWM count", "Torque without its transients") }
-    }
-
-    fn generics(&self) -> Vec<(&'static str, Generic)> {
-        let InputShaperConfig { torque_width, period_width, shaping } = self.config;
-        let mut all = vec![
-            ("ENABLED", Generic::Boolean(shaping.is_some())),
-            ("TORQUE_WIDTH", Generic::Integer(torque_width.into())),
-            ("PERIOD_WIDTH", Generic::Integer(period_width.into())),
-        ];
-        all.extend(Shaping::generics(shaping, ["PHASE", "B0", "B1", "B2", "A1", "A2"]));
-        all
-    }
 
     fn reset(&mut self) -> Out<i64> {
         if let (Some(sampled), Some(shaping)) = (&mut self.sampled, self.config.shaping) {
@@ -310,32 +280,44 @@ impl Block for InputShaper {
 }
 
 impl Shaping {
-    /// Reads the generics of a shaper, whose names begin with `stem`.
-    pub(crate) fn given(given: &Given, stem: &str) -> Result<Option<Self>, ConfigError> {
-        let named = |name: &str| format!("{stem}{name}");
-        if !given.is(&named("ENABLED")) {
-            return Ok(None);
-        }
-        let word = |name: &str| given.word(&named(name));
-        let (b, a) = ([word("B0")?, word("B1")?, word("B2")?], [word("A1")?, word("A2")?]);
-        Ok(Some(Self { phase: given.natural(&named("PHASE"))?, b, a }))
-    }
-
     /// The 2.5 Hz high-pass filter at 10 kHz, for variants.
     pub(crate) fn high_pass(phase: u32) -> Self {
         Self { phase, b: [1_072_549_859, -2_145_099_718, 1_072_549_859], a: [-2_145_098_394, 1_071_359_217] }
     }
 }
 
-impl Listed for InputShaper {
-    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        Self::new(InputShaperConfig {
-            torque_width: given.natural("TORQUE_WIDTH")?,
-            period_width: given.natural("PERIOD_WIDTH")?,
-            shaping: Shaping::given(given, "")?,
-        })
+impl InputShaper {
+    fn told(&self) -> Vec<(&'static str, Generic)> {
+        let InputShaperConfig { torque_width, period_width, shaping } = self.config;
+        let Shaping { phase, b, a } = shaping.unwrap_or(Shaping { phase: 0, b: [0; 3], a: [0; 2] });
+        let mut all = vec![("ENABLED", Generic::Boolean(shaping.is_some()))];
+        all.extend([torque_width, period_width, phase].told(&["TORQUE_WIDTH", "PERIOD_WIDTH", "PHASE"]));
+        all.extend([b.told(&["B0", "B1", "B2"]), a.told(&["A1", "A2"])].concat());
+        all
     }
+}
 
+impl InputShaperConfig {
+    /// Reads the configuration from the generics of an entity.
+    pub(crate) fn given(given: &Given) -> Result<Self, ConfigError> {
+        let [torque_width, period_width] = given.naturals(["TORQUE_WIDTH", "PERIOD_WIDTH"])?;
+        let shaping = if given.is("ENABLED") {
+            let (b, a) = (given.field(&["B0", "B1", "B2"], [0; 3])?, given.field(&["A1", "A2"], [0; 2])?);
+            Some(Shaping { phase: given.natural("PHASE")?, b, a })
+        } else {
+            None
+        };
+        Ok(Self { torque_width, period_width, shaping })
+    }
+}
+
+impl Configured for InputShaper {
+    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
+        Self::new(InputShaperConfig::given(given)?)
+    }
+}
+
+impl Listed for InputShaper {
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         let small = InputShaperConfig { torque_width: 6, period_width: 6, shaping: None };
         let filter = |phase, b, a| Some(Shaping { phase, b, a });

@@ -7,29 +7,30 @@
 //! - **Source**: Vasudevan et al. 2007, Eq. (8): stall torque at 100 % duty, here on both sides.
 //! - **Differs from the hardware**: no propagation delay, so no limit on the clock.
 
-use hpu_signal::{Format, Signal, Word};
+use hpu_signal::{Format, Word};
 
 use crate::base::config::{NATURAL, WORD, within};
-use crate::base::listed::{Given, Listed};
+use crate::base::listed::Listed;
 use crate::step::in_machine;
-use crate::{Block, Combinational, ConfigError, Generic};
+use crate::{Block, Combinational, ConfigError};
 
 hpu_signal::ports! {
     /// Inputs of the saturator.
-    pub struct In { value }
-}
-
-hpu_signal::ports! {
+    pub struct In of |block: &Saturator| {
+        value: block.value, "PWM count", "Torque asked for";
+    }
     /// Outputs of the saturator.
-    pub struct Out { limited }
+    pub struct Out of |block: &Saturator| {
+        limited: block.limited, "PWM count", "Torque within full scale";
+    }
 }
 
 /// A saturator; the [module](self) describes it.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Saturator {
-    value: Format,
-    limited: Format,
-    limit: i64,
+    pub(super) value: Format,
+    pub(super) limited: Format,
+    pub(super) limit: u32,
 }
 
 impl Saturator {
@@ -44,7 +45,7 @@ impl Saturator {
         let limited = Format::signed(out_width);
         let most = u32::try_from(limited.max()).map_or(NATURAL, |most| most.min(NATURAL));
         within(Self::NAME, "LIMIT", limit, 0..=most)?;
-        Ok(Self { value: Format::signed(in_width), limited, limit: limit.into() })
+        Ok(Self { value: Format::signed(in_width), limited, limit })
     }
 
     /// Returns the outputs for these inputs.
@@ -63,35 +64,21 @@ impl Combinational for Saturator {
     }
 }
 
-crate::base::block::data_sheet!(Saturator = Self::new(14, 13, 4095));
+crate::base::listed::configured! {
+    Saturator of |block| {
+        "IN_WIDTH": u32 = 14, block.value.width();
+        "OUT_WIDTH": u32 = 13, block.limited.width();
+        "LIMIT": u32 = 4095, block.limit;
+    }
+}
 
 impl Block for Saturator {
     const NAME: &'static str = "saturator";
-
-    fn inputs(&self) -> In<Signal> {
-        In { value: Signal::new("value", self.value, "PWM count", "Torque asked for") }
-    }
-
-    fn outputs(&self) -> Out<Signal> {
-        Out { limited: Signal::new("limited", self.limited, "PWM count", "Torque within full scale") }
-    }
-
-    fn generics(&self) -> Vec<(&'static str, Generic)> {
-        vec![
-            ("IN_WIDTH", Generic::Integer(self.value.width().into())),
-            ("OUT_WIDTH", Generic::Integer(self.limited.width().into())),
-            ("LIMIT", Generic::Integer(self.limit)),
-        ]
-    }
 
     crate::base::block::combinational!(self, input => self.eval(input));
 }
 
 impl Listed for Saturator {
-    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        Self::new(given.natural("IN_WIDTH")?, given.natural("OUT_WIDTH")?, given.natural("LIMIT")?)
-    }
-
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         Ok(vec![("8_bit", Self::new(10, 9, 255)?), ("limit_0", Self::new(10, 9, 0)?)])
     }

@@ -14,22 +14,27 @@
 //! - **Differs from the hardware**: a design of this project, not of a paper. The emulator computes the quotient at the
 //!   start and shows it when it is ready: the ports are exact at every edge, the registers within are not modelled.
 
-use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal, Term, Word};
+use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Term, Word};
 
 use crate::base::computation::{Computation, ZERO};
 use crate::base::config::within;
-use crate::base::listed::{Given, Listed};
+use crate::base::listed::Listed;
 use crate::step::{equal, loads_first};
-use crate::{Block, ConfigError, Generic, Lemma, Register, Step};
+use crate::{Block, ConfigError, Lemma, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the divider.
-    pub struct In { start, num, den }
-}
-
-hpu_signal::ports! {
+    pub struct In of |block: &SequentialDivider| {
+        start, "Captures the operands and begins";
+        num: Format::unsigned(block.config.num_width), "1", "Dividend";
+        den: Format::unsigned(block.config.den_width), "1", "Divisor";
+    }
     /// Outputs of the divider.
-    pub struct Out { quotient, busy, ready }
+    pub struct Out of |block: &SequentialDivider| {
+        quotient: block.narrowing.to, "1", "Quotient of the latest division that ended";
+        busy, "A division is under way";
+        ready, "The quotient is new, for one edge";
+    }
 }
 
 crate::base::listed::configuration! {
@@ -208,39 +213,14 @@ impl Step for SequentialDivider {
     }
 }
 
-crate::base::block::data_sheet!(SequentialDivider = Self::new(DividerConfig::default()));
+crate::base::listed::configured!(SequentialDivider: DividerConfig);
 
 impl Block for SequentialDivider {
     const NAME: &'static str = "sequential_divider";
     crate::base::block::computing!(ZERO);
-
-    fn inputs(&self) -> In<Signal> {
-        let (num, den) = (Format::unsigned(self.config.num_width), Format::unsigned(self.config.den_width));
-        In {
-            start: Signal::bit("start", "Captures the operands and begins"),
-            num: Signal::new("num", num, "1", "Dividend"),
-            den: Signal::new("den", den, "1", "Divisor"),
-        }
-    }
-
-    fn outputs(&self) -> Out<Signal> {
-        Out {
-            quotient: Signal::new("quotient", self.narrowing.to, "1", "Quotient of the latest division that ended"),
-            busy: Signal::bit("busy", "A division is under way"),
-            ready: Signal::bit("ready", "The quotient is new, for one edge"),
-        }
-    }
-
-    fn generics(&self) -> Vec<(&'static str, Generic)> {
-        self.config.generics()
-    }
 }
 
 impl Listed for SequentialDivider {
-    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        Self::new(DividerConfig::given(given)?)
-    }
-
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         let divider = |[num_width, den_width, frac, out_width]: [u32; 4]| {
             Self::new(DividerConfig { num_width, den_width, frac, out_width })

@@ -11,22 +11,26 @@
 //! - **Differs from the hardware**: a design of this project, not of a paper. The emulator computes the root at the
 //!   start and shows it when it is ready: the ports are exact at every edge, the registers within are not modelled.
 
-use hpu_signal::{Format, Narrowed, Signal, Term, Word};
+use hpu_signal::{Format, Narrowed, Term, Word};
 
 use crate::base::computation::{Computation, ZERO};
 use crate::base::config::within;
-use crate::base::listed::{Given, Listed};
+use crate::base::listed::Listed;
 use crate::step::{equal, loads_first};
-use crate::{Block, ConfigError, Generic, Lemma, Register, Step};
+use crate::{Block, ConfigError, Lemma, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the square root.
-    pub struct In { start, x }
-}
-
-hpu_signal::ports! {
+    pub struct In of |block: &SquareRoot| {
+        start, "Captures the radicand and begins";
+        x: block.word, "1", "Radicand";
+    }
     /// Outputs of the square root.
-    pub struct Out { root, busy, ready }
+    pub struct Out of |block: &SquareRoot| {
+        root: Format::unsigned(block.word.width() / 2), "1", "Root of the latest extraction that ended";
+        busy, "An extraction is under way";
+        ready, "The root is new, for one edge";
+    }
 }
 
 /// See the [module](self).
@@ -163,38 +167,18 @@ impl Step for SquareRoot {
     }
 }
 
-crate::base::block::data_sheet!(SquareRoot = Self::new(24));
+crate::base::listed::configured! {
+    SquareRoot of |block| {
+        "WIDTH": u32 = 24, block.word.width();
+    }
+}
 
 impl Block for SquareRoot {
     const NAME: &'static str = "square_root";
     crate::base::block::computing!(ZERO);
-
-    fn inputs(&self) -> In<Signal> {
-        In {
-            start: Signal::bit("start", "Captures the radicand and begins"),
-            x: Signal::new("x", self.word, "1", "Radicand"),
-        }
-    }
-
-    fn outputs(&self) -> Out<Signal> {
-        let root = Format::unsigned(self.word.width() / 2);
-        Out {
-            root: Signal::new("root", root, "1", "Root of the latest extraction that ended"),
-            busy: Signal::bit("busy", "An extraction is under way"),
-            ready: Signal::bit("ready", "The root is new, for one edge"),
-        }
-    }
-
-    fn generics(&self) -> Vec<(&'static str, Generic)> {
-        vec![("WIDTH", Generic::Integer(self.word.width().into()))]
-    }
 }
 
 impl Listed for SquareRoot {
-    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        Self::new(given.natural("WIDTH")?)
-    }
-
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         Ok(vec![("4_bit", Self::new(4)?), ("10_bit", Self::new(10)?), ("62_bit", Self::new(62)?)])
     }

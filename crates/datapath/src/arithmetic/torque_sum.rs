@@ -10,21 +10,24 @@
 //! - **Source**: Vasudevan et al. 2007, Eqs. (6), (7). Its Eq. (5) reads tau2 + tau3, a slip for tau1 + tau2.
 //! - **Differs from the hardware**: no propagation delay, so no limit on the clock.
 
-use hpu_signal::{Format, Signal, Word};
+use hpu_signal::{Format, Word};
 
 use crate::base::config::{WORD, within};
-use crate::base::listed::{Given, Listed};
+use crate::base::listed::Listed;
 use crate::step::in_machine;
-use crate::{Block, Combinational, ConfigError, Generic};
+use crate::{Block, Combinational, ConfigError};
 
 hpu_signal::ports! {
     /// Inputs of the sum.
-    pub struct In { spring, damping, contact }
-}
-
-hpu_signal::ports! {
+    pub struct In of |block: &TorqueSum| {
+        spring: block.spring, "PWM count", "Torque of the spring";
+        damping: block.damping, "PWM count", "Torque of the damper";
+        contact, "At or behind the wall's surface";
+    }
     /// Outputs of the sum.
-    pub struct Out { torque }
+    pub struct Out of |block: &TorqueSum| {
+        torque: block.torque, "PWM count", "Torque against the penetration";
+    }
 }
 
 /// The sum of spring and damping; the [module](self) describes it.
@@ -67,39 +70,21 @@ impl Combinational for TorqueSum {
     }
 }
 
-crate::base::block::data_sheet!(TorqueSum = Self::new(12, 13, 14));
+crate::base::listed::configured! {
+    TorqueSum of |block| {
+        "SPRING_WIDTH": u32 = 12, block.spring.width();
+        "DAMPING_WIDTH": u32 = 13, block.damping.width();
+        "OUT_WIDTH": u32 = 14, block.torque.width();
+    }
+}
 
 impl Block for TorqueSum {
     const NAME: &'static str = "torque_sum";
-
-    fn inputs(&self) -> In<Signal> {
-        In {
-            spring: Signal::new("spring", self.spring, "PWM count", "Torque of the spring"),
-            damping: Signal::new("damping", self.damping, "PWM count", "Torque of the damper"),
-            contact: Signal::bit("contact", "At or behind the wall's surface"),
-        }
-    }
-
-    fn outputs(&self) -> Out<Signal> {
-        Out { torque: Signal::new("torque", self.torque, "PWM count", "Torque against the penetration") }
-    }
-
-    fn generics(&self) -> Vec<(&'static str, Generic)> {
-        vec![
-            ("SPRING_WIDTH", Generic::Integer(self.spring.width().into())),
-            ("DAMPING_WIDTH", Generic::Integer(self.damping.width().into())),
-            ("OUT_WIDTH", Generic::Integer(self.torque.width().into())),
-        ]
-    }
 
     crate::base::block::combinational!(self, input => self.eval(input));
 }
 
 impl Listed for TorqueSum {
-    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        Self::new(given.natural("SPRING_WIDTH")?, given.natural("DAMPING_WIDTH")?, given.natural("OUT_WIDTH")?)
-    }
-
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         Ok(vec![
             ("8_bit", Self::new(8, 9, 10)?),

@@ -12,20 +12,22 @@
 //! - **Differs from the hardware**: no propagation delay, so no limit on the clock; the product of the paper, whose
 //!   device had no multiplier blocks, ripples. SATURATE is an addition, the paper's multiplier drops upper bits.
 
-use hpu_signal::{Format, Machine, Narrowed, Narrowing, Overflow, Rounding, Signal, Word};
+use hpu_signal::{Format, Machine, Narrowed, Narrowing, Overflow, Rounding, Word};
 
 use crate::base::config::within;
-use crate::base::listed::{Given, Listed};
+use crate::base::listed::{Configured, Given, Listed};
 use crate::{Block, Combinational, ConfigError, Generic, Step};
 
 hpu_signal::ports! {
     /// Inputs of the multiplier.
-    pub struct In { a, b }
-}
-
-hpu_signal::ports! {
+    pub struct In of |block: &TruncatingMultiplier| {
+        a: block.a, "1", "First factor";
+        b: block.b, "1", "Second factor";
+    }
     /// Outputs of the multiplier.
-    pub struct Out { product }
+    pub struct Out of |block: &TruncatingMultiplier| {
+        product: block.narrowing.to, "1", "The bits kept of the product";
+    }
 }
 
 /// A truncating multiplier; the [module](self) describes it.
@@ -152,15 +154,11 @@ impl Default for TruncatingMultiplier {
 impl Block for TruncatingMultiplier {
     const NAME: &'static str = "truncating_multiplier";
 
-    fn inputs(&self) -> In<Signal> {
-        In { a: Signal::new("a", self.a, "1", "First factor"), b: Signal::new("b", self.b, "1", "Second factor") }
-    }
+    crate::base::block::combinational!(self, input => Out { product: self.eval(input).word });
+}
 
-    fn outputs(&self) -> Out<Signal> {
-        Out { product: Signal::new("product", self.narrowing.to, "1", "The bits kept of the product") }
-    }
-
-    fn generics(&self) -> Vec<(&'static str, Generic)> {
+impl TruncatingMultiplier {
+    fn told(&self) -> Vec<(&'static str, Generic)> {
         vec![
             ("A_WIDTH", Generic::Integer(self.a.width().into())),
             ("B_WIDTH", Generic::Integer(self.b.width().into())),
@@ -171,11 +169,9 @@ impl Block for TruncatingMultiplier {
             ("SATURATE", Generic::Boolean(self.narrowing.overflow == Overflow::Saturate)),
         ]
     }
-
-    crate::base::block::combinational!(self, input => Out { product: self.eval(input).word });
 }
 
-impl Listed for TruncatingMultiplier {
+impl Configured for TruncatingMultiplier {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {
         // The entity tells no fraction bits but only how many lower bits are dropped. That many fraction bits are given
         // to the factors, to `a` first; if the factors have room for all of them, the product is a whole number.
@@ -194,7 +190,9 @@ impl Listed for TruncatingMultiplier {
         let overflow = if given.is("SATURATE") { Overflow::Saturate } else { Overflow::Wrap };
         Self::new(a, b, out, overflow)
     }
+}
 
+impl Listed for TruncatingMultiplier {
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         let format = |signed, int, frac| Format::new(signed, int, frac).expect("at most 48 bits");
         let (unsigned, signed, byte) = (Format::unsigned(12), Format::signed(12), Format::unsigned(8));

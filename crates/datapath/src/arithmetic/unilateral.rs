@@ -9,21 +9,23 @@
 //! - **Source**: Vasudevan et al. 2007, Eqs. (1), (7).
 //! - **Differs from the hardware**: no propagation delay, so no limit on the clock.
 
-use hpu_signal::{Format, Signal, Word};
+use hpu_signal::{Format, Word};
 
 use crate::base::config::{WORD, within};
-use crate::base::listed::{Given, Listed};
+use crate::base::listed::Listed;
 use crate::step::in_machine;
-use crate::{Block, Combinational, ConfigError, Generic};
+use crate::{Block, Combinational, ConfigError};
 
 hpu_signal::ports! {
     /// Inputs of the operator.
-    pub struct In { delta }
-}
-
-hpu_signal::ports! {
+    pub struct In of |block: &Unilateral| {
+        delta: Format::signed(block.width), "count", "Displacement from the reference";
+    }
     /// Outputs of the operator.
-    pub struct Out { contact, penetration }
+    pub struct Out of |block: &Unilateral| {
+        contact, "At or behind the wall's surface";
+        penetration: Format::unsigned(block.width), "count", "Depth behind the wall's surface";
+    }
 }
 
 /// The operator of the unilateral wall; the [module](self) describes it.
@@ -58,35 +60,19 @@ impl Combinational for Unilateral {
     }
 }
 
-crate::base::block::data_sheet!(Unilateral = Self::new(12));
+crate::base::listed::configured! {
+    Unilateral of |block| {
+        "WIDTH": u32 = 12, block.width;
+    }
+}
 
 impl Block for Unilateral {
     const NAME: &'static str = "unilateral";
-
-    fn inputs(&self) -> In<Signal> {
-        In { delta: Signal::new("delta", Format::signed(self.width), "count", "Displacement from the reference") }
-    }
-
-    fn outputs(&self) -> Out<Signal> {
-        let depth = Format::unsigned(self.width);
-        Out {
-            contact: Signal::bit("contact", "At or behind the wall's surface"),
-            penetration: Signal::new("penetration", depth, "count", "Depth behind the wall's surface"),
-        }
-    }
-
-    fn generics(&self) -> Vec<(&'static str, Generic)> {
-        vec![("WIDTH", Generic::Integer(self.width.into()))]
-    }
 
     crate::base::block::combinational!(self, input => self.eval(input));
 }
 
 impl Listed for Unilateral {
-    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        Self::new(given.natural("WIDTH")?)
-    }
-
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         Ok(vec![("8_bit", Self::new(8)?)])
     }

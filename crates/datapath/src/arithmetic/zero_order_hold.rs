@@ -11,22 +11,24 @@
 //! - **Differs from the hardware**: samples exactly every period; a controller in software has jitter and a computing
 //!   delay.
 
-use hpu_signal::{Format, Signal, Word};
+use hpu_signal::{Format, Word};
 
 use crate::base::config::{COUNTER, WORD, within};
 use crate::base::countdown::Countdown;
-use crate::base::listed::{Given, Listed};
+use crate::base::listed::Listed;
 use crate::step::counted_down;
-use crate::{Block, ConfigError, Generic, Register, Step};
+use crate::{Block, ConfigError, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the hold.
-    pub struct In { d, period }
-}
-
-hpu_signal::ports! {
+    pub struct In of |block: &ZeroOrderHold| {
+        d: block.word, "count", "Word to be sampled";
+        period: block.period, "clock", "Sample period; 0 acts as 1";
+    }
     /// Outputs of the hold.
-    pub struct Out { q }
+    pub struct Out of |block: &ZeroOrderHold| {
+        q: block.word, "count", "Word of the latest sample edge";
+    }
 }
 
 /// A zero-order hold; the [module](self) describes it.
@@ -68,29 +70,16 @@ impl Step for ZeroOrderHold {
     }
 }
 
-crate::base::block::data_sheet!(ZeroOrderHold = Self::new(12, 24));
+crate::base::listed::configured! {
+    ZeroOrderHold of |block| {
+        "WIDTH": u32 = 12, block.word.width();
+        "PERIOD_WIDTH": u32 = 24, block.period.width();
+    }
+}
 
 impl Block for ZeroOrderHold {
     const NAME: &'static str = "zero_order_hold";
     crate::base::block::clocked!();
-
-    fn inputs(&self) -> In<Signal> {
-        In {
-            d: Signal::new("d", self.word, "count", "Word to be sampled"),
-            period: Signal::new("period", self.period, "clock", "Sample period; 0 acts as 1"),
-        }
-    }
-
-    fn outputs(&self) -> Out<Signal> {
-        Out { q: Signal::new("q", self.word, "count", "Word of the latest sample edge") }
-    }
-
-    fn generics(&self) -> Vec<(&'static str, Generic)> {
-        vec![
-            ("WIDTH", Generic::Integer(self.word.width().into())),
-            ("PERIOD_WIDTH", Generic::Integer(self.period.width().into())),
-        ]
-    }
 
     fn reset(&mut self) -> Out<i64> {
         self.countdown = Countdown::default();
@@ -119,10 +108,6 @@ impl Block for ZeroOrderHold {
 }
 
 impl Listed for ZeroOrderHold {
-    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        Self::new(given.natural("WIDTH")?, given.natural("PERIOD_WIDTH")?)
-    }
-
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         Ok(vec![("8_bit", Self::new(8, 6)?)])
     }

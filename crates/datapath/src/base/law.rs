@@ -15,12 +15,21 @@ use crate::{Block, ConfigError, Generic};
 
 hpu_signal::ports! {
     /// Inputs of every law. The data sheet of a law says which inputs it ignores.
-    pub struct LawIn { position, delta, contact, penetration, stiffness, damping, period, scale }
-}
-
-hpu_signal::ports! {
+    pub struct LawIn of |widths: &LawWidths| {
+        position: Format::unsigned(widths.width), "count", "Position, modulo its width";
+        delta: Format::signed(widths.width), "count", "Position beyond the wall's surface";
+        contact, "At or behind the wall's surface";
+        penetration: Format::unsigned(widths.width), "count", "Depth inside the wall";
+        stiffness: widths.stiffness, "PWM count/count", "Stiffness of the wall";
+        damping: widths.damping, "PWM count/(count/sample)", "Damping inside the wall";
+        period: Format::unsigned(widths.period_width), "clock", "Sample period; 0 acts as 1";
+        scale: widths.scale, "1", "Force shown for one of the virtual environment";
+    }
     /// Outputs of every law: the torque, and the word that the law remembers (an energy, an extension or a velocity).
-    pub struct LawOut { torque, memory }
+    pub struct LawOut of |law: (&LawWidths, Signal)| {
+        torque: law.0.torque(), "PWM count", "Torque against the penetration";
+        memory = law.1;
+    }
 }
 
 /// A method of stabilisation as a block. The five laws implement it, so that [`MethodLoop`](crate::MethodLoop) wires
@@ -40,8 +49,6 @@ pub trait Law:
     const LOOP: &'static str;
     /// Returns the widths that every law has.
     fn widths(&self) -> &LawWidths;
-    /// Returns the generics that this law has beyond [`LawWidths::generics`].
-    fn own_generics(&self) -> Vec<(&'static str, Generic)>;
     /// Returns the number of edges from a sample edge to the torque that it makes; 0 if the torque follows the law's
     /// registers combinationally.
     fn latency(&self) -> u32;
@@ -57,33 +64,21 @@ pub trait Law:
     fn lost(&self) -> [(bool, bool); 2];
 }
 
-/// The widths and formats that every law has.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct LawWidths {
-    /// Width of the position, in bits.
-    pub width: u32,
-    /// Format of the stiffness, in PWM counts per count.
-    pub stiffness: Format,
-    /// Format of the damping, in PWM counts per (count per sample).
-    pub damping: Format,
-    /// Width of the sample period, in bits.
-    pub period_width: u32,
-    /// Format of the scale, which is a pure number.
-    pub scale: Format,
-    /// Number of bits of a torque's magnitude, which is that of the PWM.
-    pub torque_width: u32,
-}
-
-impl Default for LawWidths {
-    fn default() -> Self {
-        Self {
-            width: 12,
-            stiffness: Format::unsigned(12),
-            damping: Format::unsigned(12),
-            period_width: 24,
-            scale: Format::new(false, 8, 8).expect("16 bits"),
-            torque_width: 12,
-        }
+crate::base::listed::configuration! {
+    /// The widths and formats that every law has.
+    pub struct LawWidths {
+        /// Width of the position, in bits.
+        width: u32 = 12, ["WIDTH"];
+        /// Format of the stiffness, in PWM counts per count.
+        stiffness: Format = Format::unsigned(12), ["STIFFNESS_WIDTH", "STIFFNESS_FRAC"];
+        /// Format of the damping, in PWM counts per (count per sample).
+        damping: Format = Format::unsigned(12), ["DAMPING_WIDTH", "DAMPING_FRAC"];
+        /// Width of the sample period, in bits.
+        period_width: u32 = 24, ["PERIOD_WIDTH"];
+        /// Format of the scale, which is a pure number.
+        scale: Format = Format::new(false, 8, 8).expect("16 bits"), ["SCALE_WIDTH", "SCALE_FRAC"];
+        /// Number of bits of a torque's magnitude, which is that of the PWM.
+        torque_width: u32 = 12, ["TORQUE_WIDTH"];
     }
 }
 
@@ -108,41 +103,19 @@ impl LawWidths {
         Ok(())
     }
 
-    /// Returns the generics that every law begins with, in the order of the entity.
-    pub fn generics(&self) -> Vec<(&'static str, Generic)> {
-        let integer = |value: u32| Generic::Integer(value.into());
-        let frac = |format: Format| Generic::Integer(format.frac().into());
-        vec![
-            ("WIDTH", integer(self.width)),
-            ("STIFFNESS_WIDTH", integer(self.stiffness.width())),
-            ("STIFFNESS_FRAC", frac(self.stiffness)),
-            ("DAMPING_WIDTH", integer(self.damping.width())),
-            ("DAMPING_FRAC", frac(self.damping)),
-            ("PERIOD_WIDTH", integer(self.period_width)),
-            ("SCALE_WIDTH", integer(self.scale.width())),
-            ("SCALE_FRAC", frac(self.scale)),
-            ("TORQUE_WIDTH", integer(self.torque_width)),
-        ]
-    }
-
-    /// Returns the inputs of every law.
+    /// Describes the inputs of every law.
     pub fn inputs(&self) -> LawIn<Signal> {
-        let (counts, whole) = (Format::unsigned(self.width), "count");
-        LawIn {
-            position: Signal::new("position", counts, whole, "Position, modulo its width"),
-            delta: Signal::new("delta", Format::signed(self.width), whole, "Position beyond the wall's surface"),
-            contact: Signal::bit("contact", "At or behind the wall's surface"),
-            penetration: Signal::new("penetration", counts, whole, "Depth inside the wall"),
-            stiffness: Signal::new("stiffness", self.stiffness, "PWM count/count", "Stiffness of the wall"),
-            damping: Signal::new("damping", self.damping, "PWM count/(count/sample)", "Damping inside the wall"),
-            period: Signal::new("period", Format::unsigned(self.period_width), "clock", "Sample period; 0 acts as 1"),
-            scale: Signal::new("scale", self.scale, "1", "Force shown for one of the virtual environment"),
-        }
+        LawIn::of(self)
     }
 
-    /// Returns the torque signal of every law.
-    pub fn torque(&self) -> Signal {
-        Signal::new("torque", Format::signed(self.torque_width + 2), "PWM count", "Torque against the penetration")
+    /// Describes the outputs of a law with this description of its memory.
+    pub fn outputs(&self, memory: Signal) -> LawOut<Signal> {
+        LawOut::of((self, memory))
+    }
+
+    /// Returns the format of every law's torque.
+    pub fn torque(&self) -> Format {
+        Format::signed(self.torque_width + 2)
     }
 
     /// The torque that the plain wall wants with these inputs, after that much motion since the sample before.
@@ -218,33 +191,22 @@ impl Wanted {
     }
 }
 
+/// The widths of every law, whose generics have names of their own.
 impl Field for LawWidths {
-    /// Returns nothing: a law's generics are those of every law, then its own.
     fn told(self, _: &[&'static str]) -> Vec<(&'static str, Generic)> {
-        Vec::new()
+        self.generics()
     }
 
-    fn given(given: &Given, _: &[&'static str]) -> Result<Self, ConfigError> {
-        Ok(Self {
-            width: given.natural("WIDTH")?,
-            stiffness: given.unsigned("STIFFNESS")?,
-            damping: given.unsigned("DAMPING")?,
-            period_width: given.natural("PERIOD_WIDTH")?,
-            scale: given.unsigned("SCALE")?,
-            torque_width: given.natural("TORQUE_WIDTH")?,
-        })
+    fn given(given: &Given, _: &[&'static str], _: &Self) -> Result<Self, ConfigError> {
+        Self::given(given)
     }
 }
 
-/// The part of `impl Law` that is alike in all laws: the widths of every law, and the generics of their configuration.
+/// The part of `impl Law` that is alike in all laws: the widths of every law.
 macro_rules! law_config {
     () => {
         fn widths(&self) -> &LawWidths {
             &self.config.widths
-        }
-
-        fn own_generics(&self) -> Vec<(&'static str, crate::Generic)> {
-            self.config.generics()
         }
     };
 }
@@ -252,7 +214,7 @@ macro_rules! law_config {
 /// The part of `impl Block` that is alike in all laws: their ports, with the description of the memory, and their
 /// generics.
 macro_rules! law_ports {
-    ($self:ident => $memory:expr) => {
+    ($self:ident => $format:expr, $unit:expr, $doc:literal) => {
         const CLOCKED: bool = true;
         type In<T> = LawIn<T>;
         type Out<T> = LawOut<T>;
@@ -262,11 +224,11 @@ macro_rules! law_ports {
         }
 
         fn outputs(&$self) -> LawOut<Signal> {
-            LawOut { torque: $self.config.widths.torque(), memory: $memory }
+            $self.config.widths.outputs(Signal::new("memory", $format, $unit, $doc))
         }
 
         fn generics(&self) -> Vec<(&'static str, Generic)> {
-            [self.config.widths.generics(), self.own_generics()].concat()
+            self.told()
         }
     };
 }

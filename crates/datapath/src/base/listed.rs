@@ -3,15 +3,13 @@
 
 use hpu_signal::Format;
 
+use crate::base::block::renamed;
 use crate::base::config::ConfigError;
 use crate::{AnyBlock, Block, Generic};
 
 /// A block that the catalogue lists. Every block implements it beside its code, so that a new one is a file and a line
 /// of the catalogue.
-pub(crate) trait Listed: Block + Default + 'static {
-    /// Builds the block from the generics of its entity.
-    fn of_generics(given: &Given) -> Result<Self, ConfigError>;
-
+pub(crate) trait Listed: Configured + Block + Default + 'static {
     /// Returns the configurations beside the default in which it is tested, each with a label that is unique among
     /// them.
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
@@ -19,11 +17,18 @@ pub(crate) trait Listed: Block + Default + 'static {
     }
 }
 
+/// A block that is built from the generics of its entity. [`configured!`] implements it where the generics are those of
+/// one configuration, or a few words.
+pub(crate) trait Configured: Sized {
+    /// Builds the block from the generics of its entity.
+    fn of_generics(given: &Given) -> Result<Self, ConfigError>;
+}
+
 /// The values of all generics of a block.
 pub(crate) struct Given {
     name: &'static str,
     values: Vec<(&'static str, Generic)>,
-    in_loop: bool,
+    renames: &'static [(&'static str, &'static str)],
 }
 
 type Made<T> = Result<T, ConfigError>;
@@ -48,21 +53,17 @@ impl Given {
             }
             *old = value;
         }
-        Ok(Self { name, values, in_loop: false })
+        Ok(Self { name, values, renames: &[] })
     }
 
-    /// Returns the same for the law in the middle of a loop, two of whose generics have other names there.
-    pub(crate) fn of_law(&self) -> Self {
-        Self { values: self.values.clone(), in_loop: true, ..*self }
+    /// Returns the same for a block in the middle of a loop, whose generics have other names there.
+    pub(crate) fn renamed(&self, renames: &'static [(&'static str, &'static str)]) -> Self {
+        Self { values: self.values.clone(), renames, ..*self }
     }
 
     /// Returns the name that a generic has in the entity.
     fn named<'a>(&self, generic: &'a str) -> &'a str {
-        match generic {
-            "WIDTH" if self.in_loop => "POSITION_WIDTH",
-            "TORQUE_WIDTH" if self.in_loop => "PWM_WIDTH",
-            generic => generic,
-        }
+        renamed(generic, self.renames)
     }
 
     /// Returns the name of the entity.
@@ -120,10 +121,16 @@ impl Given {
         })
     }
 
-    /// Returns an unsigned format from its width and its fraction bits.
-    pub(crate) fn unsigned(&self, stem: &str) -> Made<Format> {
+    /// Returns a format from its width and its fraction bits.
+    pub(crate) fn sized(&self, signed: bool, stem: &str) -> Made<Format> {
         let (width, frac) = (self.word(&format!("{stem}_WIDTH"))?, self.word(&format!("{stem}_FRAC"))?);
-        self.format(false, width.saturating_sub(frac), frac)
+        self.format(signed, width.saturating_sub(frac).saturating_sub(i32::from(signed)), frac)
+    }
+
+    /// Returns a field of these generics, or the default if the entity has none of them.
+    pub(crate) fn field<T: Field>(&self, generics: &[&'static str], default: T) -> Made<T> {
+        let has_none = generics.first().is_some_and(|generic| !self.has(generic));
+        if has_none { Ok(default) } else { T::given(self, generics, &default) }
     }
 
     /// Returns a format from its integer bits and its fraction bits.
@@ -136,8 +143,8 @@ impl Given {
 pub(crate) trait Field: Sized {
     /// Returns the field's generics of these names.
     fn told(self, generics: &[&'static str]) -> Vec<(&'static str, Generic)>;
-    /// Reads the field from its generics of these names.
-    fn given(given: &Given, generics: &[&'static str]) -> Made<Self>;
+    /// Reads the field from its generics of these names. `default` says what they leave open.
+    fn given(given: &Given, generics: &[&'static str], default: &Self) -> Made<Self>;
 }
 
 impl Field for u32 {
@@ -145,8 +152,18 @@ impl Field for u32 {
         vec![(generics[0], Generic::Integer(self.into()))]
     }
 
-    fn given(given: &Given, generics: &[&'static str]) -> Made<Self> {
+    fn given(given: &Given, generics: &[&'static str], _: &Self) -> Made<Self> {
         given.natural(generics[0])
+    }
+}
+
+impl Field for i32 {
+    fn told(self, generics: &[&'static str]) -> Vec<(&'static str, Generic)> {
+        vec![(generics[0], Generic::Integer(self.into()))]
+    }
+
+    fn given(given: &Given, generics: &[&'static str], _: &Self) -> Made<Self> {
+        given.word(generics[0])
     }
 }
 
@@ -155,25 +172,45 @@ impl Field for bool {
         vec![(generics[0], Generic::Boolean(self))]
     }
 
-    fn given(given: &Given, generics: &[&'static str]) -> Made<Self> {
+    fn given(given: &Given, generics: &[&'static str], _: &Self) -> Made<Self> {
         Ok(given.is(generics[0]))
     }
 }
 
-/// An unsigned format: its width, named `..._WIDTH`, and its fraction bits.
-impl Field for Format {
+/// Several numbers, each a generic.
+impl<T: Field + Copy, const N: usize> Field for [T; N] {
     fn told(self, generics: &[&'static str]) -> Vec<(&'static str, Generic)> {
-        let parts = [i64::from(self.width()), self.frac().into()];
-        generics.iter().copied().zip(parts.map(Generic::Integer)).collect()
+        self.into_iter().zip(generics).flat_map(|(value, name)| value.told(&[*name])).collect()
     }
 
-    fn given(given: &Given, generics: &[&'static str]) -> Made<Self> {
-        given.unsigned(generics[0].trim_end_matches("_WIDTH"))
+    fn given(given: &Given, generics: &[&'static str], default: &Self) -> Made<Self> {
+        let mut all = *default;
+        for (value, name) in all.iter_mut().zip(generics) {
+            *value = T::given(given, &[*name], value)?;
+        }
+        Ok(all)
+    }
+}
+
+/// A format with the sign of the default: its width or, in a generic named `..._INT`, its integer bits; and its
+/// fraction bits.
+impl Field for Format {
+    fn told(self, generics: &[&'static str]) -> Vec<(&'static str, Generic)> {
+        let first = if generics[0].ends_with("_INT") { self.int().into() } else { self.width().into() };
+        generics.iter().copied().zip([first, self.frac().into()].map(Generic::Integer)).collect()
+    }
+
+    fn given(given: &Given, generics: &[&'static str], default: &Self) -> Made<Self> {
+        let (stem, signed) = (generics[0], default.is_signed());
+        match stem.strip_suffix("_INT") {
+            Some(stem) => given.parts(signed, stem),
+            None => given.sized(signed, stem.trim_end_matches("_WIDTH")),
+        }
     }
 }
 
 /// A configuration whose fields are the generics of its entity, in their order: of each field its type, its default and
-/// the names of its generics.
+/// the names of its generics. A field whose generics the entity lacks has its default.
 macro_rules! configuration {
     ($(#[doc = $about:literal])+ pub struct $Config:ident {
         $($(#[doc = $doc:literal])+ $field:ident: $Field:ty = $default:expr, [$($generic:literal),*];)*
@@ -191,14 +228,57 @@ macro_rules! configuration {
         }
 
         impl $Config {
-            fn generics(self) -> Vec<(&'static str, $crate::Generic)> {
+            /// Returns the VHDL generics, in the order of the entity.
+            pub fn generics(self) -> Vec<(&'static str, $crate::Generic)> {
                 [$($crate::base::listed::Field::told(self.$field, &[$($generic),*])),*].concat()
             }
 
-            fn given(given: &$crate::base::listed::Given) -> Result<Self, $crate::ConfigError> {
-                Ok(Self { $($field: $crate::base::listed::Field::given(given, &[$($generic),*])?),* })
+            /// Reads the configuration from the generics of an entity.
+            pub(crate) fn given(given: &$crate::base::listed::Given) -> Result<Self, $crate::ConfigError> {
+                Ok(Self { $($field: given.field(&[$($generic),*], $default)?),* })
             }
         }
     };
 }
-pub(crate) use configuration;
+
+/// Makes a block of its generics and tells them: its `Default` (the data sheet), [`Configured`] and `told`. The
+/// generics are those of the block's configuration, or those that `told` selects of them. Otherwise a row is a generic
+/// (a format has two): its type, its default, and its value in the block; the constructor takes them in this order.
+macro_rules! configured {
+    ($Block:ident: $Config:ident) => {
+        crate::base::listed::configured!($Block: $Config, |config| config.generics());
+    };
+    ($Block:ident: $Config:ident, |$config:ident| $told:expr) => {
+        crate::base::block::data_sheet!($Block = Self::new($Config::default()));
+
+        impl $Block {
+            fn told(&self) -> Vec<(&'static str, $crate::Generic)> {
+                let $config = self.config;
+                $told
+            }
+        }
+
+        impl $crate::base::listed::Configured for $Block {
+            fn of_generics(given: &$crate::base::listed::Given) -> Result<Self, $crate::ConfigError> {
+                Self::new($Config::given(given)?)
+            }
+        }
+    };
+    ($Block:ident of |$block:ident| { $($($generic:literal)+: $Field:ty = $default:expr, $told:expr;)+ }) => {
+        crate::base::block::data_sheet!($Block = Self::new($($default),+));
+
+        impl $Block {
+            fn told(&self) -> Vec<(&'static str, $crate::Generic)> {
+                let $block = self;
+                [$(<$Field as $crate::base::listed::Field>::told($told, &[$($generic),+])),+].concat()
+            }
+        }
+
+        impl $crate::base::listed::Configured for $Block {
+            fn of_generics(given: &$crate::base::listed::Given) -> Result<Self, $crate::ConfigError> {
+                Self::new($(given.field::<$Field>(&[$($generic),+], $default)?),+)
+            }
+        }
+    };
+}
+pub(crate) use {configuration, configured};

@@ -3,51 +3,35 @@
 use hpu_signal::Format;
 
 use crate::base::config::{NATURAL, within};
-use crate::base::listed::Given;
-use crate::{ConfigError, CordicConfig, Generic};
+use crate::{ConfigError, CordicConfig};
 
-/// Lengths and words of the device. A length is a whole number of least significant bits of a length word.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct GimbalConfig {
-    /// Format of lengths, in metres; signed.
-    pub length: Format,
-    /// Length of the crank.
-    pub crank: u32,
-    /// Length of the rod between crank and slider.
-    pub rod: u32,
-    /// Distance from the centre of the gimbal to the crank's axis.
-    pub offset: u32,
-    /// Width of the angles.
-    pub angle_width: u32,
-    /// Largest angle of pitch and roll to either side, in least significant bits of the angle.
-    pub limit: u32,
-    /// Bits below those of lengths and angles in the rotations.
-    pub guard: u32,
-    /// The number of rotations from a vector to its angle.
-    pub rotations: u32,
-    /// Width of the positions of the servos.
-    pub count_width: u32,
-    /// The share of half a turn from one position of a servo to the next: numerator and denominator.
-    pub count: (u32, u32),
-}
-
-impl Default for GimbalConfig {
-    /// Returns the paper's device: a crank of 12.5 mm, a rod of 58 mm and joint angles of 55 degrees at most. The paper
-    /// does not give the offset of the crank's axis. Lengths have 2^-22 m, about 0.24 um, angles 2^-19 half turns;
-    /// a servo counts 1024 positions in 300 degrees.
-    fn default() -> Self {
-        Self {
-            length: Format::new(true, -3, 22).expect("20 bits"),
-            crank: 52_429,
-            rod: 243_270,
-            offset: 0,
-            angle_width: 20,
-            limit: 160_199,
-            guard: 4,
-            rotations: 20,
-            count_width: 11,
-            count: (5, 3072),
-        }
+crate::base::listed::configuration! {
+    /// Lengths and words of the device. A length is a whole number of least significant bits of a length word.
+    ///
+    /// The default is the paper's device: a crank of 12.5 mm, a rod of 58 mm and joint angles of 55 degrees at most.
+    /// The paper does not give the offset of the crank's axis. Lengths have 2^-22 m, about 0.24 um, angles 2^-19 half
+    /// turns; a servo counts 1024 positions in 300 degrees.
+    pub struct GimbalConfig {
+        /// Format of lengths, in metres; signed.
+        length: Format = Format::new(true, -3, 22).expect("20 bits"), ["LENGTH_WIDTH", "LENGTH_FRAC"];
+        /// Length of the crank.
+        crank: u32 = 52_429, ["CRANK_LENGTH"];
+        /// Length of the rod between crank and slider.
+        rod: u32 = 243_270, ["ROD_LENGTH"];
+        /// Distance from the centre of the gimbal to the crank's axis.
+        offset: u32 = 0, ["OFFSET"];
+        /// Width of the angles.
+        angle_width: u32 = 20, ["ANGLE_WIDTH"];
+        /// Largest angle of pitch and roll to either side, in least significant bits of the angle.
+        limit: u32 = 160_199, ["LIMIT"];
+        /// Bits below those of lengths and angles in the rotations.
+        guard: u32 = 4, ["GUARD"];
+        /// The number of rotations from a vector to its angle.
+        rotations: u32 = 20, ["ROTATIONS"];
+        /// Width of the positions of the servos.
+        count_width: u32 = 11, ["COUNT_WIDTH"];
+        /// The share of half a turn from one position of a servo to the next: numerator and denominator.
+        count: [u32; 2] = [5, 3072], ["COUNT_NUM", "COUNT_DEN"];
     }
 }
 
@@ -78,7 +62,7 @@ impl GimbalConfig {
             guard: 0,
             rotations: 8,
             count_width: 8,
-            count: (1, 90),
+            count: [1, 90],
         }
     }
 
@@ -103,26 +87,5 @@ impl GimbalConfig {
         within(block, "CRANK_LENGTH", crank, 1..=most)?;
         within(block, "ROD_LENGTH", rod, crank + 1..=NATURAL)?;
         within(block, "OFFSET + ROD_LENGTH + CRANK_LENGTH", offset.saturating_add(rod).saturating_add(crank), 1..=most)
-    }
-
-    /// Returns the generics of lengths.
-    pub(super) fn generics(&self) -> Vec<(&'static str, Generic)> {
-        let natural = |name, value: u32| (name, Generic::Integer(value.into()));
-        vec![
-            natural("LENGTH_WIDTH", self.length.width()),
-            natural("LENGTH_FRAC", self.length.frac().cast_unsigned()),
-            natural("CRANK_LENGTH", self.crank),
-            natural("ROD_LENGTH", self.rod),
-            natural("OFFSET", self.offset),
-        ]
-    }
-
-    /// Returns the default with the lengths that the generics give.
-    pub(super) fn given(given: &Given) -> Result<Self, ConfigError> {
-        let [width, frac, crank, rod, offset] =
-            given.naturals(["LENGTH_WIDTH", "LENGTH_FRAC", "CRANK_LENGTH", "ROD_LENGTH", "OFFSET"])?;
-        let (width, frac) = (width.min(64).cast_signed(), frac.min(64).cast_signed());
-        let length = given.format(true, width - 1 - frac, frac)?;
-        Ok(Self { length, crank, rod, offset, ..Self::default() })
     }
 }

@@ -21,45 +21,48 @@
 //! - **Differs from the hardware**: hysteresis, offset and latched radius are additions to the paper's design. The
 //!   sum takes one edge, so no limit on the clock.
 
-use hpu_signal::{Format, Machine, Narrowed, Narrowing, Overflow, Rounding, Signal, Word};
+use hpu_signal::{Format, Machine, Narrowed, Narrowing, Overflow, Rounding, Word};
 
 use crate::base::config::within;
 use crate::base::law::ZERO;
-use crate::base::listed::{Given, Listed};
-use crate::base::words::natural;
-use crate::{Block, ConfigError, Generic, Register, Step};
+use crate::base::listed::Listed;
+use crate::{Block, ConfigError, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the switch.
-    pub struct In { position_drive, impedance_drive, finger_force, threshold_on, threshold_off, radius, rest, sample }
-}
-
-hpu_signal::ports! {
+    pub struct In of |block: &ControlSwitch| {
+        position_drive: Format::signed(block.config.drive_width), "count", "Drive of the position control";
+        impedance_drive: Format::signed(block.config.drive_width), "count", "Drive of the impedance control";
+        finger_force: Format::unsigned(block.config.force_width), "LSB", "Force of the finger, inwards";
+        threshold_on: Format::unsigned(block.config.force_width), "LSB", "Force above which the finger probes";
+        threshold_off: Format::unsigned(block.config.force_width), "LSB", "Force below which it probes no longer";
+        radius: block.config.length, "m", "Radius of the segment";
+        rest: block.config.length, "m", "Desired radius";
+        sample, "The edge samples";
+    }
     /// Outputs of the switch.
-    pub struct Out { drive, mode, equilibrium }
+    pub struct Out of |block: &ControlSwitch| {
+        drive: block.narrowing.to, "count", "Command of the crank's servo";
+        mode, "Impedance control";
+        equilibrium: block.config.length, "m", "Radius at which the spring pushes with nothing";
+    }
 }
 
-/// The formats and options of a switch.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct SwitchConfig {
-    /// Width of the drives, in bits.
-    pub drive_width: u32,
-    /// Width of the force and of the thresholds, in bits.
-    pub force_width: u32,
-    /// Format of the radii.
-    pub length: Format,
-    /// Whether the equilibrium is the radius at the switch to impedance control, and not the desired radius.
-    pub take_radius: bool,
-    /// Whether an offset keeps the drive at a switch.
-    pub bumpless: bool,
-    /// The offset loses a share of `2^-decay` at every sample.
-    pub decay: u32,
-}
-
-impl Default for SwitchConfig {
-    fn default() -> Self {
-        let length = Format::new(true, -3, 22).expect("20 bits");
-        Self { drive_width: 11, force_width: 12, length, take_radius: true, bumpless: true, decay: 4 }
+crate::base::listed::configuration! {
+    /// The formats and options of a switch.
+    pub struct SwitchConfig {
+        /// Width of the drives, in bits.
+        drive_width: u32 = 11, ["DRIVE_WIDTH"];
+        /// Width of the force and of the thresholds, in bits.
+        force_width: u32 = 12, ["FORCE_WIDTH"];
+        /// Format of the radii.
+        length: Format = Format::new(true, -3, 22).expect("20 bits"), ["LENGTH_WIDTH", "LENGTH_FRAC"];
+        /// Whether the equilibrium is the radius at the switch to impedance control, and not the desired radius.
+        take_radius: bool = true, ["TAKE_RADIUS"];
+        /// Whether an offset keeps the drive at a switch.
+        bumpless: bool = true, ["BUMPLESS"];
+        /// The offset loses a share of `2^-decay` at every sample.
+        decay: u32 = 4, ["DECAY"];
     }
 }
 
@@ -200,52 +203,11 @@ impl Step for ControlSwitch {
     }
 }
 
-crate::base::block::data_sheet!(ControlSwitch = Self::new(SwitchConfig::default()));
+crate::base::listed::configured!(ControlSwitch: SwitchConfig);
 
 impl Block for ControlSwitch {
     const NAME: &'static str = "control_switch";
     crate::base::block::clocked!();
-
-    fn inputs(&self) -> In<Signal> {
-        let SwitchConfig { drive_width, force_width, length, .. } = self.config;
-        let (drive, force) = (Format::signed(drive_width), Format::unsigned(force_width));
-        In {
-            position_drive: Signal::new("position_drive", drive, "count", "Drive of the position control"),
-            impedance_drive: Signal::new("impedance_drive", drive, "count", "Drive of the impedance control"),
-            finger_force: Signal::new("finger_force", force, "LSB", "Force of the finger, inwards"),
-            threshold_on: Signal::new("threshold_on", force, "LSB", "Force above which the finger probes"),
-            threshold_off: Signal::new("threshold_off", force, "LSB", "Force below which it probes no longer"),
-            radius: Signal::new("radius", length, "m", "Radius of the segment"),
-            rest: Signal::new("rest", length, "m", "Desired radius"),
-            sample: Signal::bit("sample", "The edge samples"),
-        }
-    }
-
-    fn outputs(&self) -> Out<Signal> {
-        Out {
-            drive: Signal::new("drive", self.narrowing.to, "count", "Command of the crank's servo"),
-            mode: Signal::bit("mode", "Impedance control"),
-            equilibrium: Signal::new(
-                "equilibrium",
-                self.config.length,
-                "m",
-                "Radius at which the spring pushes with nothing",
-            ),
-        }
-    }
-
-    fn generics(&self) -> Vec<(&'static str, Generic)> {
-        let SwitchConfig { drive_width, force_width, length, take_radius, bumpless, decay } = self.config;
-        vec![
-            natural("DRIVE_WIDTH", drive_width),
-            natural("FORCE_WIDTH", force_width),
-            natural("LENGTH_WIDTH", length.width()),
-            natural("LENGTH_FRAC", length.frac().unsigned_abs()),
-            ("TAKE_RADIUS", Generic::Boolean(take_radius)),
-            ("BUMPLESS", Generic::Boolean(bumpless)),
-            natural("DECAY", decay),
-        ]
-    }
 
     fn reset(&mut self) -> Out<i64> {
         self.state = RESET;
@@ -280,22 +242,7 @@ impl Block for ControlSwitch {
     }
 }
 
-impl SwitchConfig {
-    /// Reads the generics.
-    pub(super) fn given(given: &Given) -> Result<Self, ConfigError> {
-        let [drive_width, force_width, decay] = given.naturals(["DRIVE_WIDTH", "FORCE_WIDTH", "DECAY"])?;
-        let [width, frac] = [given.word("LENGTH_WIDTH")?, given.word("LENGTH_FRAC")?];
-        let length = given.format(true, width.saturating_sub(frac).saturating_sub(1), frac)?;
-        let [take_radius, bumpless] = [given.is("TAKE_RADIUS"), given.is("BUMPLESS")];
-        Ok(Self { drive_width, force_width, length, take_radius, bumpless, decay })
-    }
-}
-
 impl Listed for ControlSwitch {
-    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        Self::new(SwitchConfig::given(given)?)
-    }
-
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         let normal = SwitchConfig::default();
         let length = Format::new(true, 0, 3).expect("4 bits");

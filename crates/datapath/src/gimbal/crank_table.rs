@@ -15,21 +15,23 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use hpu_signal::{Format, Machine, Signal, Word};
+use hpu_signal::{Format, Machine, Word};
 
 use super::GimbalConfig;
 use crate::base::config::{NATURAL, within};
-use crate::base::listed::{Given, Listed};
-use crate::{Block, ConfigError, Generic, Register, Rom, Step};
+use crate::base::listed::Listed;
+use crate::{Block, ConfigError, Register, Rom, Step};
 
 hpu_signal::ports! {
     /// Inputs of the table.
-    pub struct In { count }
-}
-
-hpu_signal::ports! {
+    pub struct In of |block: &CrankTable| {
+        count: Format::signed(block.config.count_width), "count", "Position of the crank's servo";
+    }
     /// Outputs of the table.
-    pub struct Out { radius, slope }
+    pub struct Out of |block: &CrankTable| {
+        radius: block.config.length, "m", "Distance of the tip from the centre";
+        slope: block.config.length, "m/rad", "Derivative of the radius by the crank's angle";
+    }
 }
 
 /// See the [module](self); clones share the words.
@@ -51,7 +53,7 @@ impl CrankTable {
     /// has at most 4095 counts, all of which the count's 2 to 24 bits hold.
     pub fn new(config: GimbalConfig) -> Result<Self, ConfigError> {
         config.accept(Self::NAME)?;
-        let (num, den) = config.count;
+        let [num, den] = config.count;
         within(Self::NAME, "COUNT_WIDTH", config.count_width, 2..=24)?;
         within(Self::NAME, "COUNT_NUM", num, 1..=NATURAL)?;
         within(Self::NAME, "COUNT_DEN", den, num..=NATURAL)?;
@@ -94,32 +96,15 @@ impl Step for CrankTable {
     }
 }
 
-crate::base::block::data_sheet!(CrankTable = Self::new(GimbalConfig::default()));
+crate::base::listed::configured!(CrankTable: GimbalConfig, |config| {
+    // The lengths and the counts: no angles.
+    let all = config.generics();
+    [&all[..5], &all[9..]].concat()
+});
 
 impl Block for CrankTable {
     const NAME: &'static str = "crank_table";
     crate::base::block::clocked!();
-
-    fn inputs(&self) -> In<Signal> {
-        let count = Format::signed(self.config.count_width);
-        In { count: Signal::new("count", count, "count", "Position of the crank's servo") }
-    }
-
-    fn outputs(&self) -> Out<Signal> {
-        let length = self.config.length;
-        Out {
-            radius: Signal::new("radius", length, "m", "Distance of the tip from the centre"),
-            slope: Signal::new("slope", length, "m/rad", "Derivative of the radius by the crank's angle"),
-        }
-    }
-
-    fn generics(&self) -> Vec<(&'static str, Generic)> {
-        let mut all = self.config.generics();
-        let (num, den) = self.config.count;
-        let own = [("COUNT_WIDTH", self.config.count_width), ("COUNT_NUM", num), ("COUNT_DEN", den)];
-        all.extend(own.map(|(name, value)| (name, Generic::Integer(value.into()))));
-        all
-    }
 
     fn roms(&self) -> Vec<Rom> {
         let rom = |name, words: &[i32]| {
@@ -152,11 +137,6 @@ impl Block for CrankTable {
 }
 
 impl Listed for CrankTable {
-    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        let [count_width, num, den] = given.naturals(["COUNT_WIDTH", "COUNT_NUM", "COUNT_DEN"])?;
-        Self::new(GimbalConfig { count_width, count: (num, den), ..GimbalConfig::given(given)? })
-    }
-
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         Ok(vec![("narrow", Self::new(GimbalConfig::narrow())?), ("short", Self::new(GimbalConfig::short())?)])
     }

@@ -20,53 +20,43 @@
 //! to 256 steps of the recursion, none of which enlarges the errors before it. [`memory_bound`] tells how much the
 //! finite memory leaves out.
 
-use hpu_signal::{Format, Machine, Narrowed, Narrowing, Overflow, Rounding, Signal, Word};
+use hpu_signal::{Format, Machine, Narrowed, Narrowing, Overflow, Rounding, Word};
 
 use crate::base::config::within;
 use crate::base::history::History;
 use crate::base::law::ZERO;
-use crate::base::listed::{Given, Listed};
-use crate::base::words::{accept, natural, parts};
-use crate::{Block, ConfigError, Generic, Register, Rom, Step};
+use crate::base::listed::Listed;
+use crate::base::words::accept;
+use crate::{Block, ConfigError, Register, Rom, Step};
 
 hpu_signal::ports! {
     /// Inputs of the derivative.
-    pub struct In { u, gain, sample }
-}
-
-hpu_signal::ports! {
+    pub struct In of |block: &FractionalDifference| {
+        u: block.config.input, "1", "The function";
+        gain: block.config.gain, "1", "Sample period to the power of minus the order";
+        sample, "The edge samples";
+    }
     /// Outputs of the derivative.
-    pub struct Out { y }
+    pub struct Out of |block: &FractionalDifference| {
+        y: block.narrowing.to, "1", "Fractional derivative";
+    }
 }
 
-/// The formats, order and memory of a fractional derivative.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct FractionalConfig {
-    /// Format of `u`.
-    pub input: Format,
-    /// Format of `y`.
-    pub output: Format,
-    /// Format of the gain.
-    pub gain: Format,
-    /// Number of fraction bits of the weights.
-    pub coef_frac: u32,
-    /// The order as a fraction: its numerator and its denominator.
-    pub order: [u32; 2],
-    /// Number of samples that count, with the present one.
-    pub memory: u32,
-}
-
-impl Default for FractionalConfig {
-    fn default() -> Self {
-        let format = |signed, int, frac| Format::new(signed, int, frac).expect("at most 24 bits");
-        Self {
-            input: format(true, 7, 8),
-            output: format(true, 15, 8),
-            gain: format(false, 16, 8),
-            coef_frac: 16,
-            order: [1, 2],
-            memory: 16,
-        }
+crate::base::listed::configuration! {
+    /// The formats, order and memory of a fractional derivative.
+    pub struct FractionalConfig {
+        /// Format of `u`.
+        input: Format = Format::new(true, 7, 8).expect("16 bits"), ["IN_INT", "IN_FRAC"];
+        /// Format of `y`.
+        output: Format = Format::new(true, 15, 8).expect("24 bits"), ["OUT_INT", "OUT_FRAC"];
+        /// Format of the gain.
+        gain: Format = Format::new(false, 16, 8).expect("24 bits"), ["GAIN_WIDTH", "GAIN_FRAC"];
+        /// Number of fraction bits of the weights.
+        coef_frac: u32 = 16, ["COEF_FRAC"];
+        /// The order as a fraction: its numerator and its denominator.
+        order: [u32; 2] = [1, 2], ["ORDER_NUM", "ORDER_DEN"];
+        /// Number of samples that count, with the present one.
+        memory: u32 = 16, ["MEMORY"];
     }
 }
 
@@ -245,33 +235,11 @@ impl Step for FractionalDifference {
     }
 }
 
-crate::base::block::data_sheet!(FractionalDifference = Self::new(FractionalConfig::default()));
+crate::base::listed::configured!(FractionalDifference: FractionalConfig);
 
 impl Block for FractionalDifference {
     const NAME: &'static str = "fractional_difference";
     crate::base::block::clocked!();
-
-    fn inputs(&self) -> In<Signal> {
-        In {
-            u: Signal::new("u", self.config.input, "1", "The function"),
-            gain: Signal::new("gain", self.config.gain, "1", "Sample period to the power of minus the order"),
-            sample: Signal::bit("sample", "The edge samples"),
-        }
-    }
-
-    fn outputs(&self) -> Out<Signal> {
-        Out { y: Signal::new("y", self.narrowing.to, "1", "Fractional derivative") }
-    }
-
-    fn generics(&self) -> Vec<(&'static str, Generic)> {
-        let FractionalConfig { input, output, gain, coef_frac, order: [num, den], memory } = self.config;
-        let mut all = parts("IN_INT", "IN_FRAC", input).to_vec();
-        all.extend(parts("OUT_INT", "OUT_FRAC", output));
-        all.extend([natural("GAIN_WIDTH", gain.width()), natural("GAIN_FRAC", gain.frac().unsigned_abs())]);
-        all.extend([natural("COEF_FRAC", coef_frac), natural("ORDER_NUM", num), natural("ORDER_DEN", den)]);
-        all.push(natural("MEMORY", memory));
-        all
-    }
 
     fn roms(&self) -> Vec<Rom> {
         let format = Format::new(true, 1, self.config.coef_frac.cast_signed()).expect("at most 32 bits");
@@ -323,12 +291,6 @@ impl Block for FractionalDifference {
 }
 
 impl Listed for FractionalDifference {
-    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        let [coef_frac, num, den, memory] = given.naturals(["COEF_FRAC", "ORDER_NUM", "ORDER_DEN", "MEMORY"])?;
-        let [input, output, gain] = [given.parts(true, "IN")?, given.parts(true, "OUT")?, given.unsigned("GAIN")?];
-        Self::new(FractionalConfig { input, output, gain, coef_frac, order: [num, den], memory })
-    }
-
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         let format = |signed, int, frac| Format::new(signed, int, frac).expect("a constant");
         let normal = FractionalConfig::default();

@@ -25,25 +25,35 @@
 
 use std::f64::consts::PI;
 
-use hpu_signal::{Format, Machine, Signal, Word};
+use hpu_signal::{Format, Machine, Word};
 
 use super::GimbalConfig;
 use crate::base::computation::Computation;
 use crate::base::config::within;
-use crate::base::listed::{Given, Listed};
+use crate::base::listed::Listed;
 use crate::step::{equal, loads_first};
 use crate::{
-    Block, ConfigError, Cordic, Generic, Lemma, Register, SquareRoot, Step, arithmetic::cordic, arithmetic::square_root,
+    Block, ConfigError, Cordic, Lemma, Register, SquareRoot, Step, arithmetic::cordic, arithmetic::square_root,
 };
 
 hpu_signal::ports! {
     /// Inputs of the kinematics.
-    pub struct In { start, x, y, z }
-}
-
-hpu_signal::ports! {
+    pub struct In of |block: &GimbalInverse| {
+        start, "Captures the position and begins";
+        x: block.config.length, "m", "Tip to the right of the centre";
+        y: block.config.length, "m", "Tip above the centre";
+        z: block.config.length, "m", "Tip before the centre";
+    }
     /// Outputs of the kinematics.
-    pub struct Out { pitch, roll, crank, radius, out_of_reach, busy, ready }
+    pub struct Out of |block: &GimbalInverse| {
+        pitch: block.cordic.config().angle(), "half_turn", "Angle of the pitch joint";
+        roll: block.cordic.config().angle(), "half_turn", "Angle of the roll joint";
+        crank: block.cordic.config().angle(), "half_turn", "Angle of the crank, 0 at the greatest radius";
+        radius: block.config.length, "m", "Distance of the tip from the centre";
+        out_of_reach, "A joint is at its limit, the tip not at the target";
+        busy, "A computation is under way";
+        ready, "The joints are new, for one edge";
+    }
 }
 
 hpu_signal::ports! {
@@ -320,49 +330,17 @@ impl Step for GimbalInverse {
     }
 }
 
-crate::base::block::data_sheet!(GimbalInverse = Self::new(GimbalConfig::default()));
+crate::base::listed::configured!(GimbalInverse: GimbalConfig, |config| {
+    // The lengths and the angles: no counts.
+    config.generics()[..9].to_vec()
+});
 
 impl Block for GimbalInverse {
     const NAME: &'static str = "gimbal_inverse";
     crate::base::block::computing!(NONE);
-
-    fn inputs(&self) -> In<Signal> {
-        let length = |name, doc| Signal::new(name, self.config.length, "m", doc);
-        In {
-            start: Signal::bit("start", "Captures the position and begins"),
-            x: length("x", "Tip to the right of the centre"),
-            y: length("y", "Tip above the centre"),
-            z: length("z", "Tip before the centre"),
-        }
-    }
-
-    fn outputs(&self) -> Out<Signal> {
-        let angle = |name, doc| Signal::new(name, self.cordic.config().angle(), "half_turn", doc);
-        Out {
-            pitch: angle("pitch", "Angle of the pitch joint"),
-            roll: angle("roll", "Angle of the roll joint"),
-            crank: angle("crank", "Angle of the crank, 0 at the greatest radius"),
-            radius: Signal::new("radius", self.config.length, "m", "Distance of the tip from the centre"),
-            out_of_reach: Signal::bit("out_of_reach", "A joint is at its limit, the tip not at the target"),
-            busy: Signal::bit("busy", "A computation is under way"),
-            ready: Signal::bit("ready", "The joints are new, for one edge"),
-        }
-    }
-
-    fn generics(&self) -> Vec<(&'static str, Generic)> {
-        let GimbalConfig { angle_width, limit, guard, rotations, .. } = self.config;
-        let own = [("ANGLE_WIDTH", angle_width), ("LIMIT", limit), ("GUARD", guard), ("ROTATIONS", rotations)];
-        let own = own.map(|(name, value)| (name, Generic::Integer(value.into())));
-        self.config.generics().into_iter().chain(own).collect()
-    }
 }
 
 impl Listed for GimbalInverse {
-    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        let [angle_width, limit, guard, rotations] = given.naturals(["ANGLE_WIDTH", "LIMIT", "GUARD", "ROTATIONS"])?;
-        Self::new(GimbalConfig { angle_width, limit, guard, rotations, ..GimbalConfig::given(given)? })
-    }
-
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         Ok(vec![("narrow", Self::new(GimbalConfig::narrow())?), ("short", Self::new(GimbalConfig::short())?)])
     }

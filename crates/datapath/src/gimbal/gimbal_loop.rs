@@ -22,7 +22,7 @@ use super::{
     ControlSwitch, CrankTable, GimbalInverse, GimbalLoopConfig, ImpedanceControl, ServoControl, control_switch,
     crank_table, gimbal_inverse, impedance_control, servo_control,
 };
-use crate::base::listed::{Given, Listed};
+use crate::base::listed::{Configured, Given, Listed};
 use crate::circuit::circuit;
 use crate::circuit::circuit_loop::{CircuitLoop, LoopCircuit};
 use crate::{
@@ -31,15 +31,32 @@ use crate::{
 
 hpu_signal::ports! {
     /// Inputs of a gimbal's loop: the servos' counts, the finger's force, and the words that the scene sets.
-    pub struct GimbalIn {
-        count1, count2, count3, finger_force, x, y, z, proportional, derivative, crank_proportional, crank_derivative,
-        stiffness, feedback, threshold_on, threshold_off, period, shear_gain,
+    pub struct GimbalIn of[const SHEAR: bool] |block: &GimbalCircuit<SHEAR>| {
+        count1 = block.servo1.inputs().count, "Position word of the servo of pitch";
+        count2 = block.servo2.inputs().count, "Position word of the servo of roll";
+        count3 = block.servo3.inputs().count, "Position word of the servo of the crank";
+        finger_force = block.impedance.inputs().finger_force;
+        x = block.inverse.inputs().x;
+        y = block.inverse.inputs().y;
+        z = block.inverse.inputs().z;
+        proportional = block.servo1.inputs().proportional;
+        derivative = block.servo1.inputs().derivative;
+        crank_proportional = block.servo3.inputs().proportional, "Gain of the crank's error";
+        crank_derivative = block.servo3.inputs().derivative, "Gain of its change in a window";
+        stiffness = block.impedance.inputs().stiffness;
+        feedback = block.impedance.inputs().feedback;
+        threshold_on = block.switch.inputs().threshold_on;
+        threshold_off = block.switch.inputs().threshold_off;
+        period = block.timer.inputs().period;
+        shear_gain = block.shear.inputs().gain, "Gain of the fractional derivative of x";
     }
-}
-
-hpu_signal::ports! {
     /// Outputs of a gimbal's loop: the drives of the servos, and whether the crank is under impedance control.
-    pub struct GimbalOut { drive1, drive2, drive3, mode }
+    pub struct GimbalOut of[const SHEAR: bool] |block: &GimbalCircuit<SHEAR>| {
+        drive1 = block.servo1.outputs().drive, "Command of the servo of pitch";
+        drive2 = block.servo2.outputs().drive, "Command of the servo of roll";
+        drive3 = block.servo3.outputs().drive, "Command of the servo of the crank";
+        mode = block.switch.outputs().mode;
+    }
 }
 
 /// The loop without shear. See the [module](self).
@@ -112,48 +129,7 @@ impl<const SHEAR: bool> Default for GimbalWiring<SHEAR> {
 impl<const SHEAR: bool> LoopCircuit<35> for GimbalCircuit<SHEAR> {
     const NAME: &'static str = if SHEAR { "gimbal_shear_loop" } else { "gimbal_loop" };
     const INPUTS: usize = 17;
-    type In<T> = GimbalIn<T>;
-    type Out<T> = GimbalOut<T>;
-
-    fn inputs(&self) -> GimbalIn<Signal> {
-        let named = |name, doc, signal: Signal| Signal { name, doc, ..signal };
-        let servo_control::In { count, proportional, derivative, .. } = self.servo1.inputs();
-        let count = |name, doc| Signal { name, doc, ..count.clone() };
-        let crank = self.servo3.inputs();
-        let gimbal_inverse::In { x, y, z, .. } = self.inverse.inputs();
-        let impedance_control::In { finger_force, stiffness, feedback, .. } = self.impedance.inputs();
-        let control_switch::In { threshold_on, threshold_off, .. } = self.switch.inputs();
-        GimbalIn {
-            count1: count("count1", "Position word of the servo of pitch"),
-            count2: count("count2", "Position word of the servo of roll"),
-            count3: count("count3", "Position word of the servo of the crank"),
-            finger_force,
-            x,
-            y,
-            z,
-            proportional,
-            derivative,
-            crank_proportional: named("crank_proportional", "Gain of the crank's error", crank.proportional),
-            crank_derivative: named("crank_derivative", "Gain of its change in a window", crank.derivative),
-            stiffness,
-            feedback,
-            threshold_on,
-            threshold_off,
-            period: self.timer.inputs().period,
-            shear_gain: named("shear_gain", "Gain of the fractional derivative of x", self.shear.inputs().gain),
-        }
-    }
-
-    fn outputs(&self) -> GimbalOut<Signal> {
-        let drive = |name, doc| Signal { name, doc, ..self.servo1.outputs().drive };
-        let control_switch::Out { mode, .. } = self.switch.outputs();
-        GimbalOut {
-            drive1: drive("drive1", "Command of the servo of pitch"),
-            drive2: drive("drive2", "Command of the servo of roll"),
-            drive3: drive("drive3", "Command of the servo of the crank"),
-            mode,
-        }
-    }
+    crate::base::block::described!(GimbalIn, GimbalOut);
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {
         self.config.generics(SHEAR)
@@ -173,11 +149,13 @@ impl<const SHEAR: bool> LoopCircuit<35> for GimbalCircuit<SHEAR> {
     }
 }
 
-impl<const SHEAR: bool> Listed for GimbalWiring<SHEAR> {
+impl<const SHEAR: bool> Configured for GimbalWiring<SHEAR> {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        Self::new(GimbalLoopConfig::given(given, SHEAR)?)
+        Self::new(GimbalLoopConfig::given(given)?)
     }
+}
 
+impl<const SHEAR: bool> Listed for GimbalWiring<SHEAR> {
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         Ok(vec![
             ("plain", Self::new(GimbalLoopConfig::plain())?),

@@ -19,60 +19,52 @@
 //! - **Differs from the hardware**: the paper's controller runs in software and sets no limit to the desired force. No
 //!   propagation delay, so no limit on the clock.
 
-use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Signal, Word};
+use hpu_signal::{Format, Narrowed, Narrowing, Overflow, Rounding, Word};
 
 use crate::base::config::{NATURAL, within};
-use crate::base::listed::{Given, Listed};
-use crate::base::words::{accept, limited, natural};
+use crate::base::listed::Listed;
+use crate::base::words::{accept, limited};
 use crate::step::in_machine;
-use crate::{Block, Combinational, ConfigError, Generic, Step};
+use crate::{Block, Combinational, ConfigError, Step};
 
 hpu_signal::ports! {
     /// Inputs of the controller.
-    pub struct In { rest, radius, slope, finger_force, stiffness, feedback }
-}
-
-hpu_signal::ports! {
+    pub struct In of |block: &ImpedanceControl| {
+        rest: block.config.length, "m", "Radius at which the spring pushes with nothing";
+        radius: block.config.length, "m", "Radius of the segment";
+        slope: block.config.length, "m/rad", "Change of the radius with the angle of the crank";
+        finger_force: Format::unsigned(block.config.force_width), "LSB", "Force of the finger, inwards";
+        stiffness: block.config.stiffness, "1", "Force LSBs per length LSB";
+        feedback: block.config.feedback, "1", "Gain of the force's error";
+    }
     /// Outputs of the controller.
-    pub struct Out { drive }
+    pub struct Out of |block: &ImpedanceControl| {
+        drive: block.narrowing.to, "count", "Command of the crank's servo";
+    }
 }
 
-/// The formats and constants of an impedance controller.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct ImpedanceConfig {
-    /// Format of lengths, and of the change of the radius per radian of the crank.
-    pub length: Format,
-    /// Width of the force, in bits.
-    pub force_width: u32,
-    /// The greatest force of the spring, in LSBs of the force.
-    pub force_limit: u32,
-    /// Format of the stiffness, in force LSBs per length LSB.
-    pub stiffness: Format,
-    /// Format of the gain of the force's error.
-    pub feedback: Format,
-    /// Drive counts per force LSB times length LSB per radian, with `gain_frac` fraction bits.
-    pub gain: u32,
-    /// Fraction bits of `gain`.
-    pub gain_frac: u32,
-    /// Width of the drive, in bits.
-    pub drive_width: u32,
-}
-
-impl Default for ImpedanceConfig {
-    /// Returns the formats for lengths of 2^-22 m, a force of 10 N / 4096, a spring of at most 8 N, and a servo whose
+crate::base::listed::configuration! {
+    /// The formats and constants of an impedance controller.
+    ///
+    /// The default is for lengths of 2^-22 m, a force of 10 N / 4096, a spring of at most 8 N, and a servo whose
     /// full scale of 2^10 counts is 0.118 N.m.
-    fn default() -> Self {
-        let format = |signed, int, frac| Format::new(signed, int, frac).expect("at most 20 bits");
-        Self {
-            length: format(true, -3, 22),
-            force_width: 12,
-            force_limit: 3277,
-            stiffness: format(false, 0, 16),
-            feedback: format(false, 4, 4),
-            gain: 21_695,
-            gain_frac: 32,
-            drive_width: 11,
-        }
+    pub struct ImpedanceConfig {
+        /// Format of lengths, and of the change of the radius per radian of the crank.
+        length: Format = Format::new(true, -3, 22).expect("20 bits"), ["LENGTH_WIDTH", "LENGTH_FRAC"];
+        /// Width of the force, in bits.
+        force_width: u32 = 12, ["FORCE_WIDTH"];
+        /// The greatest force of the spring, in LSBs of the force.
+        force_limit: u32 = 3277, ["FORCE_LIMIT"];
+        /// Format of the stiffness, in force LSBs per length LSB.
+        stiffness: Format = Format::new(false, 0, 16).expect("16 bits"), ["S_WIDTH", "S_FRAC"];
+        /// Format of the gain of the force's error.
+        feedback: Format = Format::new(false, 4, 4).expect("8 bits"), ["K_WIDTH", "K_FRAC"];
+        /// Drive counts per force LSB times length LSB per radian, with `gain_frac` fraction bits.
+        gain: u32 = 21_695, ["GAIN"];
+        /// Fraction bits of `gain`.
+        gain_frac: u32 = 32, ["GAIN_FRAC"];
+        /// Width of the drive, in bits.
+        drive_width: u32 = 11, ["DRIVE_WIDTH"];
     }
 }
 
@@ -141,72 +133,15 @@ impl Combinational for ImpedanceControl {
     }
 }
 
-crate::base::block::data_sheet!(ImpedanceControl = Self::new(ImpedanceConfig::default()));
+crate::base::listed::configured!(ImpedanceControl: ImpedanceConfig);
 
 impl Block for ImpedanceControl {
     const NAME: &'static str = "impedance_control";
 
-    fn inputs(&self) -> In<Signal> {
-        let ImpedanceConfig { length, force_width, stiffness, feedback, .. } = self.config;
-        In {
-            rest: Signal::new("rest", length, "m", "Radius at which the spring pushes with nothing"),
-            radius: Signal::new("radius", length, "m", "Radius of the segment"),
-            slope: Signal::new("slope", length, "m/rad", "Change of the radius with the angle of the crank"),
-            finger_force: Signal::new(
-                "finger_force",
-                Format::unsigned(force_width),
-                "LSB",
-                "Force of the finger, inwards",
-            ),
-            stiffness: Signal::new("stiffness", stiffness, "1", "Force LSBs per length LSB"),
-            feedback: Signal::new("feedback", feedback, "1", "Gain of the force's error"),
-        }
-    }
-
-    fn outputs(&self) -> Out<Signal> {
-        Out { drive: Signal::new("drive", self.narrowing.to, "count", "Command of the crank's servo") }
-    }
-
-    fn generics(&self) -> Vec<(&'static str, Generic)> {
-        let ImpedanceConfig { length, force_width, force_limit, stiffness, feedback, gain, gain_frac, drive_width } =
-            self.config;
-        [
-            ("LENGTH_WIDTH", length.width()),
-            ("LENGTH_FRAC", length.frac().unsigned_abs()),
-            ("FORCE_WIDTH", force_width),
-            ("FORCE_LIMIT", force_limit),
-            ("S_WIDTH", stiffness.width()),
-            ("S_FRAC", stiffness.frac().unsigned_abs()),
-            ("K_WIDTH", feedback.width()),
-            ("K_FRAC", feedback.frac().unsigned_abs()),
-            ("GAIN", gain),
-            ("GAIN_FRAC", gain_frac),
-            ("DRIVE_WIDTH", drive_width),
-        ]
-        .map(|(name, value)| natural(name, value))
-        .to_vec()
-    }
-
     crate::base::block::combinational!(self, input => self.eval(input).map(|port| port.word));
 }
 
-impl ImpedanceConfig {
-    /// Reads the generics.
-    pub(super) fn given(given: &Given) -> Result<Self, ConfigError> {
-        let [force_width, force_limit, gain, gain_frac, drive_width] =
-            given.naturals(["FORCE_WIDTH", "FORCE_LIMIT", "GAIN", "GAIN_FRAC", "DRIVE_WIDTH"])?;
-        let [width, frac] = [given.word("LENGTH_WIDTH")?, given.word("LENGTH_FRAC")?];
-        let length = given.format(true, width.saturating_sub(frac).saturating_sub(1), frac)?;
-        let [stiffness, feedback] = [given.unsigned("S")?, given.unsigned("K")?];
-        Ok(Self { length, force_width, force_limit, stiffness, feedback, gain, gain_frac, drive_width })
-    }
-}
-
 impl Listed for ImpedanceControl {
-    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        Self::new(ImpedanceConfig::given(given)?)
-    }
-
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         let format = |signed, int, frac| Format::new(signed, int, frac).expect("a constant");
         let narrow = ImpedanceConfig {

@@ -3,9 +3,23 @@
 use hpu_signal::Format;
 
 use super::{GimbalConfig, ImpedanceConfig, ServoConfig, SwitchConfig};
+use crate::base::block::renamed;
 use crate::base::listed::Given;
 use crate::base::words::natural;
 use crate::{ConfigError, FractionalConfig, Generic};
+
+/// The generics of the crank's servo beside the shared widths, by their names in the loop.
+const CRANK: [(&str, &str); 7] = [
+    ("STEP", "CRANK_STEP"),
+    ("STEP_FRAC", "CRANK_STEP_FRAC"),
+    ("P_WIDTH", "CRANK_P_WIDTH"),
+    ("P_FRAC", "CRANK_P_FRAC"),
+    ("D_WIDTH", "CRANK_D_WIDTH"),
+    ("D_FRAC", "CRANK_D_FRAC"),
+    ("WINDOW", "CRANK_WINDOW"),
+];
+/// Those of the gain of the fractional derivative.
+const SHEAR: [(&str, &str); 2] = [("GAIN_WIDTH", "SHEAR_WIDTH"), ("GAIN_FRAC", "SHEAR_FRAC")];
 
 /// The device and the blocks of its loop.
 ///
@@ -94,7 +108,7 @@ impl GimbalLoopConfig {
         let format = |int, frac| Format::new(false, int, frac).expect("a constant");
         let normal = Self::short();
         Self {
-            gimbal: GimbalConfig { count_width: 12, count: (2, 181), ..normal.gimbal },
+            gimbal: GimbalConfig { count_width: 12, count: [2, 181], ..normal.gimbal },
             servo: ServoConfig {
                 step: 1999,
                 step_frac: 13,
@@ -176,87 +190,32 @@ impl GimbalLoopConfig {
     /// Returns the VHDL generics of the loops, in the order of the entity. The plain loop has no fractional derivative,
     /// but the port of its gain.
     pub(super) fn generics(&self, shear: bool) -> Vec<(&'static str, Generic)> {
-        let GimbalConfig { angle_width, limit, guard, rotations, count_width, count: (num, den), .. } = self.gimbal;
-        let ImpedanceConfig { force_width, force_limit, stiffness, feedback, gain, gain_frac, drive_width, .. } =
-            self.impedance;
-        let SwitchConfig { take_radius, bumpless, decay, .. } = self.switch;
-        let FractionalConfig { gain: of_shear, coef_frac, order: [order_num, order_den], memory, .. } = self.shear;
-        let (width, frac) = (|format: &Format| format.width(), |format: &Format| format.frac().unsigned_abs());
-        let mut all = self.gimbal.generics();
-        let servo = |names: [&'static str; 7], servo: &ServoConfig| {
-            let ServoConfig { step, step_frac, proportional: p, derivative: d, window, .. } = servo;
-            let values = [*step, *step_frac, width(p), frac(p), width(d), frac(d), *window];
-            names.into_iter().zip(values)
+        let servo = |servo: ServoConfig| {
+            let is_own = |name| CRANK.iter().any(|(own, _)| *own == name);
+            servo.generics().into_iter().filter(move |&(name, _)| is_own(name))
         };
-        let of_servo = ["STEP", "STEP_FRAC", "P_WIDTH", "P_FRAC", "D_WIDTH", "D_FRAC", "WINDOW"];
-        let of_crank = [
-            "CRANK_STEP",
-            "CRANK_STEP_FRAC",
-            "CRANK_P_WIDTH",
-            "CRANK_P_FRAC",
-            "CRANK_D_WIDTH",
-            "CRANK_D_FRAC",
-            "CRANK_WINDOW",
-        ];
-        let naturals = [
-            ("ANGLE_WIDTH", angle_width),
-            ("LIMIT", limit),
-            ("GUARD", guard),
-            ("ROTATIONS", rotations),
-            ("COUNT_WIDTH", count_width),
-            ("COUNT_NUM", num),
-            ("COUNT_DEN", den),
-        ];
-        let naturals = naturals.into_iter().chain(servo(of_servo, &self.servo)).chain(servo(of_crank, &self.crank));
-        let naturals = naturals.chain([
-            ("FORCE_WIDTH", force_width),
-            ("FORCE_LIMIT", force_limit),
-            ("S_WIDTH", width(&stiffness)),
-            ("S_FRAC", frac(&stiffness)),
-            ("K_WIDTH", width(&feedback)),
-            ("K_FRAC", frac(&feedback)),
-            ("GAIN", gain),
-            ("GAIN_FRAC", gain_frac),
-            ("DRIVE_WIDTH", drive_width),
-        ]);
-        all.extend(naturals.map(|(name, value)| natural(name, value)));
-        all.push(("TAKE_RADIUS", Generic::Boolean(take_radius)));
-        all.push(("BUMPLESS", Generic::Boolean(bumpless)));
-        let last = [
-            ("DECAY", decay),
-            ("PERIOD_WIDTH", self.period_width),
-            ("SHEAR_WIDTH", width(&of_shear)),
-            ("SHEAR_FRAC", frac(&of_shear)),
-            ("COEF_FRAC", coef_frac),
-            ("ORDER_NUM", order_num),
-            ("ORDER_DEN", order_den),
-            ("MEMORY", memory),
-        ];
-        let count = if shear { last.len() } else { 4 };
-        all.extend(last.into_iter().take(count).map(|(name, value)| natural(name, value)));
+        let in_loop = |names: &'static [_]| move |(name, value)| (renamed(name, names), value);
+        let mut all = self.gimbal.generics();
+        all.extend(servo(self.servo));
+        all.extend(servo(self.crank).map(in_loop(&CRANK)));
+        // A width that blocks share is told once.
+        all.extend(self.impedance.generics().split_off(2));
+        all.extend(self.switch.generics().split_off(4));
+        all.push(natural("PERIOD_WIDTH", self.period_width));
+        let own = self.shear.generics().split_off(4).into_iter().map(in_loop(&SHEAR));
+        all.extend(own.take(if shear { 6 } else { 2 }));
         all
     }
 
     /// Reads the generics of the loops.
-    pub(super) fn given(given: &Given, shear: bool) -> Result<Self, ConfigError> {
-        let [angle_width, limit, guard, rotations] = given.naturals(["ANGLE_WIDTH", "LIMIT", "GUARD", "ROTATIONS"])?;
-        let [count_width, num, den] = given.naturals(["COUNT_WIDTH", "COUNT_NUM", "COUNT_DEN"])?;
-        let lengths = GimbalConfig::given(given)?;
-        let count = (num, den);
-        let derivative = FractionalConfig { gain: given.unsigned("SHEAR")?, ..FractionalConfig::default() };
+    pub(super) fn given(given: &Given) -> Result<Self, ConfigError> {
         Ok(Self {
-            gimbal: GimbalConfig { angle_width, limit, guard, rotations, count_width, count, ..lengths },
-            servo: ServoConfig::given(given, "")?,
-            crank: ServoConfig::given(given, "CRANK_")?,
+            gimbal: GimbalConfig::given(given)?,
+            servo: ServoConfig::given(given)?,
+            crank: ServoConfig::given(&given.renamed(&CRANK))?,
             impedance: ImpedanceConfig::given(given)?,
             switch: SwitchConfig::given(given)?,
-            shear: if shear {
-                let [coef_frac, num, den, memory] =
-                    given.naturals(["COEF_FRAC", "ORDER_NUM", "ORDER_DEN", "MEMORY"])?;
-                FractionalConfig { coef_frac, order: [num, den], memory, ..derivative }
-            } else {
-                derivative
-            },
+            shear: FractionalConfig::given(&given.renamed(&SHEAR))?,
             period_width: given.natural("PERIOD_WIDTH")?,
         })
     }

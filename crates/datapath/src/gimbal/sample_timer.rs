@@ -11,22 +11,23 @@
 //! - **Source**: the sampled loop of Pediredla et al., at 1 kHz.
 //! - **Differs from the hardware**: samples exactly every period, without jitter.
 
-use hpu_signal::{Format, Signal, Word};
+use hpu_signal::{Format, Word};
 
 use crate::base::config::{COUNTER, within};
 use crate::base::countdown::{Countdown, edges};
-use crate::base::listed::{Given, Listed};
+use crate::base::listed::Listed;
 use crate::step::counted_down;
-use crate::{Block, ConfigError, Generic, Register, Step};
+use crate::{Block, ConfigError, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the timer.
-    pub struct In { period }
-}
-
-hpu_signal::ports! {
+    pub struct In of |block: &SampleTimer| {
+        period: block.period, "clock", "Sample period; 0 acts as 1";
+    }
     /// Outputs of the timer.
-    pub struct Out { sample }
+    pub struct Out of |_: &SampleTimer| {
+        sample, "The next edge samples";
+    }
 }
 
 /// See the [module](self).
@@ -61,23 +62,15 @@ impl Step for SampleTimer {
     }
 }
 
-crate::base::block::data_sheet!(SampleTimer = Self::new(24));
+crate::base::listed::configured! {
+    SampleTimer of |block| {
+        "PERIOD_WIDTH": u32 = 24, block.period.width();
+    }
+}
 
 impl Block for SampleTimer {
     const NAME: &'static str = "sample_timer";
     crate::base::block::clocked!();
-
-    fn inputs(&self) -> In<Signal> {
-        In { period: Signal::new("period", self.period, "clock", "Sample period; 0 acts as 1") }
-    }
-
-    fn outputs(&self) -> Out<Signal> {
-        Out { sample: Signal::bit("sample", "The next edge samples") }
-    }
-
-    fn generics(&self) -> Vec<(&'static str, Generic)> {
-        vec![("PERIOD_WIDTH", Generic::Integer(self.period.width().into()))]
-    }
 
     fn reset(&mut self) -> Out<i64> {
         (self.countdown, self.sample) = (Countdown::default(), 0);
@@ -110,10 +103,6 @@ impl Block for SampleTimer {
 crate::circuit::part::registers!(SampleTimer);
 
 impl Listed for SampleTimer {
-    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        Self::new(given.natural("PERIOD_WIDTH")?)
-    }
-
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         Ok(vec![("6_bit", Self::new(6)?)])
     }

@@ -20,60 +20,51 @@
 //! One count of a coarse sensor is a large part of a drive, if the derivative divides it by one short sample period. A
 //! window of `W` samples makes the drive of one count `W` times smaller, and the derivative half a window late.
 
-use hpu_signal::{Format, Machine, Narrowed, Narrowing, Overflow, Rounding, Signal, Word};
+use hpu_signal::{Format, Machine, Narrowed, Narrowing, Overflow, Rounding, Word};
 
 use crate::base::config::{NATURAL, within};
 use crate::base::history::History;
 use crate::base::law::ZERO;
-use crate::base::listed::{Given, Listed};
-use crate::base::words::{accept, natural};
-use crate::{Block, ConfigError, Generic, Register, Step};
+use crate::base::listed::Listed;
+use crate::base::words::accept;
+use crate::{Block, ConfigError, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the controller.
-    pub struct In { desired, count, proportional, derivative, sample }
-}
-
-hpu_signal::ports! {
+    pub struct In of |block: &ServoControl| {
+        desired: block.angle, "half turn", "Desired angle";
+        count: Format::signed(block.config.count_width), "count", "Position word of the servo";
+        proportional: block.config.proportional, "count/half turn", "Gain of the error";
+        derivative: block.config.derivative, "count/half turn", "Gain of its change in a window";
+        sample, "The edge samples";
+    }
     /// Outputs of the controller.
-    pub struct Out { drive }
+    pub struct Out of |block: &ServoControl| {
+        drive: block.narrowing.to, "count", "Command of the servo";
+    }
 }
 
-/// The formats of a position controller.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct ServoConfig {
-    /// Width of the desired angle, in bits.
-    pub angle_width: u32,
-    /// Width of the sensor's count, in bits.
-    pub count_width: u32,
-    /// LSBs of the angle per count, with `step_frac` fraction bits.
-    pub step: u32,
-    /// Fraction bits of `step`.
-    pub step_frac: u32,
-    /// Format of the proportional gain.
-    pub proportional: Format,
-    /// Format of the derivative gain.
-    pub derivative: Format,
-    /// Width of the drive, in bits.
-    pub drive_width: u32,
-    /// Number of samples over which the derivative is taken.
-    pub window: u32,
-}
-
-impl Default for ServoConfig {
-    /// Returns the formats for a servo that turns by 5/3072 half turns a count.
-    fn default() -> Self {
-        let gain = |int, frac| Format::new(false, int, frac).expect("at most 24 bits");
-        Self {
-            angle_width: 20,
-            count_width: 11,
-            step: 873_813,
-            step_frac: 10,
-            proportional: gain(12, 4),
-            derivative: gain(24, 0),
-            drive_width: 11,
-            window: 1,
-        }
+crate::base::listed::configuration! {
+    /// The formats of a position controller.
+    ///
+    /// The default is for a servo that turns by 5/3072 half turns a count.
+    pub struct ServoConfig {
+        /// Width of the desired angle, in bits.
+        angle_width: u32 = 20, ["ANGLE_WIDTH"];
+        /// Width of the sensor's count, in bits.
+        count_width: u32 = 11, ["COUNT_WIDTH"];
+        /// LSBs of the angle per count, with `step_frac` fraction bits.
+        step: u32 = 873_813, ["STEP"];
+        /// Fraction bits of `step`.
+        step_frac: u32 = 10, ["STEP_FRAC"];
+        /// Format of the proportional gain.
+        proportional: Format = Format::new(false, 12, 4).expect("16 bits"), ["P_WIDTH", "P_FRAC"];
+        /// Format of the derivative gain.
+        derivative: Format = Format::unsigned(24), ["D_WIDTH", "D_FRAC"];
+        /// Width of the drive, in bits.
+        drive_width: u32 = 11, ["DRIVE_WIDTH"];
+        /// Number of samples over which the derivative is taken.
+        window: u32 = 1, ["WINDOW"];
     }
 }
 
@@ -217,45 +208,11 @@ impl Step for ServoControl {
     }
 }
 
-crate::base::block::data_sheet!(ServoControl = Self::new(ServoConfig::default()));
+crate::base::listed::configured!(ServoControl: ServoConfig);
 
 impl Block for ServoControl {
     const NAME: &'static str = "servo_control";
     crate::base::block::clocked!();
-
-    fn inputs(&self) -> In<Signal> {
-        let ServoConfig { count_width, proportional, derivative, .. } = self.config;
-        In {
-            desired: Signal::new("desired", self.angle, "half turn", "Desired angle"),
-            count: Signal::new("count", Format::signed(count_width), "count", "Position word of the servo"),
-            proportional: Signal::new("proportional", proportional, "count/half turn", "Gain of the error"),
-            derivative: Signal::new("derivative", derivative, "count/half turn", "Gain of its change in a window"),
-            sample: Signal::bit("sample", "The edge samples"),
-        }
-    }
-
-    fn outputs(&self) -> Out<Signal> {
-        Out { drive: Signal::new("drive", self.narrowing.to, "count", "Command of the servo") }
-    }
-
-    fn generics(&self) -> Vec<(&'static str, Generic)> {
-        let ServoConfig { angle_width, count_width, step, step_frac, proportional, derivative, drive_width, window } =
-            self.config;
-        [
-            ("ANGLE_WIDTH", angle_width),
-            ("COUNT_WIDTH", count_width),
-            ("STEP", step),
-            ("STEP_FRAC", step_frac),
-            ("P_WIDTH", proportional.width()),
-            ("P_FRAC", proportional.frac().unsigned_abs()),
-            ("D_WIDTH", derivative.width()),
-            ("D_FRAC", derivative.frac().unsigned_abs()),
-            ("DRIVE_WIDTH", drive_width),
-            ("WINDOW", window),
-        ]
-        .map(|(name, value)| natural(name, value))
-        .to_vec()
-    }
 
     fn reset(&mut self) -> Out<i64> {
         self.before.reset();
@@ -309,22 +266,7 @@ impl Block for ServoControl {
     }
 }
 
-impl ServoConfig {
-    /// Reads the generics of a servo, of which those that a loop has for each servo begin with a stem.
-    pub(super) fn given(given: &Given, stem: &str) -> Result<Self, ConfigError> {
-        let of = |name: &str| format!("{stem}{name}");
-        let [angle_width, count_width, drive_width] = given.naturals(["ANGLE_WIDTH", "COUNT_WIDTH", "DRIVE_WIDTH"])?;
-        let [step, step_frac, window] = given.naturals([&*of("STEP"), &of("STEP_FRAC"), &of("WINDOW")])?;
-        let [proportional, derivative] = [given.unsigned(&of("P"))?, given.unsigned(&of("D"))?];
-        Ok(Self { angle_width, count_width, step, step_frac, proportional, derivative, drive_width, window })
-    }
-}
-
 impl Listed for ServoControl {
-    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        Self::new(ServoConfig::given(given, "")?)
-    }
-
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         let gain = |int, frac| Format::new(false, int, frac).expect("a constant");
         let servo =

@@ -13,9 +13,9 @@
 //! - **Differs from the hardware**: as in synchronizer, quadrature_decoder, position_counter, displacement and
 //!   unilateral.
 
-use hpu_signal::{Narrowed, Signal};
+use hpu_signal::Narrowed;
 
-use crate::base::listed::{Given, Listed};
+use crate::base::listed::Listed;
 use crate::circuit::instance;
 use crate::circuit::part::{Part, exact};
 use crate::pins::axis::Axis;
@@ -26,12 +26,19 @@ use crate::{
 
 hpu_signal::ports! {
     /// Inputs of the front.
-    pub struct In { a_pin, b_pin, reference }
-}
-
-hpu_signal::ports! {
+    pub struct In of |block: &AxisFront| {
+        a_pin = block.axis.sync.inputs().a_pin;
+        b_pin = block.axis.sync.inputs().b_pin;
+        reference = block.offset.inputs().reference;
+    }
     /// Outputs of the front.
-    pub struct Out { position, error, delta, contact, penetration }
+    pub struct Out of |block: &AxisFront| {
+        position = block.axis.counter.outputs().position;
+        error = block.axis.decoder.outputs().error;
+        delta = block.offset.outputs().delta;
+        contact = block.wall.outputs().contact;
+        penetration = block.wall.outputs().penetration;
+    }
 }
 
 /// See the [module](self).
@@ -75,25 +82,19 @@ impl AxisFront {
     }
 }
 
-crate::base::block::data_sheet!(AxisFront = Self::new(12));
+crate::base::listed::configured! {
+    AxisFront of |block| {
+        "POSITION_WIDTH": u32 = 12, block.width;
+    }
+}
 
 impl Block for AxisFront {
     const NAME: &'static str = "axis_front";
     const CLOCKED: bool = true;
-    type In<T> = In<T>;
-    type Out<T> = Out<T>;
+    crate::base::block::described!();
 
-    fn inputs(&self) -> In<Signal> {
-        let synchronizer::In { a_pin, b_pin } = self.axis.sync.inputs();
-        let displacement::In { reference, .. } = self.offset.inputs();
-        In { a_pin, b_pin, reference }
-    }
-
-    fn outputs(&self) -> Out<Signal> {
-        let displacement::Out { delta } = self.offset.outputs();
-        let unilateral::Out { contact, penetration } = self.wall.outputs();
-        let position = self.axis.counter.outputs().position;
-        Out { position, error: self.axis.decoder.outputs().error, delta, contact, penetration }
+    fn generics(&self) -> Vec<(&'static str, Generic)> {
+        self.told()
     }
 
     fn counts(&self) -> Option<&'static str> {
@@ -103,10 +104,6 @@ impl Block for AxisFront {
     fn inside(&self) -> Vec<Instance> {
         let parts = self.parts().into_iter().flat_map(|parts| parts.instances);
         parts.filter(|instance| !instance.model.clocked()).collect()
-    }
-
-    fn generics(&self) -> Vec<(&'static str, Generic)> {
-        vec![("POSITION_WIDTH", Generic::Integer(self.width.into()))]
     }
 
     fn parts(&self) -> Option<Parts> {
@@ -154,10 +151,6 @@ impl Block for AxisFront {
 }
 
 impl Listed for AxisFront {
-    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        Self::new(given.natural("POSITION_WIDTH")?)
-    }
-
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         Ok(vec![("8_bit", Self::new(8)?), ("32_bit", Self::new(32)?)])
     }

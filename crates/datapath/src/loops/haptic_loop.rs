@@ -4,7 +4,7 @@
 use hpu_signal::{Format, Overflow, Signal};
 
 use crate::base::config::{COUNTER, within};
-use crate::base::listed::{Given, Listed};
+use crate::base::listed::{Configured, Given, Listed};
 use crate::circuit::circuit_loop::{AxisCircuit, CircuitLoop, LoopCircuit, Passed, WAY};
 use crate::circuit::{Set, circuit, put};
 use crate::{
@@ -182,22 +182,24 @@ impl<const HELD: bool> AxisCircuit<25> for HapticCircuit<HELD> {
     }
 }
 
-impl<const HELD: bool> Listed for HapticLoop<HELD> {
+impl<const HELD: bool> Configured for HapticLoop<HELD> {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {
         Self::new(LoopConfig {
             position_width: given.natural("POSITION_WIDTH")?,
-            stiffness: given.unsigned("STIFFNESS")?,
-            damping: given.unsigned("DAMPING")?,
+            stiffness: given.sized(false, "STIFFNESS")?,
+            damping: given.sized(false, "DAMPING")?,
             period_width: given.natural("PERIOD_WIDTH")?,
             velocity_width: given.natural("VELOCITY_WIDTH")?,
             rescaled: given.is("RESCALED"),
-            scale: given.unsigned("SCALE")?,
+            scale: given.sized(false, "SCALE")?,
             saturate: given.is("SATURATE"),
-            pwm: PwmConfig::given(given, "PWM_WIDTH")?,
+            pwm: PwmConfig::given(&given.renamed(&pwm::IN_LOOP))?,
             settling: given.natural("SETTLING")?,
         })
     }
+}
 
+impl<const HELD: bool> Listed for HapticLoop<HELD> {
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         let format = |int, frac| Format::new(false, int, frac).expect("8 bits");
         let small = LoopConfig {

@@ -2,6 +2,7 @@
 
 use hpu_signal::Format;
 
+use crate::base::listed::Field;
 use crate::{Generic, PwmConfig, VelocityConfig};
 
 /// The widths and modes of a haptic loop; the default is the 12-bit design of Vasudevan et al. 2007.
@@ -50,26 +51,20 @@ impl Default for LoopConfig {
 impl LoopConfig {
     /// Returns the VHDL generics, in the order of the entity.
     pub(crate) fn generics(&self) -> Vec<(&'static str, Generic)> {
-        let integer = |value: u32| Generic::Integer(value.into());
-        let frac = |format: Format| Generic::Integer(format.frac().into());
-        vec![
-            ("POSITION_WIDTH", integer(self.position_width)),
-            ("STIFFNESS_WIDTH", integer(self.stiffness.width())),
-            ("STIFFNESS_FRAC", frac(self.stiffness)),
-            ("DAMPING_WIDTH", integer(self.damping.width())),
-            ("DAMPING_FRAC", frac(self.damping)),
-            ("PERIOD_WIDTH", integer(self.period_width)),
-            ("VELOCITY_WIDTH", integer(self.velocity_width)),
-            ("RESCALED", Generic::Boolean(self.rescaled)),
-            ("SCALE_WIDTH", integer(self.scale.width())),
-            ("SCALE_FRAC", frac(self.scale)),
-            ("PWM_WIDTH", integer(self.pwm.width)),
-            ("SATURATE", Generic::Boolean(self.saturate)),
-            ("ANTIPHASE", Generic::Boolean(self.pwm.antiphase)),
-            ("LATCHED", Generic::Boolean(self.pwm.latched)),
-            ("FLOATING", Generic::Boolean(self.pwm.floating)),
-            ("DEAD_TIME", integer(self.pwm.dead_time)),
-            ("SETTLING", integer(self.settling)),
-        ]
+        let integer = |name, value: u32| (name, Generic::Integer(value.into()));
+        let boolean = |name, value| (name, Generic::Boolean(value));
+        let format = |format: Format, names: [&'static str; 2]| format.told(&names);
+        let all = [
+            vec![integer("POSITION_WIDTH", self.position_width)],
+            format(self.stiffness, ["STIFFNESS_WIDTH", "STIFFNESS_FRAC"]),
+            format(self.damping, ["DAMPING_WIDTH", "DAMPING_FRAC"]),
+            vec![integer("PERIOD_WIDTH", self.period_width), integer("VELOCITY_WIDTH", self.velocity_width)],
+            vec![boolean("RESCALED", self.rescaled)],
+            format(self.scale, ["SCALE_WIDTH", "SCALE_FRAC"]),
+            vec![integer("PWM_WIDTH", self.pwm.width), boolean("SATURATE", self.saturate)],
+            self.pwm.generics().split_off(1),
+            vec![integer("SETTLING", self.settling)],
+        ];
+        all.concat()
     }
 }

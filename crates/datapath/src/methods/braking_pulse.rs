@@ -24,7 +24,7 @@ use hpu_signal::{Format, Machine, Narrowed, Narrowing, Overflow, Rounding, Signa
 use crate::base::config::{NATURAL, within};
 use crate::base::countdown::{Countdown, edges};
 use crate::base::law::{Wanted, ZERO, shown};
-use crate::base::listed::{Given, Listed};
+use crate::base::listed::Listed;
 use crate::methods::method_variants::{InLoops, bare, distinct, shaped, short};
 use crate::step::counted_down;
 use crate::{AnyStep, Block, ConfigError, Generic, Law, LawIn, LawOut, LawWidths, MethodLoop, Register, Step};
@@ -138,7 +138,7 @@ impl Step for BrakingPulse {
             Register::new("touched", Format::BIT),
             Register::new("braking", Format::BIT),
             Register::new("memory", self.brake.to),
-            Register::new("torque", self.config.widths.torque().format),
+            Register::new("torque", self.config.widths.torque()),
         ]
     }
 
@@ -155,7 +155,7 @@ impl Step for BrakingPulse {
     }
 }
 
-crate::base::block::data_sheet!(BrakingPulse = Self::new(PulseConfig::default()));
+crate::base::listed::configured!(BrakingPulse: PulseConfig);
 
 impl Law for BrakingPulse {
     const LOOP: &'static str = "braking_pulse_loop";
@@ -173,7 +173,7 @@ impl Law for BrakingPulse {
 
 impl Block for BrakingPulse {
     const NAME: &'static str = "braking_pulse";
-    crate::base::law::law_ports!(self => Signal::new("memory", self.brake.to, "PWM count", "Braking pulse"));
+    crate::base::law::law_ports!(self => self.brake.to, "PWM count", "Braking pulse");
 
     fn equations(&self) -> Option<&dyn AnyStep> {
         Some(self)
@@ -220,10 +220,6 @@ impl Block for BrakingPulse {
 }
 
 impl Listed for BrakingPulse {
-    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        Self::new(PulseConfig::given(given)?)
-    }
-
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         let narrow = |pulse| Self::new(PulseConfig { widths: short(), pulse });
         Ok(vec![("8_bit", narrow(2345)?), ("long", narrow(70_000)?)])

@@ -33,7 +33,7 @@ use hpu_signal::{Format, Int, Machine, Narrowed, Narrowing, Overflow, Reach, Rou
 
 use crate::base::config::within;
 use crate::base::law::{Wanted, ZERO, shown};
-use crate::base::listed::{Given, Listed};
+use crate::base::listed::Listed;
 use crate::base::sequence::{Sequence, captures, loads_before_it_reads};
 use crate::methods::method_variants::{InLoops, bare, distinct, shaped, short};
 use crate::{
@@ -138,7 +138,7 @@ impl EnergyBounding {
 
     /// Returns whether 64 bits suffice for everything that a capture computes.
     fn reaches_64(&self) -> bool {
-        let (torque, energy) = (Reach::of(self.config.widths.torque().format), Reach::of(self.energy.to));
+        let (torque, energy) = (Reach::of(self.config.widths.torque()), Reach::of(self.energy.to));
         let last = Registers { position: Reach::of(Format::unsigned(self.config.widths.width)), torque, energy };
         let input = self.config.widths.inputs().map(|signal| Reach::of(signal.format));
         let begun = self.begun(&last, &input);
@@ -225,7 +225,7 @@ impl EnergyBounding {
 impl Step for EnergyBounding {
     fn registers(&self) -> Vec<Register> {
         let LawWidths { width, period_width, torque_width, .. } = self.config.widths;
-        let torque = self.config.widths.torque().format;
+        let torque = self.config.widths.torque();
         let mut all = vec![
             Register::new("countdown", Format::unsigned(period_width)),
             Register::new("previous", Format::unsigned(width)),
@@ -278,7 +278,7 @@ impl Step for EnergyBounding {
     }
 }
 
-crate::base::block::data_sheet!(EnergyBounding = Self::new(BoundingConfig::default()));
+crate::base::listed::configured!(EnergyBounding: BoundingConfig);
 
 impl Law for EnergyBounding {
     const LOOP: &'static str = "energy_bounding_loop";
@@ -296,16 +296,12 @@ impl Law for EnergyBounding {
 
 impl Block for EnergyBounding {
     const NAME: &'static str = "energy_bounding";
-    crate::base::law::law_ports!(self => Signal::new("memory", self.energy.to, "PWM count*count", "Energy stored"));
+    crate::base::law::law_ports!(self => self.energy.to, "PWM count*count", "Energy stored");
 
     crate::base::law::law_in_sequence!();
 }
 
 impl Listed for EnergyBounding {
-    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        Self::new(BoundingConfig::given(given)?)
-    }
-
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         let least = |config| Self::new(BoundingConfig { least_conservative: true, ..config });
         Ok(vec![

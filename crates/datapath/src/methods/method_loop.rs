@@ -32,9 +32,9 @@ pub struct MethodLoopConfig {
 }
 
 /// The law's generics that have another name in the loop.
-const LAW: [(&str, &str); 2] = [("WIDTH", "POSITION_WIDTH"), TORQUE_WIDTH];
+pub(crate) const LAW: [(&str, &str); 2] = [("WIDTH", "POSITION_WIDTH"), TORQUE_WIDTH];
 /// Those of the shaper.
-const SHAPER: [(&str, &str); 8] = [
+pub(crate) const SHAPER: [(&str, &str); 8] = [
     ("PHASE", "SHAPER_PHASE"),
     ("B0", "SHAPER_B0"),
     ("B1", "SHAPER_B1"),
@@ -133,18 +133,15 @@ impl<L: Law> LoopCircuit<20> for MethodCircuit<L> {
     }
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {
-        let MethodLoopConfig { pwm, shaping } = self.config;
-        let widths = self.law.widths().generics().into_iter();
-        let mut all: Vec<_> = widths.map(|(name, value)| (renamed(name, &LAW), value)).collect();
-        all.extend([
-            ("ANTIPHASE", Generic::Boolean(pwm.antiphase)),
-            ("LATCHED", Generic::Boolean(pwm.latched)),
-            ("FLOATING", Generic::Boolean(pwm.floating)),
-            ("DEAD_TIME", Generic::Integer(pwm.dead_time.into())),
-            ("SHAPER_ENABLED", Generic::Boolean(shaping.is_some())),
-        ]);
-        all.extend(Shaping::generics(shaping, std::array::from_fn(|at| SHAPER[at].1)));
-        all.extend(self.law.own_generics());
+        let in_loop = |generics: Vec<(_, _)>, names: &'static [(&str, &str)]| {
+            generics.into_iter().map(|(name, value)| (renamed(name, names), value)).collect::<Vec<_>>()
+        };
+        let mut all = in_loop(self.law.generics(), &LAW);
+        let own = all.split_off(self.law.widths().generics().len());
+        all.extend(self.config.pwm.generics().split_off(1));
+        let shaper = in_loop(self.shaper.generics(), &SHAPER).into_iter();
+        all.extend(shaper.filter(|(name, _)| name.starts_with("SHAPER_")));
+        all.extend(own);
         all
     }
 

@@ -2,8 +2,10 @@
 
 use hpu_signal::Format;
 
-use crate::base::listed::{Given, Listed};
-use crate::{ConfigError, Law, LawWidths, MethodLoop, MethodLoopConfig, PwmConfig, Shaping};
+use crate::base::listed::{Configured, Given, Listed};
+use crate::methods::method_loop::{LAW, SHAPER};
+use crate::pins::pwm::IN_LOOP;
+use crate::{ConfigError, InputShaperConfig, Law, LawWidths, MethodLoop, MethodLoopConfig, PwmConfig, Shaping};
 
 /// A law with the configurations in which the loop around it is tested.
 pub(crate) trait InLoops: Law + Listed {
@@ -12,13 +14,15 @@ pub(crate) trait InLoops: Law + Listed {
     fn loops() -> Result<Vec<(&'static str, MethodLoop<Self>)>, ConfigError>;
 }
 
-impl<L: InLoops> Listed for MethodLoop<L> {
+impl<L: InLoops> Configured for MethodLoop<L> {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        let config =
-            MethodLoopConfig { pwm: PwmConfig::given(given, "PWM_WIDTH")?, shaping: Shaping::given(given, "SHAPER_")? };
-        Self::new(L::of_generics(&given.of_law())?, config)
+        let pwm = PwmConfig::given(&given.renamed(&IN_LOOP))?;
+        let shaping = InputShaperConfig::given(&given.renamed(&SHAPER))?.shaping;
+        Self::new(L::of_generics(&given.renamed(&LAW))?, MethodLoopConfig { pwm, shaping })
     }
+}
 
+impl<L: InLoops> Listed for MethodLoop<L> {
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         L::loops()
     }

@@ -29,7 +29,7 @@ use hpu_signal::{Format, Int, Machine, Narrowed, Narrowing, Overflow, Reach, Rou
 
 use crate::base::config::{NATURAL, within};
 use crate::base::law::ZERO;
-use crate::base::listed::{Given, Listed};
+use crate::base::listed::Listed;
 use crate::base::sequence::{Sequence, captures, loads_before_it_reads};
 use crate::methods::method_variants::{InLoops, bare, distinct, shaped, short};
 use crate::{
@@ -114,7 +114,7 @@ impl PassiveSpring {
 
     /// Returns whether 64 bits suffice for everything that a capture computes.
     fn reaches_64(&self) -> bool {
-        let (torque, extension) = (Reach::of(self.config.widths.torque().format), Reach::of(self.extension.to));
+        let (torque, extension) = (Reach::of(self.config.widths.torque()), Reach::of(self.extension.to));
         let position = Reach::of(Format::unsigned(self.config.widths.width));
         let last = Registers { position, contact: Reach::of(Format::BIT), torque, extension };
         let input = self.config.widths.inputs().map(|signal| Reach::of(signal.format));
@@ -203,7 +203,7 @@ impl Step for PassiveSpring {
             Register::kept("beta", signed(scale)),
             Register::new("start", Format::BIT),
             Register::new("square", self.radicand.to),
-            Register::new("torque", self.config.widths.torque().format),
+            Register::new("torque", self.config.widths.torque()),
             Register::new("memory", self.extension.to),
         ];
         all.extend(Register::inside("root_of_square", &self.root));
@@ -239,7 +239,7 @@ impl Step for PassiveSpring {
     }
 }
 
-crate::base::block::data_sheet!(PassiveSpring = Self::new(SpringConfig::default()));
+crate::base::listed::configured!(PassiveSpring: SpringConfig);
 
 impl Law for PassiveSpring {
     const LOOP: &'static str = "passive_spring_loop";
@@ -257,16 +257,12 @@ impl Law for PassiveSpring {
 
 impl Block for PassiveSpring {
     const NAME: &'static str = "passive_spring";
-    crate::base::law::law_ports!(self => Signal::new("memory", self.extension.to, "count", "Extension of the spring"));
+    crate::base::law::law_ports!(self => self.extension.to, "count", "Extension of the spring");
 
     crate::base::law::law_in_sequence!();
 }
 
 impl Listed for PassiveSpring {
-    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        Self::new(SpringConfig::given(given)?)
-    }
-
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         let narrow = SpringConfig { widths: short(), ..SpringConfig::default() };
         let all = [

@@ -29,7 +29,7 @@ use hpu_signal::{Format, Int, Machine, Narrowed, Narrowing, Overflow, Reach, Rou
 
 use crate::base::config::{NATURAL, within};
 use crate::base::law::{Wanted, ZERO, shown};
-use crate::base::listed::{Given, Listed};
+use crate::base::listed::Listed;
 use crate::base::sequence::{Sequence, captures, loads_before_it_reads};
 use crate::methods::method_variants::{InLoops, bare, distinct, shaped, short};
 use crate::{
@@ -107,7 +107,7 @@ impl PassivityController {
 
     /// Returns whether 64 bits suffice for everything that a capture computes.
     fn reaches_64(&self) -> bool {
-        let (torque, motion) = (Reach::of(self.config.widths.torque().format), Reach::of(self.motion));
+        let (torque, motion) = (Reach::of(self.config.widths.torque()), Reach::of(self.motion));
         let position = Reach::of(Format::unsigned(self.config.widths.width));
         let last = Registers { position, motion, correction: torque, energy: Reach::of(self.energy.to), torque };
         let input = self.config.widths.inputs().map(|signal| Reach::of(signal.format));
@@ -172,7 +172,7 @@ impl PassivityController {
 impl Step for PassivityController {
     fn registers(&self) -> Vec<Register> {
         let LawWidths { width, period_width, torque_width, .. } = self.config.widths;
-        let torque = self.config.widths.torque().format;
+        let torque = self.config.widths.torque();
         let mut all = vec![
             Register::new("countdown", Format::unsigned(period_width)),
             Register::new("previous", Format::unsigned(width)),
@@ -220,7 +220,7 @@ impl Step for PassivityController {
     }
 }
 
-crate::base::block::data_sheet!(PassivityController = Self::new(PassivityConfig::default()));
+crate::base::listed::configured!(PassivityController: PassivityConfig);
 
 impl Law for PassivityController {
     const LOOP: &'static str = "passivity_controller_loop";
@@ -238,18 +238,12 @@ impl Law for PassivityController {
 
 impl Block for PassivityController {
     const NAME: &'static str = "passivity_controller";
-    crate::base::law::law_ports!(
-        self => Signal::new("memory", self.energy.to, "PWM count*count", "Energy that the wall has taken")
-    );
+    crate::base::law::law_ports!(self => self.energy.to, "PWM count*count", "Energy that the wall has taken");
 
     crate::base::law::law_in_sequence!();
 }
 
 impl Listed for PassivityController {
-    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        Self::new(PassivityConfig::given(given)?)
-    }
-
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         let (narrow, default) = (narrow(), PassivityConfig::default());
         let exact = PassivityConfig { exact: true, ..narrow };

@@ -27,7 +27,7 @@ use hpu_signal::{Format, Machine, Narrowing, Overflow, Reach, Rounding, Signal, 
 
 use crate::base::config::{NATURAL, WORD, within};
 use crate::base::law::Wanted;
-use crate::base::listed::{Given, Listed};
+use crate::base::listed::Listed;
 use crate::base::sequence::loads_before_it_reads;
 use crate::methods::method_variants::{InLoops, bare, distinct, shaped, small};
 use crate::velocity::estimator::{Estimator, EstimatorConfig, Velocity};
@@ -158,12 +158,13 @@ impl SampledWall {
         &self.config
     }
 
-    fn velocity_signal(&self) -> Signal {
-        let SampledWallConfig { widths, estimator, velocity_frac, .. } = self.config;
-        let (int, frac) = (widths.width.cast_signed() - 1, velocity_frac.cast_signed());
-        let format = Format::new(true, int, frac).expect("2 to 62 bits");
-        let unit = if estimator == Estimator::Window { "count/window" } else { "count/sample" };
-        Signal::new("memory", format, unit, "Velocity")
+    fn velocity_word(&self) -> Format {
+        let (int, frac) = (self.config.widths.width.cast_signed() - 1, self.config.velocity_frac.cast_signed());
+        Format::new(true, int, frac).expect("2 to 62 bits")
+    }
+
+    fn velocity_unit(&self) -> &'static str {
+        if self.config.estimator == Estimator::Window { "count/window" } else { "count/sample" }
     }
 
     /// Returns the block that estimates the velocity, if it has equations.
@@ -254,7 +255,7 @@ impl Step for SampledWall {
     }
 }
 
-crate::base::block::data_sheet!(SampledWall = Self::new(SampledWallConfig::default()));
+crate::base::listed::configured!(SampledWall: SampledWallConfig);
 
 impl Law for SampledWall {
     const LOOP: &'static str = "sampled_wall_loop";
@@ -279,7 +280,7 @@ impl Law for SampledWall {
 
 impl Block for SampledWall {
     const NAME: &'static str = "sampled_wall";
-    crate::base::law::law_ports!(self => self.velocity_signal());
+    crate::base::law::law_ports!(self => self.velocity_word(), self.velocity_unit(), "Velocity");
 
     fn equations(&self) -> Option<&dyn AnyStep> {
         self.velocity.has_equations().then_some(self)
@@ -321,10 +322,6 @@ impl Block for SampledWall {
 }
 
 impl Listed for SampledWall {
-    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        Self::new(SampledWallConfig::given(given)?)
-    }
-
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         // Every estimator, the spring held and live, both rates, and with and without relief.
         let small = SampledWallConfig { widths: small(), velocity_frac: 4, ..SampledWallConfig::default() };

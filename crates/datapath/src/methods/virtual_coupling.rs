@@ -27,7 +27,7 @@ use hpu_signal::{Format, Machine, Narrowed, Narrowing, Overflow, Rounding, Signa
 use crate::base::config::{WORD, within};
 use crate::base::countdown::Countdown;
 use crate::base::law::ZERO;
-use crate::base::listed::{Given, Listed};
+use crate::base::listed::Listed;
 use crate::methods::method_variants::{InLoops, bare, distinct, shaped, short};
 use crate::step::counted_down;
 use crate::{AnyStep, Block, ConfigError, Generic, Law, LawIn, LawOut, LawWidths, MethodLoop, Register, Step};
@@ -143,7 +143,7 @@ impl Step for VirtualCoupling {
         vec![
             Register::new("countdown", Format::unsigned(self.config.widths.period_width)),
             Register::new("extension", self.extension.to),
-            Register::new("torque", self.config.widths.torque().format),
+            Register::new("torque", self.config.widths.torque()),
         ]
     }
 
@@ -159,7 +159,7 @@ impl Step for VirtualCoupling {
     }
 }
 
-crate::base::block::data_sheet!(VirtualCoupling = Self::new(CouplingConfig::default()));
+crate::base::listed::configured!(VirtualCoupling: CouplingConfig);
 
 impl Law for VirtualCoupling {
     const LOOP: &'static str = "virtual_coupling_loop";
@@ -177,9 +177,7 @@ impl Law for VirtualCoupling {
 
 impl Block for VirtualCoupling {
     const NAME: &'static str = "virtual_coupling";
-    crate::base::law::law_ports!(
-        self => Signal::new("memory", self.extension.to, "count", "Extension of the coupling")
-    );
+    crate::base::law::law_ports!(self => self.extension.to, "count", "Extension of the coupling");
 
     fn equations(&self) -> Option<&dyn AnyStep> {
         Some(self)
@@ -213,10 +211,6 @@ impl Block for VirtualCoupling {
 }
 
 impl Listed for VirtualCoupling {
-    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        Self::new(CouplingConfig::given(given)?)
-    }
-
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         let soft = CouplingConfig { share: 39322, free: 16384, held: 6554, ..CouplingConfig::default() };
         Ok(vec![("soft", Self::new(soft)?), ("8_bit", Self::new(tight())?)])

@@ -14,23 +14,28 @@
 //! - **Differs from the hardware**: loads exactly every period, without jitter; the conversion time of the D/A
 //!   converter is not in it.
 
-use hpu_signal::{Format, Signal, Word};
+use hpu_signal::{Format, Word};
 
 use crate::base::config::{COUNTER, WORD, within};
 use crate::base::countdown::Countdown;
-use crate::base::listed::{Given, Listed};
-use crate::base::words::natural;
+use crate::base::listed::Listed;
 use crate::step::counted_down;
-use crate::{Block, ConfigError, Generic, Register, Step};
+use crate::{Block, ConfigError, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the register.
-    pub struct In { d1, d2, d3, period }
-}
-
-hpu_signal::ports! {
+    pub struct In of |block: &CommandRegister| {
+        d1: block.command, "DAC count", "Command of motor 1 to be taken";
+        d2: block.command, "DAC count", "Command of motor 2 to be taken";
+        d3: block.command, "DAC count", "Command of motor 3 to be taken";
+        period: block.period, "clock", "Sample period; 0 acts as 1";
+    }
     /// Outputs of the register.
-    pub struct Out { q1, q2, q3 }
+    pub struct Out of |block: &CommandRegister| {
+        q1: block.command, "DAC count", "Command of motor 1 of the latest capture";
+        q2: block.command, "DAC count", "Command of motor 2 of the latest capture";
+        q3: block.command, "DAC count", "Command of motor 3 of the latest capture";
+    }
 }
 
 /// See the [module](self).
@@ -80,38 +85,17 @@ impl Step for CommandRegister {
     }
 }
 
-crate::base::block::data_sheet!(CommandRegister = Self::new(16, 24, 8));
+crate::base::listed::configured! {
+    CommandRegister of |block| {
+        "WIDTH": u32 = 16, block.command.width();
+        "PERIOD_WIDTH": u32 = 24, block.period.width();
+        "DELAY": u32 = 8, block.delay;
+    }
+}
 
 impl Block for CommandRegister {
     const NAME: &'static str = "command_register";
     crate::base::block::clocked!();
-
-    fn inputs(&self) -> In<Signal> {
-        let command = |name, doc| Signal::new(name, self.command, "DAC count", doc);
-        In {
-            d1: command("d1", "Command of motor 1 to be taken"),
-            d2: command("d2", "Command of motor 2 to be taken"),
-            d3: command("d3", "Command of motor 3 to be taken"),
-            period: Signal::new("period", self.period, "clock", "Sample period; 0 acts as 1"),
-        }
-    }
-
-    fn outputs(&self) -> Out<Signal> {
-        let command = |name, doc| Signal::new(name, self.command, "DAC count", doc);
-        Out {
-            q1: command("q1", "Command of motor 1 of the latest capture"),
-            q2: command("q2", "Command of motor 2 of the latest capture"),
-            q3: command("q3", "Command of motor 3 of the latest capture"),
-        }
-    }
-
-    fn generics(&self) -> Vec<(&'static str, Generic)> {
-        vec![
-            natural("WIDTH", self.command.width()),
-            natural("PERIOD_WIDTH", self.period.width()),
-            natural("DELAY", self.delay),
-        ]
-    }
 
     fn reset(&mut self) -> Out<i64> {
         self.countdown = Countdown::after(self.delay);
@@ -144,10 +128,6 @@ impl Block for CommandRegister {
 crate::circuit::part::registers!(CommandRegister);
 
 impl Listed for CommandRegister {
-    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        Self::new(given.natural("WIDTH")?, given.natural("PERIOD_WIDTH")?, given.natural("DELAY")?)
-    }
-
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         Ok(vec![("8_bit", Self::new(8, 6, 3)?), ("delay_0", Self::new(10, 4, 0)?)])
     }

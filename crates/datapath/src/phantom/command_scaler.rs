@@ -10,24 +10,28 @@
 //! - **Source**: the output stage of Sevcik et al. 2009.
 //! - **Differs from the hardware**: no propagation delay, so no limit on the clock.
 
-use hpu_signal::{Format, Narrowed, Signal, Word};
+use hpu_signal::{Format, Narrowed, Word};
 
 use super::Config;
 use super::variants::paths;
 use crate::base::config::{NATURAL, within};
-use crate::base::listed::{Given, Listed};
-use crate::base::words::{accept, limited, natural, parts};
+use crate::base::listed::Listed;
+use crate::base::words::{accept, limited};
 use crate::step::in_machine;
-use crate::{Block, Combinational, ConfigError, Generic, Step};
+use crate::{Block, Combinational, ConfigError, Step};
 
 hpu_signal::ports! {
     /// Inputs of the scaler.
-    pub struct In { torque, valid1, valid2, valid3 }
-}
-
-hpu_signal::ports! {
+    pub struct In of |block: &CommandScaler| {
+        torque: block.torque, "N.m", "Torque asked for";
+        valid1, "The sine of joint 1 is known";
+        valid2, "The sine of joint 2 is known";
+        valid3, "The sine of joint 3 is known";
+    }
     /// Outputs of the scaler.
-    pub struct Out { command }
+    pub struct Out of |block: &CommandScaler| {
+        command: block.command, "DAC count", "Command of the motor";
+    }
 }
 
 /// See the [module](self).
@@ -77,36 +81,17 @@ impl Combinational for CommandScaler {
     }
 }
 
-impl Default for CommandScaler {
-    fn default() -> Self {
-        let torque = Format::new(true, 3, 20).expect("24 bits");
-        Self::new(torque, 220_289, 3, 16).expect("the data sheet's default")
+crate::base::listed::configured! {
+    CommandScaler of |block| {
+        "TORQUE_INT" "TORQUE_FRAC": Format = Format::new(true, 3, 20).expect("24 bits"), block.torque;
+        "GAIN": u32 = 220_289, block.gain;
+        "GAIN_FRAC": u32 = 3, block.gain_frac;
+        "COMMAND_WIDTH": u32 = 16, block.command.width();
     }
 }
 
 impl Block for CommandScaler {
     const NAME: &'static str = "command_scaler";
-
-    fn inputs(&self) -> In<Signal> {
-        In {
-            torque: Signal::new("torque", self.torque, "N.m", "Torque asked for"),
-            valid1: Signal::bit("valid1", "The sine of joint 1 is known"),
-            valid2: Signal::bit("valid2", "The sine of joint 2 is known"),
-            valid3: Signal::bit("valid3", "The sine of joint 3 is known"),
-        }
-    }
-
-    fn outputs(&self) -> Out<Signal> {
-        Out { command: Signal::new("command", self.command, "DAC count", "Command of the motor") }
-    }
-
-    fn generics(&self) -> Vec<(&'static str, Generic)> {
-        let mut all = parts("TORQUE_INT", "TORQUE_FRAC", self.torque).to_vec();
-        all.push(natural("GAIN", self.gain));
-        all.push(natural("GAIN_FRAC", self.gain_frac));
-        all.push(natural("COMMAND_WIDTH", self.command.width()));
-        all
-    }
 
     crate::base::block::combinational!(self, input => self.eval(input).map(|port| port.word));
 }
@@ -114,11 +99,6 @@ impl Block for CommandScaler {
 crate::circuit::part::telling!(CommandScaler);
 
 impl Listed for CommandScaler {
-    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        let [gain, gain_frac, command_width] = given.naturals(["GAIN", "GAIN_FRAC", "COMMAND_WIDTH"])?;
-        Self::new(given.parts(true, "TORQUE")?, gain, gain_frac, command_width)
-    }
-
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         let scaler =
             |config: Config| Self::new(config.formats.torque, config.gains[0], config.gain_frac, config.command_width);

@@ -13,24 +13,38 @@
 //! - **Source**: the cube of Sevcik et al. 2009.
 //! - **Differs from the hardware**: no propagation delay, so no limit on the clock.
 
-use hpu_signal::{Format, Narrowed, Signal, Word};
+use hpu_signal::{Format, Narrowed, Word};
 
 use super::Formats;
 use super::variants::paths;
 use crate::base::config::{NATURAL, within};
-use crate::base::listed::{Given, Listed};
+use crate::base::listed::{Configured, Given, Listed};
 use crate::base::words::{accept, limited, natural, parts};
 use crate::step::in_machine;
 use crate::{Block, Combinational, ConfigError, Generic, Step};
 
 hpu_signal::ports! {
     /// Inputs of the room.
-    pub struct In { x, y, z, x_low, x_high, y_low, y_high, z_low, z_high, room, stiffness }
-}
-
-hpu_signal::ports! {
+    pub struct In of |block: &CubeRoom| {
+        x: block.position, "m", "Tip to the right of the origin";
+        y: block.position, "m", "Tip above the origin";
+        z: block.position, "m", "Tip before the origin";
+        x_low: block.position, "m", "Left wall";
+        x_high: block.position, "m", "Right wall";
+        y_low: block.position, "m", "Floor";
+        y_high: block.position, "m", "Ceiling";
+        z_low: block.position, "m", "Far wall";
+        z_high: block.position, "m", "Near wall";
+        room: Format::unsigned(3), "1", "Pairs of walls that are there: bit 0 x, 1 y, 2 z";
+        stiffness: block.stiffness, "N/m", "Stiffness of the walls";
+    }
     /// Outputs of the room.
-    pub struct Out { force_x, force_y, force_z, contact }
+    pub struct Out of |block: &CubeRoom| {
+        force_x: block.force, "N", "Force on the tip to the right";
+        force_y: block.force, "N", "Force on the tip upwards";
+        force_z: block.force, "N", "Force on the tip towards the user";
+        contact: Format::unsigned(3), "1", "Beyond a wall: bit 0 x, 1 y, 2 z";
+    }
 }
 
 /// See the [module](self).
@@ -110,51 +124,28 @@ crate::base::block::data_sheet!(CubeRoom = Self::new(&Formats::default(), 557_05
 impl Block for CubeRoom {
     const NAME: &'static str = "cube_room";
 
-    fn inputs(&self) -> In<Signal> {
-        let position = |name, doc| Signal::new(name, self.position, "m", doc);
-        In {
-            x: position("x", "Tip to the right of the origin"),
-            y: position("y", "Tip above the origin"),
-            z: position("z", "Tip before the origin"),
-            x_low: position("x_low", "Left wall"),
-            x_high: position("x_high", "Right wall"),
-            y_low: position("y_low", "Floor"),
-            y_high: position("y_high", "Ceiling"),
-            z_low: position("z_low", "Far wall"),
-            z_high: position("z_high", "Near wall"),
-            room: Signal::new("room", Format::unsigned(3), "1", "Pairs of walls that are there: bit 0 x, 1 y, 2 z"),
-            stiffness: Signal::new("stiffness", self.stiffness, "N/m", "Stiffness of the walls"),
-        }
-    }
+    crate::base::block::combinational!(self, input => self.eval(input).map(|port| port.word));
+}
 
-    fn outputs(&self) -> Out<Signal> {
-        let force = |name, doc| Signal::new(name, self.force, "N", doc);
-        Out {
-            force_x: force("force_x", "Force on the tip to the right"),
-            force_y: force("force_y", "Force on the tip upwards"),
-            force_z: force("force_z", "Force on the tip towards the user"),
-            contact: Signal::new("contact", Format::unsigned(3), "1", "Beyond a wall: bit 0 x, 1 y, 2 z"),
-        }
-    }
+crate::circuit::part::telling!(CubeRoom);
 
-    fn generics(&self) -> Vec<(&'static str, Generic)> {
+impl CubeRoom {
+    fn told(&self) -> Vec<(&'static str, Generic)> {
         let mut all = parts("POSITION_INT", "POSITION_FRAC", self.position).to_vec();
         all.extend(parts("STIFFNESS_INT", "STIFFNESS_FRAC", self.stiffness));
         all.extend(parts("FORCE_INT", "FORCE_FRAC", self.force));
         all.push(natural("FORCE_LIMIT", self.limit));
         all
     }
-
-    crate::base::block::combinational!(self, input => self.eval(input).map(|port| port.word));
 }
 
-crate::circuit::part::telling!(CubeRoom);
-
-impl Listed for CubeRoom {
+impl Configured for CubeRoom {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {
         Self::new(&Formats::given(given)?, given.natural("FORCE_LIMIT")?)
     }
+}
 
+impl Listed for CubeRoom {
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         // The Premium 1.5 differs from the default in geometry, which does not affect the room.
         let others = paths().into_iter().filter(|(label, _)| *label != "premium_1_5");

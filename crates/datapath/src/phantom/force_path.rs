@@ -3,11 +3,11 @@
 use hpu_signal::Narrowed;
 
 use super::{
-    CommandScaler, Config, CubeRoom, PhantomForward, PhantomTorque, command_scaler, cube_room, phantom_forward,
-    phantom_torque,
+    CommandScaler, Config, CubeRoom, PhantomEngine, PhantomForward, PhantomTorque, command_scaler, cube_room,
+    phantom_forward, phantom_torque,
 };
 use crate::circuit::instance;
-use crate::{ConfigError, Instance};
+use crate::{Block, ConfigError, Instance};
 
 hpu_signal::ports! {
     /// The inputs of the path: the outputs of three sources of sines, and the words of the scene.
@@ -19,8 +19,21 @@ hpu_signal::ports! {
 
 hpu_signal::ports! {
     /// The outputs of the path.
-    pub struct Out {
-        x, y, z, radius, force_x, force_y, force_z, contact, torque1, torque2, torque3, command1, command2, command3,
+    pub struct Out of |block: &PhantomEngine| {
+        x = block.path.forward.outputs().x;
+        y = block.path.forward.outputs().y;
+        z = block.path.forward.outputs().z;
+        radius = block.path.forward.outputs().radius;
+        force_x = block.path.room_walls.outputs().force_x;
+        force_y = block.path.room_walls.outputs().force_y;
+        force_z = block.path.room_walls.outputs().force_z;
+        contact = block.path.room_walls.outputs().contact;
+        torque1 = block.path.jacobian.outputs().torque1;
+        torque2 = block.path.jacobian.outputs().torque2;
+        torque3 = block.path.jacobian.outputs().torque3;
+        command1 = block.path.scale[0].outputs().command, "Command of motor 1";
+        command2 = block.path.scale[1].outputs().command, "Command of motor 2";
+        command3 = block.path.scale[2].outputs().command, "Command of motor 3";
     }
 }
 

@@ -20,23 +20,39 @@
 //!   the start edge and shows them 32 edges later: the ports are exact at every edge, the registers of the multiplier
 //!   are not modelled.
 
-use hpu_signal::{Format, Narrowed, Ports, Signal};
+use hpu_signal::{Format, Narrowed, Ports};
 
 use super::Config;
 use super::force_path::{self, ForcePath, path};
 use super::variants::paths;
 use crate::base::config::{COUNTER, within};
 use crate::base::countdown::{Countdown, edges};
-use crate::base::listed::{Given, Listed};
+use crate::base::listed::{Configured, Given, Listed};
 use crate::base::words::natural;
 use crate::circuit::part::exact;
 use crate::{Block, ConfigError, Generic, Instance};
 
 hpu_signal::ports! {
     /// Inputs of the engine.
-    pub struct In {
-        sine1, cosine1, sine2, cosine2, sine3, cosine3, valid1, valid2, valid3,
-        x_low, x_high, y_low, y_high, z_low, z_high, room, stiffness, period,
+    pub struct In of |block: &PhantomEngine| {
+        sine1 = block.path.forward.inputs().sine1;
+        cosine1 = block.path.forward.inputs().cosine1;
+        sine2 = block.path.forward.inputs().sine2;
+        cosine2 = block.path.forward.inputs().cosine2;
+        sine3 = block.path.forward.inputs().sine3;
+        cosine3 = block.path.forward.inputs().cosine3;
+        valid1 = block.path.scale[0].inputs().valid1;
+        valid2 = block.path.scale[0].inputs().valid2;
+        valid3 = block.path.scale[0].inputs().valid3;
+        x_low = block.path.room_walls.inputs().x_low;
+        x_high = block.path.room_walls.inputs().x_high;
+        y_low = block.path.room_walls.inputs().y_low;
+        y_high = block.path.room_walls.inputs().y_high;
+        z_low = block.path.room_walls.inputs().z_low;
+        z_high = block.path.room_walls.inputs().z_high;
+        room = block.path.room_walls.inputs().room;
+        stiffness = block.path.room_walls.inputs().stiffness;
+        period: Format::unsigned(block.config.period_width), "clock", "Sample period; 0 acts as 1";
     }
 }
 
@@ -49,7 +65,7 @@ pub const LATENCY: u64 = 32;
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct PhantomEngine {
     config: Config,
-    path: ForcePath,
+    pub(super) path: ForcePath,
     countdown: Countdown,
     /// The inputs that the latest computation captured; `None` since reset. `next` is its result, shown or not.
     captured: Option<force_path::In<i64>>,
@@ -105,61 +121,7 @@ crate::base::block::data_sheet!(PhantomEngine = Self::new(Config::default().shar
 impl Block for PhantomEngine {
     const NAME: &'static str = "phantom_engine";
     const CLOCKED: bool = true;
-    type In<T> = In<T>;
-    type Out<T> = Out<T>;
-
-    fn inputs(&self) -> In<Signal> {
-        let path = &self.path;
-        let super::phantom_forward::In { sine1, cosine1, sine2, cosine2, sine3, cosine3 } = path.forward.inputs();
-        let super::command_scaler::In { valid1, valid2, valid3, .. } = path.scale[0].inputs();
-        let super::cube_room::In { x_low, x_high, y_low, y_high, z_low, z_high, room, stiffness, .. } =
-            path.room_walls.inputs();
-        let period = Format::unsigned(self.config.period_width);
-        In {
-            sine1,
-            cosine1,
-            sine2,
-            cosine2,
-            sine3,
-            cosine3,
-            valid1,
-            valid2,
-            valid3,
-            x_low,
-            x_high,
-            y_low,
-            y_high,
-            z_low,
-            z_high,
-            room,
-            stiffness,
-            period: Signal::new("period", period, "clock", "Sample period; 0 acts as 1"),
-        }
-    }
-
-    fn outputs(&self) -> Out<Signal> {
-        let path = &self.path;
-        let super::phantom_forward::Out { x, y, z, radius } = path.forward.outputs();
-        let super::cube_room::Out { force_x, force_y, force_z, contact } = path.room_walls.outputs();
-        let super::phantom_torque::Out { torque1, torque2, torque3 } = path.jacobian.outputs();
-        let command = |joint: usize, name, doc| Signal { name, doc, ..path.scale[joint].outputs().command };
-        Out {
-            x,
-            y,
-            z,
-            radius,
-            force_x,
-            force_y,
-            force_z,
-            contact,
-            torque1,
-            torque2,
-            torque3,
-            command1: command(0, "command1", "Command of motor 1"),
-            command2: command(1, "command2", "Command of motor 2"),
-            command3: command(2, "command3", "Command of motor 3"),
-        }
-    }
+    crate::base::block::described!();
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {
         let mut all = vec![natural("PERIOD_WIDTH", self.config.period_width), natural("DELAY", self.config.delay)];
@@ -233,11 +195,13 @@ impl Block for PhantomEngine {
 
 crate::circuit::part::registers!(PhantomEngine, self => *self.latest());
 
-impl Listed for PhantomEngine {
+impl Configured for PhantomEngine {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {
         Self::new(Config::default().given(given)?)
     }
+}
 
+impl Listed for PhantomEngine {
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         paths().into_iter().map(|(label, config)| Ok((label, Self::new(config)?))).collect()
     }

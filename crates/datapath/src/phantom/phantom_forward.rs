@@ -12,24 +12,33 @@
 //! - **Source**: the kinematics of Çavuşoğlu et al. 2002, as used by Sevcik et al. 2009.
 //! - **Differs from the hardware**: no propagation delay, so no limit on the clock.
 
-use hpu_signal::{Format, Narrowed, Signal, Word};
+use hpu_signal::{Format, Narrowed, Word};
 
 use super::Formats;
 use super::variants::paths;
 use crate::base::config::{NATURAL, within};
-use crate::base::listed::{Given, Listed};
+use crate::base::listed::{Configured, Given, Listed};
 use crate::base::words::{accept, accept_trig, aligned_sum, natural, nearest, parts};
 use crate::step::in_machine;
 use crate::{Block, Combinational, ConfigError, Generic, Step};
 
 hpu_signal::ports! {
     /// Inputs of the kinematics.
-    pub struct In { sine1, cosine1, sine2, cosine2, sine3, cosine3 }
-}
-
-hpu_signal::ports! {
+    pub struct In of |block: &PhantomForward| {
+        sine1: block.trig, "1", "Sine of joint 1";
+        cosine1: block.trig, "1", "Cosine of joint 1";
+        sine2: block.trig, "1", "Sine of joint 2";
+        cosine2: block.trig, "1", "Cosine of joint 2";
+        sine3: block.trig, "1", "Sine of joint 3";
+        cosine3: block.trig, "1", "Cosine of joint 3";
+    }
     /// Outputs of the kinematics.
-    pub struct Out { x, y, z, radius }
+    pub struct Out of |block: &PhantomForward| {
+        x: block.position, "m", "Tip to the right of the origin";
+        y: block.position, "m", "Tip above the origin";
+        z: block.position, "m", "Tip before the origin";
+        radius: block.position, "m", "Distance of the tip from the vertical axis of joint 1";
+    }
 }
 
 /// See the [module](self).
@@ -99,29 +108,13 @@ impl Default for PhantomForward {
 impl Block for PhantomForward {
     const NAME: &'static str = "phantom_forward";
 
-    fn inputs(&self) -> In<Signal> {
-        let trig = |name, doc| Signal::new(name, self.trig, "1", doc);
-        In {
-            sine1: trig("sine1", "Sine of joint 1"),
-            cosine1: trig("cosine1", "Cosine of joint 1"),
-            sine2: trig("sine2", "Sine of joint 2"),
-            cosine2: trig("cosine2", "Cosine of joint 2"),
-            sine3: trig("sine3", "Sine of joint 3"),
-            cosine3: trig("cosine3", "Cosine of joint 3"),
-        }
-    }
+    crate::base::block::combinational!(self, input => self.eval(input).map(|port| port.word));
+}
 
-    fn outputs(&self) -> Out<Signal> {
-        let position = |name, doc| Signal::new(name, self.position, "m", doc);
-        Out {
-            x: position("x", "Tip to the right of the origin"),
-            y: position("y", "Tip above the origin"),
-            z: position("z", "Tip before the origin"),
-            radius: position("radius", "Distance of the tip from the vertical axis of joint 1"),
-        }
-    }
+crate::circuit::part::telling!(PhantomForward);
 
-    fn generics(&self) -> Vec<(&'static str, Generic)> {
+impl PhantomForward {
+    fn told(&self) -> Vec<(&'static str, Generic)> {
         let length = |index: usize| u32::try_from(self.lengths[index]).expect("a natural");
         let mut all = parts("TRIG_INT", "TRIG_FRAC", self.trig).to_vec();
         all.push(natural("LENGTH_FRAC", self.length_frac.cast_unsigned()));
@@ -130,17 +123,15 @@ impl Block for PhantomForward {
         all.extend(parts("POSITION_INT", "POSITION_FRAC", self.position));
         all
     }
-
-    crate::base::block::combinational!(self, input => self.eval(input).map(|port| port.word));
 }
 
-crate::circuit::part::telling!(PhantomForward);
-
-impl Listed for PhantomForward {
+impl Configured for PhantomForward {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {
         Self::new(&Formats::given(given)?, given.naturals(["LENGTH_1", "LENGTH_2"])?)
     }
+}
 
+impl Listed for PhantomForward {
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         // A position drops one bit of its products here.
         let format = |int, frac| Format::new(true, int, frac).expect("26 bits");

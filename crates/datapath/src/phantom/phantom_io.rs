@@ -13,11 +13,8 @@
 //! - **Differs from the hardware**: the bus between host and FPGA is not in it; the time it takes is a part of the
 //!   host's delay.
 
-use hpu_signal::Signal;
-
-use super::phantom_loop::{in_order, of_joint, pins};
 use super::{CommandRegister, command_register};
-use crate::base::listed::{Given, Listed};
+use crate::base::listed::{Configured, Given, Listed};
 use crate::base::words::natural;
 use crate::circuit::circuit;
 use crate::circuit::circuit_loop::{CircuitLoop, LoopCircuit};
@@ -28,12 +25,26 @@ use crate::{
 
 hpu_signal::ports! {
     /// Inputs of the wiring: the encoders' pins and the host's commands.
-    pub struct PhantomIoIn { a_pin1, b_pin1, a_pin2, b_pin2, a_pin3, b_pin3, host1, host2, host3 }
-}
-
-hpu_signal::ports! {
+    pub struct PhantomIoIn of |block: &PhantomIoCircuit| {
+        a_pin1 = block.sync1.inputs().a_pin;
+        b_pin1 = block.sync1.inputs().b_pin;
+        a_pin2 = block.sync2.inputs().a_pin;
+        b_pin2 = block.sync2.inputs().b_pin;
+        a_pin3 = block.sync3.inputs().a_pin;
+        b_pin3 = block.sync3.inputs().b_pin;
+        host1 = block.hold.inputs().d1, "The host's command of motor 1";
+        host2 = block.hold.inputs().d2, "The host's command of motor 2";
+        host3 = block.hold.inputs().d3, "The host's command of motor 3";
+    }
     /// Outputs of the wiring: positions for the host, commands for the motors.
-    pub struct PhantomIoOut { position1, position2, position3, command1, command2, command3 }
+    pub struct PhantomIoOut of |block: &PhantomIoCircuit| {
+        position1 = block.counter1.outputs().position, "Position of joint 1, modulo its width";
+        position2 = block.counter2.outputs().position, "Position of joint 2, modulo its width";
+        position3 = block.counter3.outputs().position, "Position of joint 3, modulo its width";
+        command1 = block.hold.outputs().q1, "Command of motor 1";
+        command2 = block.hold.outputs().q2, "Command of motor 2";
+        command3 = block.hold.outputs().q3, "Command of motor 3";
+    }
 }
 
 /// See the [module](self).
@@ -91,41 +102,20 @@ crate::base::block::data_sheet!(PhantomIo = Self::new(16, 16));
 impl LoopCircuit<27> for PhantomIoCircuit {
     const NAME: &'static str = "phantom_io";
     const INPUTS: usize = 9;
-    type In<T> = PhantomIoIn<T>;
-    type Out<T> = PhantomIoOut<T>;
-
-    fn inputs(&self) -> PhantomIoIn<Signal> {
-        let command_register::In { d1, d2, d3, .. } = self.hold.inputs();
-        let host = [
-            Signal { name: "host1", doc: "The host's command of motor 1", ..d1 },
-            Signal { name: "host2", doc: "The host's command of motor 2", ..d2 },
-            Signal { name: "host3", doc: "The host's command of motor 3", ..d3 },
-        ];
-        in_order(pins(&self.sync1).into_iter().chain(host))
-    }
-
-    fn outputs(&self) -> PhantomIoOut<Signal> {
-        let position = |name| of_joint(Signal { name, ..self.counter1.outputs().position });
-        let positions = ["position1", "position2", "position3"].map(position);
-        let command_register::Out { q1, q2, q3 } = self.hold.outputs();
-        let commands = [
-            Signal { name: "command1", doc: "Command of motor 1", ..q1 },
-            Signal { name: "command2", doc: "Command of motor 2", ..q2 },
-            Signal { name: "command3", doc: "Command of motor 3", ..q3 },
-        ];
-        in_order(positions.into_iter().chain(commands))
-    }
+    crate::base::block::described!(PhantomIoIn, PhantomIoOut);
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {
         vec![natural("POSITION_WIDTH", self.position_width), natural("COMMAND_WIDTH", self.command_width)]
     }
 }
 
-impl Listed for PhantomIo {
+impl Configured for PhantomIo {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {
         Self::new(given.natural("POSITION_WIDTH")?, given.natural("COMMAND_WIDTH")?)
     }
+}
 
+impl Listed for PhantomIo {
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         Ok(vec![("8_bit", Self::new(8, 8)?)])
     }

@@ -11,7 +11,7 @@
 //! - **Differs from the hardware**: combinational paths settle within the clock they change in, whatever their length;
 //!   DELAY is the time a real one would be given.
 
-use hpu_signal::{Ports, Signal};
+use hpu_signal::Signal;
 
 use super::force_path::ForcePath;
 use super::variants::loops;
@@ -20,7 +20,7 @@ use super::{
     TrigTable, command_register, command_scaler, cube_room, phantom_engine, phantom_forward, phantom_torque,
     sample_register,
 };
-use crate::base::listed::{Given, Listed};
+use crate::base::listed::{Configured, Given, Listed};
 use crate::circuit::circuit;
 use crate::circuit::circuit_loop::{CircuitLoop, LoopCircuit};
 use crate::{
@@ -30,15 +30,29 @@ use crate::{
 
 hpu_signal::ports! {
     /// Inputs of a PHANToM loop: the encoders' pins and the words that the scene sets.
-    pub struct PhantomIn {
-        a_pin1, b_pin1, a_pin2, b_pin2, a_pin3, b_pin3,
-        x_low, x_high, y_low, y_high, z_low, z_high, room, stiffness, period,
+    pub struct PhantomIn of[const SHARED: bool] |block: &PhantomCircuit<SHARED>| {
+        a_pin1 = block.sync1.inputs().a_pin;
+        b_pin1 = block.sync1.inputs().b_pin;
+        a_pin2 = block.sync2.inputs().a_pin;
+        b_pin2 = block.sync2.inputs().b_pin;
+        a_pin3 = block.sync3.inputs().a_pin;
+        b_pin3 = block.sync3.inputs().b_pin;
+        x_low = block.room_walls.inputs().x_low;
+        x_high = block.room_walls.inputs().x_high;
+        y_low = block.room_walls.inputs().y_low;
+        y_high = block.room_walls.inputs().y_high;
+        z_low = block.room_walls.inputs().z_low;
+        z_high = block.room_walls.inputs().z_high;
+        room = block.room_walls.inputs().room;
+        stiffness = block.room_walls.inputs().stiffness;
+        period = block.sample.inputs().period;
     }
-}
-
-hpu_signal::ports! {
     /// Outputs of a PHANToM loop: the motors' commands.
-    pub struct PhantomOut { command1, command2, command3 }
+    pub struct PhantomOut of[const SHARED: bool] |block: &PhantomCircuit<SHARED>| {
+        command1 = block.engine.outputs().command1;
+        command2 = block.engine.outputs().command2;
+        command3 = block.engine.outputs().command3;
+    }
 }
 
 /// The loop in parallel hardware. See the [module](self).
@@ -157,46 +171,10 @@ impl<const SHARED: bool> Default for PhantomWiring<SHARED> {
     }
 }
 
-/// Returns a bundle of the ports in their order.
-pub(super) fn in_order<P: Ports<Signal>>(mut ports: impl Iterator<Item = Signal>) -> P {
-    P::build(|| ports.next().expect("one description a port"))
-}
-
-/// Describes the pins of three encoders.
-pub(super) fn pins(sync: &Synchronizer) -> [Signal; 6] {
-    let synchronizer::In { a_pin, b_pin } = sync.inputs();
-    let a = |name| Signal { name, ..a_pin.clone() };
-    let b = |name| Signal { name, ..b_pin.clone() };
-    [a("a_pin1"), b("b_pin1"), a("a_pin2"), b("b_pin2"), a("a_pin3"), b("b_pin3")]
-}
-
-/// Describes the position of one of three joints by its name.
-pub(super) fn of_joint(net: Signal) -> Signal {
-    let doc = match net.name {
-        "position1" => "Position of joint 1, modulo its width",
-        "position2" => "Position of joint 2, modulo its width",
-        "position3" => "Position of joint 3, modulo its width",
-        _ => net.doc,
-    };
-    Signal { doc, ..net }
-}
-
 impl<const SHARED: bool> LoopCircuit<59> for PhantomCircuit<SHARED> {
     const NAME: &'static str = if SHARED { "phantom_shared_loop" } else { "phantom_loop" };
     const INPUTS: usize = 15;
-    type In<T> = PhantomIn<T>;
-    type Out<T> = PhantomOut<T>;
-
-    fn inputs(&self) -> PhantomIn<Signal> {
-        let walls = flatten(&self.room_walls.inputs()).into_iter().skip_while(|port| port.name != "x_low");
-        let ports = pins(&self.sync1).into_iter().chain(walls).chain([self.sample.inputs().period]);
-        in_order(ports)
-    }
-
-    fn outputs(&self) -> PhantomOut<Signal> {
-        let phantom_engine::Out { command1, command2, command3, .. } = self.engine.outputs();
-        PhantomOut { command1, command2, command3 }
-    }
+    crate::base::block::described!(PhantomIn, PhantomOut);
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {
         self.config.generics()
@@ -210,17 +188,20 @@ impl<const SHARED: bool> LoopCircuit<59> for PhantomCircuit<SHARED> {
             "scaled3" => "command3",
             name => name,
         };
-        let ports = [flatten(&self.engine.inputs()), flatten(&self.engine.outputs())].concat();
+        let (sample, engine) = (&self.sample, &self.engine);
+        let ports = [flatten(&sample.inputs()), flatten(&engine.inputs()), flatten(&engine.outputs())].concat();
         let found = ports.into_iter().find(|known| known.name == port);
-        Signal { name, ..found.unwrap_or_else(|| of_joint(net)) }
+        Signal { name, ..found.unwrap_or(net) }
+    }
+}
+
+impl<const SHARED: bool> Configured for PhantomWiring<SHARED> {
+    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
+        Self::new(Config::of_encoders(given)?.given(given)?)
     }
 }
 
 impl<const SHARED: bool> Listed for PhantomWiring<SHARED> {
-    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        Self::new(Config::of_encoders(given)?.given(given)?)
-    }
-
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         loops().into_iter().map(|(label, config)| Ok((label, Self::delayed(config)?))).collect()
     }

@@ -13,24 +13,37 @@
 //! - **Source**: the Jacobian of those kinematics (Çavuşoğlu et al. 2002), as used by Sevcik et al. 2009.
 //! - **Differs from the hardware**: no propagation delay, so no limit on the clock.
 
-use hpu_signal::{Format, Narrowed, Signal, Word};
+use hpu_signal::{Format, Narrowed, Word};
 
 use super::Formats;
 use super::variants::paths;
 use crate::base::config::{NATURAL, within};
-use crate::base::listed::{Given, Listed};
+use crate::base::listed::{Configured, Given, Listed};
 use crate::base::words::{accept, accept_trig, aligned_sum, natural, nearest, parts};
 use crate::step::in_machine;
 use crate::{Block, Combinational, ConfigError, Generic, Step};
 
 hpu_signal::ports! {
     /// Inputs of the Jacobian.
-    pub struct In { sine1, cosine1, sine2, cosine2, sine3, cosine3, x, z, force_x, force_y, force_z }
-}
-
-hpu_signal::ports! {
+    pub struct In of |block: &PhantomTorque| {
+        sine1: block.formats.trig, "1", "Sine of joint 1";
+        cosine1: block.formats.trig, "1", "Cosine of joint 1";
+        sine2: block.formats.trig, "1", "Sine of joint 2";
+        cosine2: block.formats.trig, "1", "Cosine of joint 2";
+        sine3: block.formats.trig, "1", "Sine of joint 3";
+        cosine3: block.formats.trig, "1", "Cosine of joint 3";
+        x: block.formats.position, "m", "Tip to the right of the origin";
+        z: block.formats.position, "m", "Tip before the origin";
+        force_x: block.formats.force, "N", "Force on the tip to the right";
+        force_y: block.formats.force, "N", "Force on the tip upwards";
+        force_z: block.formats.force, "N", "Force on the tip towards the user";
+    }
     /// Outputs of the Jacobian.
-    pub struct Out { torque1, torque2, torque3 }
+    pub struct Out of |block: &PhantomTorque| {
+        torque1: block.formats.torque, "N.m", "Torque about joint 1";
+        torque2: block.formats.torque, "N.m", "Torque about joint 2";
+        torque3: block.formats.torque, "N.m", "Torque about joint 3";
+    }
 }
 
 /// See the [module](self).
@@ -107,35 +120,13 @@ impl Default for PhantomTorque {
 impl Block for PhantomTorque {
     const NAME: &'static str = "phantom_torque";
 
-    fn inputs(&self) -> In<Signal> {
-        let Formats { trig, position, force, .. } = self.formats;
-        let trig = |name, doc| Signal::new(name, trig, "1", doc);
-        let force = |name, doc| Signal::new(name, force, "N", doc);
-        In {
-            sine1: trig("sine1", "Sine of joint 1"),
-            cosine1: trig("cosine1", "Cosine of joint 1"),
-            sine2: trig("sine2", "Sine of joint 2"),
-            cosine2: trig("cosine2", "Cosine of joint 2"),
-            sine3: trig("sine3", "Sine of joint 3"),
-            cosine3: trig("cosine3", "Cosine of joint 3"),
-            x: Signal::new("x", position, "m", "Tip to the right of the origin"),
-            z: Signal::new("z", position, "m", "Tip before the origin"),
-            force_x: force("force_x", "Force on the tip to the right"),
-            force_y: force("force_y", "Force on the tip upwards"),
-            force_z: force("force_z", "Force on the tip towards the user"),
-        }
-    }
+    crate::base::block::combinational!(self, input => self.eval(input).map(|port| port.word));
+}
 
-    fn outputs(&self) -> Out<Signal> {
-        let torque = |name, doc| Signal::new(name, self.formats.torque, "N.m", doc);
-        Out {
-            torque1: torque("torque1", "Torque about joint 1"),
-            torque2: torque("torque2", "Torque about joint 2"),
-            torque3: torque("torque3", "Torque about joint 3"),
-        }
-    }
+crate::circuit::part::telling!(PhantomTorque);
 
-    fn generics(&self) -> Vec<(&'static str, Generic)> {
+impl PhantomTorque {
+    fn told(&self) -> Vec<(&'static str, Generic)> {
         let Formats { trig, length_frac, position, force, torque, .. } = self.formats;
         let mut all = parts("TRIG_INT", "TRIG_FRAC", trig).to_vec();
         all.push(natural("LENGTH_FRAC", length_frac));
@@ -146,17 +137,15 @@ impl Block for PhantomTorque {
         all.extend(parts("TORQUE_INT", "TORQUE_FRAC", torque));
         all
     }
-
-    crate::base::block::combinational!(self, input => self.eval(input).map(|port| port.word));
 }
 
-crate::circuit::part::telling!(PhantomTorque);
-
-impl Listed for PhantomTorque {
+impl Configured for PhantomTorque {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {
         Self::new(&Formats::given(given)?, given.naturals(["LENGTH_1", "LENGTH_2"])?)
     }
+}
 
+impl Listed for PhantomTorque {
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         paths().into_iter().map(|(label, config)| Ok((label, Self::new(&config.formats, config.lengths)?))).collect()
     }

@@ -11,23 +11,28 @@
 //! - **Source**: the sampled loop of Sevcik et al. 2009.
 //! - **Differs from the hardware**: samples exactly every period, without jitter.
 
-use hpu_signal::{Format, Signal, Word};
+use hpu_signal::{Format, Word};
 
 use crate::base::config::{COUNTER, WORD, within};
 use crate::base::countdown::Countdown;
-use crate::base::listed::{Given, Listed};
-use crate::base::words::natural;
+use crate::base::listed::Listed;
 use crate::step::counted_down;
-use crate::{Block, ConfigError, Generic, Register, Step};
+use crate::{Block, ConfigError, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the register.
-    pub struct In { position1, position2, position3, period }
-}
-
-hpu_signal::ports! {
+    pub struct In of |block: &SampleRegister| {
+        position1: Format::unsigned(block.count.width()), "count", "Position of joint 1, modulo its width";
+        position2: Format::unsigned(block.count.width()), "count", "Position of joint 2, modulo its width";
+        position3: Format::unsigned(block.count.width()), "count", "Position of joint 3, modulo its width";
+        period: block.period, "clock", "Sample period; 0 acts as 1";
+    }
     /// Outputs of the register.
-    pub struct Out { count1, count2, count3 }
+    pub struct Out of |block: &SampleRegister| {
+        count1: block.count, "count", "Position of joint 1 at the latest sample edge";
+        count2: block.count, "count", "Position of joint 2 at the latest sample edge";
+        count3: block.count, "count", "Position of joint 3 at the latest sample edge";
+    }
 }
 
 /// See the [module](self).
@@ -79,34 +84,16 @@ impl Step for SampleRegister {
     }
 }
 
-crate::base::block::data_sheet!(SampleRegister = Self::new(16, 24));
+crate::base::listed::configured! {
+    SampleRegister of |block| {
+        "WIDTH": u32 = 16, block.count.width();
+        "PERIOD_WIDTH": u32 = 24, block.period.width();
+    }
+}
 
 impl Block for SampleRegister {
     const NAME: &'static str = "sample_register";
     crate::base::block::clocked!();
-
-    fn inputs(&self) -> In<Signal> {
-        let position = |name, doc| Signal::new(name, Format::unsigned(self.count.width()), "count", doc);
-        In {
-            position1: position("position1", "Position of joint 1, modulo its width"),
-            position2: position("position2", "Position of joint 2, modulo its width"),
-            position3: position("position3", "Position of joint 3, modulo its width"),
-            period: Signal::new("period", self.period, "clock", "Sample period; 0 acts as 1"),
-        }
-    }
-
-    fn outputs(&self) -> Out<Signal> {
-        let count = |name, doc| Signal::new(name, self.count, "count", doc);
-        Out {
-            count1: count("count1", "Position of joint 1 at the latest sample edge"),
-            count2: count("count2", "Position of joint 2 at the latest sample edge"),
-            count3: count("count3", "Position of joint 3 at the latest sample edge"),
-        }
-    }
-
-    fn generics(&self) -> Vec<(&'static str, Generic)> {
-        vec![natural("WIDTH", self.count.width()), natural("PERIOD_WIDTH", self.period.width())]
-    }
 
     fn reset(&mut self) -> Out<i64> {
         self.countdown = Countdown::default();
@@ -137,10 +124,6 @@ impl Block for SampleRegister {
 crate::circuit::part::registers!(SampleRegister);
 
 impl Listed for SampleRegister {
-    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        Self::new(given.natural("WIDTH")?, given.natural("PERIOD_WIDTH")?)
-    }
-
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         Ok(vec![("8_bit", Self::new(8, 6)?)])
     }

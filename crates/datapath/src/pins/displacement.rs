@@ -9,21 +9,23 @@
 //! - **Source**: Vasudevan et al. 2007, Eq. (2), `theta - theta_ref`.
 //! - **Differs from the hardware**: no propagation delay, so no limit on the clock.
 
-use hpu_signal::{Format, Signal, Word};
+use hpu_signal::{Format, Word};
 
 use crate::base::config::{WORD, within};
-use crate::base::listed::{Given, Listed};
+use crate::base::listed::Listed;
 use crate::step::in_machine;
-use crate::{Block, Combinational, ConfigError, Generic};
+use crate::{Block, Combinational, ConfigError};
 
 hpu_signal::ports! {
     /// Inputs of the subtraction.
-    pub struct In { position, reference }
-}
-
-hpu_signal::ports! {
+    pub struct In of |block: &Displacement| {
+        position: Format::unsigned(block.delta.width()), "count", "Position, modulo its width";
+        reference: Format::unsigned(block.delta.width()), "count", "Position of the wall's surface";
+    }
     /// Outputs of the subtraction.
-    pub struct Out { delta }
+    pub struct Out of |block: &Displacement| {
+        delta: block.delta, "count", "Displacement from the reference";
+    }
 }
 
 /// The displacement from the wall's reference; the [module](self) describes it.
@@ -57,35 +59,19 @@ impl Combinational for Displacement {
     }
 }
 
-crate::base::block::data_sheet!(Displacement = Self::new(12));
+crate::base::listed::configured! {
+    Displacement of |block| {
+        "WIDTH": u32 = 12, block.delta.width();
+    }
+}
 
 impl Block for Displacement {
     const NAME: &'static str = "displacement";
-
-    fn inputs(&self) -> In<Signal> {
-        let word = Format::unsigned(self.delta.width());
-        In {
-            position: Signal::new("position", word, "count", "Position, modulo its width"),
-            reference: Signal::new("reference", word, "count", "Position of the wall's surface"),
-        }
-    }
-
-    fn outputs(&self) -> Out<Signal> {
-        Out { delta: Signal::new("delta", self.delta, "count", "Displacement from the reference") }
-    }
-
-    fn generics(&self) -> Vec<(&'static str, Generic)> {
-        vec![("WIDTH", Generic::Integer(self.delta.width().into()))]
-    }
 
     crate::base::block::combinational!(self, input => self.eval(input));
 }
 
 impl Listed for Displacement {
-    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        Self::new(given.natural("WIDTH")?)
-    }
-
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         Ok(vec![("8_bit", Self::new(8)?), ("32_bit", Self::new(32)?)])
     }

@@ -8,20 +8,21 @@
 //! - **Source**: Vasudevan et al. 2007: 12 bits, 4 x 1024 lines, one wrap a motor revolution.
 //! - **Differs from the hardware**: no index pulse and no preset, so zero is wherever the handle was at reset.
 
-use hpu_signal::{Format, Machine, Signal, Word};
+use hpu_signal::{Format, Machine, Word};
 
 use crate::base::config::{WORD, within};
-use crate::base::listed::{Given, Listed};
-use crate::{Block, ConfigError, Generic, Register, Step};
+use crate::base::listed::Listed;
+use crate::{Block, ConfigError, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the counter.
-    pub struct In { step }
-}
-
-hpu_signal::ports! {
+    pub struct In of |_: &PositionCounter| {
+        step: Format::signed(2), "count", "Motion to be added";
+    }
     /// Outputs of the counter.
-    pub struct Out { position }
+    pub struct Out of |block: &PositionCounter| {
+        position: block.format, "count", "Position since reset, modulo its width";
+    }
 }
 
 /// See the [module](self).
@@ -69,23 +70,15 @@ impl Step for PositionCounter {
     }
 }
 
-crate::base::block::data_sheet!(PositionCounter = Self::new(12));
+crate::base::listed::configured! {
+    PositionCounter of |block| {
+        "WIDTH": u32 = 12, block.format.width();
+    }
+}
 
 impl Block for PositionCounter {
     const NAME: &'static str = "position_counter";
     crate::base::block::clocked!();
-
-    fn inputs(&self) -> In<Signal> {
-        In { step: Signal::new("step", Format::signed(2), "count", "Motion to be added") }
-    }
-
-    fn outputs(&self) -> Out<Signal> {
-        Out { position: Signal::new("position", self.format, "count", "Position since reset, modulo its width") }
-    }
-
-    fn generics(&self) -> Vec<(&'static str, Generic)> {
-        vec![("WIDTH", Generic::Integer(self.format.width().into()))]
-    }
 
     fn counts(&self) -> Option<&'static str> {
         Some("position")
@@ -114,10 +107,6 @@ impl Block for PositionCounter {
 }
 
 impl Listed for PositionCounter {
-    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        Self::new(given.natural("WIDTH")?)
-    }
-
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         Ok(vec![("8_bit", Self::new(8)?), ("32_bit", Self::new(32)?)])
     }

@@ -15,40 +15,42 @@
 //! - **Source**: Vasudevan et al. 2007 (12-bit PWM); the two modes of the LMD18200.
 //! - **Differs from the hardware**: gates switch at the clock edge, with no driver delay and no rise or fall time.
 
-use hpu_signal::{Format, Signal, Word};
+use hpu_signal::{Format, Word};
 
 use crate::base::config::{NATURAL, within};
-use crate::base::listed::{Given, Listed};
-use crate::{Block, ConfigError, Generic, Register, Repeat, Step};
+use crate::base::listed::Listed;
+use crate::{Block, ConfigError, Register, Repeat, Step};
 
 hpu_signal::ports! {
     /// Inputs of the modulator.
-    pub struct In { command }
-}
-
-hpu_signal::ports! {
+    pub struct In of |block: &Pwm| {
+        command: Format::signed(block.config.width + 1), "PWM count", "Mean voltage; full scale is the supply";
+    }
     /// Outputs of the modulator.
-    pub struct Out { a_high, a_low, b_high, b_low }
+    pub struct Out of |_: &Pwm| {
+        a_high, "Upper gate of leg A";
+        a_low, "Lower gate of leg A";
+        b_high, "Upper gate of leg B";
+        b_low, "Lower gate of leg B";
+    }
 }
 
-/// The width and modes of a modulator.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct PwmConfig {
-    /// Exponent of the period, which is `2^width` clocks.
-    pub width: u32,
-    /// Whether the mode is locked antiphase; otherwise it is sign/magnitude.
-    pub antiphase: bool,
-    /// Whether a command waits for the start of a period.
-    pub latched: bool,
-    /// Whether the off phase of sign/magnitude leaves the motor open instead of braking it.
-    pub floating: bool,
-    /// Number of clocks for which both gates of a leg are off when the leg changes.
-    pub dead_time: u32,
-}
+/// The generics that have another name in a loop.
+pub(crate) const IN_LOOP: [(&str, &str); 1] = [("WIDTH", "PWM_WIDTH")];
 
-impl Default for PwmConfig {
-    fn default() -> Self {
-        Self { width: 12, antiphase: false, latched: true, floating: false, dead_time: 0 }
+crate::base::listed::configuration! {
+    /// The width and modes of a modulator.
+    pub struct PwmConfig {
+        /// Exponent of the period, which is `2^width` clocks.
+        width: u32 = 12, ["WIDTH"];
+        /// Whether the mode is locked antiphase; otherwise it is sign/magnitude.
+        antiphase: bool = false, ["ANTIPHASE"];
+        /// Whether a command waits for the start of a period.
+        latched: bool = true, ["LATCHED"];
+        /// Whether the off phase of sign/magnitude leaves the motor open instead of braking it.
+        floating: bool = false, ["FLOATING"];
+        /// Number of clocks for which both gates of a leg are off when the leg changes.
+        dead_time: u32 = 0, ["DEAD_TIME"];
     }
 }
 
@@ -268,35 +270,11 @@ impl Step for Pwm {
     }
 }
 
-crate::base::block::data_sheet!(Pwm = Self::new(PwmConfig::default()));
+crate::base::listed::configured!(Pwm: PwmConfig);
 
 impl Block for Pwm {
     const NAME: &'static str = "pwm";
     crate::base::block::clocked!();
-
-    fn inputs(&self) -> In<Signal> {
-        let command = Format::signed(self.config.width + 1);
-        In { command: Signal::new("command", command, "PWM count", "Mean voltage; full scale is the supply") }
-    }
-
-    fn outputs(&self) -> Out<Signal> {
-        Out {
-            a_high: Signal::bit("a_high", "Upper gate of leg A"),
-            a_low: Signal::bit("a_low", "Lower gate of leg A"),
-            b_high: Signal::bit("b_high", "Upper gate of leg B"),
-            b_low: Signal::bit("b_low", "Lower gate of leg B"),
-        }
-    }
-
-    fn generics(&self) -> Vec<(&'static str, Generic)> {
-        vec![
-            ("WIDTH", Generic::Integer(self.config.width.into())),
-            ("ANTIPHASE", Generic::Boolean(self.config.antiphase)),
-            ("LATCHED", Generic::Boolean(self.config.latched)),
-            ("FLOATING", Generic::Boolean(self.config.floating)),
-            ("DEAD_TIME", Generic::Integer(self.config.dead_time.into())),
-        ]
-    }
 
     fn reset(&mut self) -> Out<i64> {
         self.phase = 0;
@@ -365,10 +343,6 @@ impl Block for Pwm {
 }
 
 impl Listed for Pwm {
-    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        Self::new(PwmConfig::given(given, "WIDTH")?)
-    }
-
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         let small = PwmConfig { width: 5, ..PwmConfig::default() };
         let all = [
@@ -383,18 +357,5 @@ impl Listed for Pwm {
             ("dead_time_longer_than_period", PwmConfig { width: 2, dead_time: 7, latched: false, ..small }),
         ];
         all.into_iter().map(|(label, config)| Ok((label, Self::new(config)?))).collect()
-    }
-}
-
-impl PwmConfig {
-    /// Reads the generics of a modulator whose width has the name `width`.
-    pub(crate) fn given(given: &Given, width: &str) -> Result<Self, ConfigError> {
-        Ok(Self {
-            width: given.natural(width)?,
-            antiphase: given.is("ANTIPHASE"),
-            latched: given.is("LATCHED"),
-            floating: given.is("FLOATING"),
-            dead_time: given.natural("DEAD_TIME")?,
-        })
     }
 }

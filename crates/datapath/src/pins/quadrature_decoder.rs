@@ -12,20 +12,24 @@
 //! - **Differs from the hardware**: no digital filter against glitches; the lines of a real encoder also bounce and are
 //!   not exactly 90 degrees apart.
 
-use hpu_signal::{Format, Signal, Word};
+use hpu_signal::{Format, Word};
 
 use crate::base::config::{NATURAL, within};
-use crate::base::listed::{Given, Listed};
-use crate::{Block, ConfigError, Generic, Register, Step};
+use crate::base::listed::Listed;
+use crate::{Block, ConfigError, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the decoder.
-    pub struct In { a, b }
-}
-
-hpu_signal::ports! {
+    pub struct In of |_: &QuadratureDecoder| {
+        a, "Encoder line A, synchronous";
+        b, "Encoder line B, synchronous";
+    }
     /// Outputs of the decoder.
-    pub struct Out { step, error }
+    pub struct Out of |_: &QuadratureDecoder| {
+        step: Format::signed(2), "count",
+            "Motion since the previous edge: +1 where b leads a (a b = 00, 01, 11, 10), -1 where a leads b, or 0";
+        error, "Both lines have changed at one edge since reset: counts were lost";
+    }
 }
 
 /// A quadrature decoder; the [module](self) describes it.
@@ -113,31 +117,15 @@ fn place(lines: &In<i64>) -> i64 {
     2 * lines.a + (lines.a ^ lines.b)
 }
 
-crate::base::block::data_sheet!(QuadratureDecoder = Self::new(3));
+crate::base::listed::configured! {
+    QuadratureDecoder of |block| {
+        "SETTLE": u32 = 3, block.settle;
+    }
+}
 
 impl Block for QuadratureDecoder {
     const NAME: &'static str = "quadrature_decoder";
     crate::base::block::clocked!();
-
-    fn inputs(&self) -> In<Signal> {
-        In { a: Signal::bit("a", "Encoder line A, synchronous"), b: Signal::bit("b", "Encoder line B, synchronous") }
-    }
-
-    fn outputs(&self) -> Out<Signal> {
-        Out {
-            step: Signal::new(
-                "step",
-                Format::signed(2),
-                "count",
-                "Motion since the previous edge: +1 where b leads a (a b = 00, 01, 11, 10), -1 where a leads b, or 0",
-            ),
-            error: Signal::bit("error", "Both lines have changed at one edge since reset: counts were lost"),
-        }
-    }
-
-    fn generics(&self) -> Vec<(&'static str, Generic)> {
-        vec![("SETTLE", Generic::Integer(self.settle.into()))]
-    }
 
     fn reset(&mut self) -> Out<i64> {
         self.settling = self.settle;
@@ -177,10 +165,6 @@ impl Block for QuadratureDecoder {
 }
 
 impl Listed for QuadratureDecoder {
-    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        Self::new(given.natural("SETTLE")?)
-    }
-
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         Ok(vec![("settle_0", Self::new(0)?)])
     }

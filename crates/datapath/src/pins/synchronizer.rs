@@ -10,19 +10,22 @@
 //! - **Differs from the hardware**: no flip-flop is ever metastable here: a line that moves at the edge is read as its
 //!   value just before it.
 
-use hpu_signal::{Format, Signal, Word};
+use hpu_signal::{Format, Word};
 
-use crate::base::listed::{Given, Listed};
+use crate::base::listed::{Configured, Given, Listed};
 use crate::{Block, ConfigError, Generic, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the synchronizer.
-    pub struct In { a_pin, b_pin }
-}
-
-hpu_signal::ports! {
+    pub struct In of |_: &Synchronizer| {
+        a_pin, "Encoder line A as it arrives at the FPGA";
+        b_pin, "Encoder line B as it arrives at the FPGA";
+    }
     /// Outputs of the synchronizer.
-    pub struct Out { a, b }
+    pub struct Out of |_: &Synchronizer| {
+        a, "Encoder line A, synchronous";
+        b, "Encoder line B, synchronous";
+    }
 }
 
 /// A synchronizer of an encoder's two lines; the [module](self) describes it.
@@ -66,21 +69,6 @@ impl Block for Synchronizer {
     const NAME: &'static str = "synchronizer";
     crate::base::block::clocked!();
 
-    fn inputs(&self) -> In<Signal> {
-        In {
-            a_pin: Signal::bit("a_pin", "Encoder line A as it arrives at the FPGA"),
-            b_pin: Signal::bit("b_pin", "Encoder line B as it arrives at the FPGA"),
-        }
-    }
-
-    fn outputs(&self) -> Out<Signal> {
-        Out { a: Signal::bit("a", "Encoder line A, synchronous"), b: Signal::bit("b", "Encoder line B, synchronous") }
-    }
-
-    fn generics(&self) -> Vec<(&'static str, Generic)> {
-        Vec::new()
-    }
-
     fn reset(&mut self) -> Out<i64> {
         *self = Self::new();
         self.out
@@ -114,8 +102,16 @@ impl Block for Synchronizer {
     }
 }
 
-impl Listed for Synchronizer {
+impl Synchronizer {
+    fn told(&self) -> Vec<(&'static str, Generic)> {
+        Vec::new()
+    }
+}
+
+impl Configured for Synchronizer {
     fn of_generics(_: &Given) -> Result<Self, ConfigError> {
         Ok(Self::new())
     }
 }
+
+impl Listed for Synchronizer {}

@@ -12,18 +12,21 @@ pub use trig_interpolated::TrigInterpolated;
 pub use trig_quarter::TrigQuarter;
 pub use trig_table::TrigTable;
 
-use hpu_signal::{Format, Machine, Signal, Word};
+use hpu_signal::{Format, Machine, Word};
 
 use crate::{AnyStep, Block, Generic, Register, Rom, Step};
 
 hpu_signal::ports! {
     /// Inputs of a source of sine and cosine.
-    pub struct TrigIn { count }
-}
-
-hpu_signal::ports! {
+    pub struct TrigIn of[V: Wave] |block: &Trig<V>| {
+        count: block.wave.count(), "count", "Position of the joint";
+    }
     /// Outputs of a source of sine and cosine.
-    pub struct TrigOut { sine, cosine, valid }
+    pub struct TrigOut of[V: Wave] |block: &Trig<V>| {
+        sine: block.wave.word(), "1", "Sine of the joint's angle";
+        cosine: block.wave.word(), "1", "Cosine of the joint's angle";
+        valid, "Sine and cosine are those of the count";
+    }
 }
 
 /// Sine and cosine as a function of the count. Each of the four sources implements it; [`Trig`] makes a block of it.
@@ -84,21 +87,7 @@ impl<V: Wave> Step for Trig<V> {
 impl<V: Wave> Block for Trig<V> {
     const NAME: &'static str = V::NAME;
     const CLOCKED: bool = true;
-    type In<T> = TrigIn<T>;
-    type Out<T> = TrigOut<T>;
-
-    fn inputs(&self) -> TrigIn<Signal> {
-        TrigIn { count: Signal::new("count", self.wave.count(), "count", "Position of the joint") }
-    }
-
-    fn outputs(&self) -> TrigOut<Signal> {
-        let word = self.wave.word();
-        TrigOut {
-            sine: Signal::new("sine", word, "1", "Sine of the joint's angle"),
-            cosine: Signal::new("cosine", word, "1", "Cosine of the joint's angle"),
-            valid: Signal::bit("valid", "Sine and cosine are those of the count"),
-        }
-    }
+    crate::base::block::described!(TrigIn, TrigOut);
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {
         self.wave.generics()

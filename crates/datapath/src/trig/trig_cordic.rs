@@ -21,7 +21,7 @@ use hpu_signal::{Format, Word};
 use super::phase::Phase;
 use super::{Trig, TrigOut, Wave};
 use crate::base::config::within;
-use crate::base::listed::{Given, Listed};
+use crate::base::listed::{Configured, Given, Listed};
 use crate::base::words::{natural, nearest};
 use crate::{ConfigError, Generic};
 
@@ -106,11 +106,13 @@ impl Wave for Rotations {
     }
 }
 
-impl Listed for TrigCordic {
+impl Configured for TrigCordic {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {
         Self::new(Phase::given(given)?, given.natural("ITERATIONS")?, given.natural("GUARD")?)
     }
+}
 
+impl Listed for TrigCordic {
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         let [joint_1, premium_1_5, short, _] = Phase::variants();
         let rotated = Phase { width: 31, step: 1_234_567, ..short };

@@ -19,7 +19,7 @@ use hpu_signal::{Format, Word};
 use super::phase::{Phase, Quarter};
 use super::{Trig, TrigOut, Wave};
 use crate::base::config::within;
-use crate::base::listed::{Given, Listed};
+use crate::base::listed::{Configured, Given, Listed};
 use crate::base::words::natural;
 use crate::{ConfigError, Generic, Rom};
 
@@ -105,11 +105,13 @@ impl Wave for Chords {
     }
 }
 
-impl Listed for TrigInterpolated {
+impl Configured for TrigInterpolated {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {
         Self::new(Phase::given(given)?, given.natural("QUARTER_WIDTH")?, given.natural("REST_WIDTH")?)
     }
+}
 
+impl Listed for TrigInterpolated {
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         let [joint_1, premium_1_5, short, long] = Phase::variants();
         Ok(vec![

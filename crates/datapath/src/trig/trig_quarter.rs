@@ -17,7 +17,7 @@ use hpu_signal::{Format, Word};
 use super::phase::{Phase, Quarter};
 use super::{Trig, TrigOut, Wave};
 use crate::base::config::within;
-use crate::base::listed::{Given, Listed};
+use crate::base::listed::{Configured, Given, Listed};
 use crate::base::words::natural;
 use crate::{ConfigError, Generic, Rom};
 
@@ -92,11 +92,13 @@ impl Wave for Nearest {
     }
 }
 
-impl Listed for TrigQuarter {
+impl Configured for TrigQuarter {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {
         Self::new(Phase::given(given)?, given.natural("QUARTER_WIDTH")?)
     }
+}
 
+impl Listed for TrigQuarter {
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         let [joint_1, premium_1_5, short, long] = Phase::variants();
         Ok(vec![

@@ -16,7 +16,7 @@ use hpu_signal::{Format, Sine, Word};
 use super::phase::{Turn, sine};
 use super::{Trig, TrigOut, Wave};
 use crate::base::config::{NATURAL, within};
-use crate::base::listed::{Given, Listed};
+use crate::base::listed::{Configured, Given, Listed};
 use crate::base::words::{accept_trig, natural, parts};
 use crate::{ConfigError, Generic, Rom};
 
@@ -117,13 +117,15 @@ impl Wave for Table {
 
 crate::circuit::part::registers!(TrigTable);
 
-impl Listed for TrigTable {
+impl Configured for TrigTable {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {
         let [count_width, depth_width, num, den] =
             given.naturals(["COUNT_WIDTH", "DEPTH_WIDTH", "TURN_NUM", "TURN_DEN"])?;
         Self::new(count_width, depth_width, Turn { num, den }, given.parts(true, "TRIG")?)
     }
+}
 
+impl Listed for TrigTable {
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         let trig = |int, frac| Format::new(true, int, frac).expect("at most 32 bits");
         let [joint_1, ..] = Turn::PREMIUM_1_0;

@@ -17,20 +17,23 @@
 //! - **Source**: the fixed-position method (Belanger 1992); timeout and reversal as every such timer needs them.
 //! - **Differs from the hardware**: none known.
 
-use hpu_signal::{Format, Signal, Word};
+use hpu_signal::{Format, Word};
 
 use crate::base::config::{COUNTER, WORD, within};
-use crate::base::listed::{Given, Listed};
-use crate::{Block, ConfigError, Generic, Register, Step};
+use crate::base::listed::Listed;
+use crate::{Block, ConfigError, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the timer.
-    pub struct In { position }
-}
-
-hpu_signal::ports! {
+    pub struct In of |block: &EdgeTimer| {
+        position: Format::unsigned(block.difference.width()), "count", "Position, modulo its width";
+    }
     /// Outputs of the timer.
-    pub struct Out { interval, forward, stopped }
+    pub struct Out of |block: &EdgeTimer| {
+        interval: block.time, "clock", "Time of one count; all ones if unknown";
+        forward, "The latest change went up";
+        stopped, "The interval is unknown: standstill, start or reversal";
+    }
 }
 
 /// A timer of the edges between two counts; the [module](self) describes it.
@@ -131,31 +134,16 @@ impl Step for EdgeTimer {
     }
 }
 
-crate::base::block::data_sheet!(EdgeTimer = Self::new(12, 20));
+crate::base::listed::configured! {
+    EdgeTimer of |block| {
+        "WIDTH": u32 = 12, block.difference.width();
+        "TIME_WIDTH": u32 = 20, block.time.width();
+    }
+}
 
 impl Block for EdgeTimer {
     const NAME: &'static str = "edge_timer";
     crate::base::block::clocked!();
-
-    fn inputs(&self) -> In<Signal> {
-        let position = Format::unsigned(self.difference.width());
-        In { position: Signal::new("position", position, "count", "Position, modulo its width") }
-    }
-
-    fn outputs(&self) -> Out<Signal> {
-        Out {
-            interval: Signal::new("interval", self.time, "clock", "Time of one count; all ones if unknown"),
-            forward: Signal::bit("forward", "The latest change went up"),
-            stopped: Signal::bit("stopped", "The interval is unknown: standstill, start or reversal"),
-        }
-    }
-
-    fn generics(&self) -> Vec<(&'static str, Generic)> {
-        vec![
-            ("WIDTH", Generic::Integer(self.difference.width().into())),
-            ("TIME_WIDTH", Generic::Integer(self.time.width().into())),
-        ]
-    }
 
     fn reset(&mut self) -> Out<i64> {
         self.previous = 0;
@@ -209,10 +197,6 @@ impl Block for EdgeTimer {
 }
 
 impl Listed for EdgeTimer {
-    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        Self::new(given.natural("WIDTH")?, given.natural("TIME_WIDTH")?)
-    }
-
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         Ok(vec![("2_bit", Self::new(2, 2)?), ("short", Self::new(8, 3)?), ("wide", Self::new(48, 30)?)])
     }

@@ -37,7 +37,7 @@ impl Field for Estimator {
         vec![(generics[0], Generic::Integer(index as i64))]
     }
 
-    fn given(given: &Given, generics: &[&'static str]) -> Result<Self, ConfigError> {
+    fn given(given: &Given, generics: &[&'static str], _: &Self) -> Result<Self, ConfigError> {
         let index: i64 = given.whole(generics[0], "a whole number")?;
         let found = usize::try_from(index).ok().and_then(|index| Self::ALL.get(index)).copied();
         found.ok_or_else(|| {

@@ -16,22 +16,24 @@
 //! - **Source**: the first-order filter that haptic controllers put behind their difference (Colgate and Brown 1994).
 //! - **Differs from the hardware**: none known.
 
-use hpu_signal::{Format, Machine, Narrowed, Narrowing, Overflow, Rounding, Signal, Word};
+use hpu_signal::{Format, Machine, Narrowed, Narrowing, Overflow, Rounding, Word};
 
 use crate::base::config::{COUNTER, WORD, within};
 use crate::base::countdown::{Countdown, edges};
-use crate::base::listed::{Given, Listed};
+use crate::base::listed::Listed;
 use crate::step::counted_down;
-use crate::{Block, ConfigError, Generic, Register, Step};
+use crate::{Block, ConfigError, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the estimator.
-    pub struct In { position, period }
-}
-
-hpu_signal::ports! {
+    pub struct In of |block: &FilteredDifference| {
+        position: Format::unsigned(block.config.width), "count", "Position, modulo its width";
+        period: Format::unsigned(block.config.period_width), "clock", "Sample period; 0 acts as 1";
+    }
     /// Outputs of the estimator.
-    pub struct Out { velocity }
+    pub struct Out of |block: &FilteredDifference| {
+        velocity: block.narrowing.to, "count/sample", "Filtered motion in a sample";
+    }
 }
 
 crate::base::listed::configuration! {
@@ -140,28 +142,11 @@ impl Step for FilteredDifference {
     }
 }
 
-crate::base::block::data_sheet!(FilteredDifference = Self::new(FilteredConfig::default()));
+crate::base::listed::configured!(FilteredDifference: FilteredConfig);
 
 impl Block for FilteredDifference {
     const NAME: &'static str = "filtered_difference";
     crate::base::block::clocked!();
-
-    fn inputs(&self) -> In<Signal> {
-        let position = Format::unsigned(self.config.width);
-        let period = Format::unsigned(self.config.period_width);
-        In {
-            position: Signal::new("position", position, "count", "Position, modulo its width"),
-            period: Signal::new("period", period, "clock", "Sample period; 0 acts as 1"),
-        }
-    }
-
-    fn outputs(&self) -> Out<Signal> {
-        Out { velocity: Signal::new("velocity", self.narrowing.to, "count/sample", "Filtered motion in a sample") }
-    }
-
-    fn generics(&self) -> Vec<(&'static str, Generic)> {
-        self.config.generics()
-    }
 
     fn reset(&mut self) -> Out<i64> {
         self.countdown = Countdown::default();
@@ -202,10 +187,6 @@ impl Block for FilteredDifference {
 }
 
 impl Listed for FilteredDifference {
-    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        Self::new(FilteredConfig::given(given)?)
-    }
-
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         let filtered = |[width, period_width, shift, out_frac]: [u32; 4]| {
             Self::new(FilteredConfig { width, period_width, shift, out_frac })

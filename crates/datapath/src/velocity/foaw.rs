@@ -15,23 +15,25 @@
 //! - **Source**: Janabi-Sharifi, Hayward and Chen 2000. `NOISE` = 1 count explains a counter at constant speed.
 //! - **Differs from the hardware**: all windows are tried in one edge, so no limit on the clock.
 
-use hpu_signal::{Format, Narrowed, Signal, Term, Word};
+use hpu_signal::{Format, Narrowed, Term, Word};
 
 use crate::base::config::{COUNTER, WORD, within};
 use crate::base::countdown::{Countdown, edges};
 use crate::base::history::History;
-use crate::base::listed::{Given, Listed};
+use crate::base::listed::Listed;
 use crate::step::counted_down;
 use crate::{AnyStep, Block, ConfigError, Generic, Lemma, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the estimator.
-    pub struct In { position, period }
-}
-
-hpu_signal::ports! {
+    pub struct In of |block: &Foaw| {
+        position: Format::unsigned(block.config.width), "count", "Position, modulo its width";
+        period: Format::unsigned(block.config.period_width), "clock", "Sample period; 0 acts as 1";
+    }
     /// Outputs of the estimator.
-    pub struct Out { velocity }
+    pub struct Out of |block: &Foaw| {
+        velocity: block.velocity, "count/sample", "Slope of the latest straight window";
+    }
 }
 
 crate::base::listed::configuration! {
@@ -189,29 +191,15 @@ impl Step for Foaw {
     }
 }
 
-crate::base::block::data_sheet!(Foaw = Self::new(FoawConfig::default()));
+crate::base::listed::configured!(Foaw: FoawConfig);
 
 impl Block for Foaw {
     const NAME: &'static str = "foaw";
     const CLOCKED: bool = true;
-    type In<T> = In<T>;
-    type Out<T> = Out<T>;
-
-    fn inputs(&self) -> In<Signal> {
-        let position = Format::unsigned(self.config.width);
-        let period = Format::unsigned(self.config.period_width);
-        In {
-            position: Signal::new("position", position, "count", "Position, modulo its width"),
-            period: Signal::new("period", period, "clock", "Sample period; 0 acts as 1"),
-        }
-    }
-
-    fn outputs(&self) -> Out<Signal> {
-        Out { velocity: Signal::new("velocity", self.velocity, "count/sample", "Slope of the latest straight window") }
-    }
+    crate::base::block::described!();
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {
-        self.config.generics()
+        self.told()
     }
 
     fn equations(&self) -> Option<&dyn AnyStep> {
@@ -251,10 +239,6 @@ impl Block for Foaw {
 }
 
 impl Listed for Foaw {
-    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        Self::new(FoawConfig::given(given)?)
-    }
-
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         let adaptive = |[width, period_width, window, noise, out_frac]: [u32; 5]| {
             Self::new(FoawConfig { width, period_width, window, noise, out_frac })

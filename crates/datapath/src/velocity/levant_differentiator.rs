@@ -20,22 +20,24 @@
 //! - **Differs from the hardware**: the papers step in floats. The emulator computes the root at the sample edge and
 //!   shows the velocity at the load: the ports are exact at every edge, the registers of the root are not modelled.
 
-use hpu_signal::{Format, Int, Machine, Narrowed, Narrowing, Overflow, Reach, Rounding, Signal, Word};
+use hpu_signal::{Format, Int, Machine, Narrowed, Narrowing, Overflow, Reach, Rounding, Word};
 
 use crate::base::config::{COUNTER, WORD, within};
 use crate::base::law::ZERO;
-use crate::base::listed::{Given, Listed};
+use crate::base::listed::Listed;
 use crate::base::sequence::{Sequence, captures, loads_before_it_reads};
-use crate::{Block, ConfigError, Generic, Lemma, Register, SquareRoot, Step, arithmetic::square_root};
+use crate::{Block, ConfigError, Lemma, Register, SquareRoot, Step, arithmetic::square_root};
 
 hpu_signal::ports! {
     /// Inputs of the estimator.
-    pub struct In { position, period }
-}
-
-hpu_signal::ports! {
+    pub struct In of |block: &LevantDifferentiator| {
+        position: Format::unsigned(block.config.width), "count", "Position, modulo its width";
+        period: Format::unsigned(block.config.period_width), "clock", "Sample period; 0 acts as 1";
+    }
     /// Outputs of the estimator.
-    pub struct Out { velocity }
+    pub struct Out of |block: &LevantDifferentiator| {
+        velocity: block.slope.to, "count/sample", "Estimated motion in a sample";
+    }
 }
 
 crate::base::listed::configuration! {
@@ -220,32 +222,11 @@ impl Step for LevantDifferentiator {
     }
 }
 
-crate::base::block::data_sheet!(LevantDifferentiator = Self::new(LevantConfig::default()));
+crate::base::listed::configured!(LevantDifferentiator: LevantConfig);
 
 impl Block for LevantDifferentiator {
     const NAME: &'static str = "levant_differentiator";
     crate::base::block::clocked!();
-
-    fn inputs(&self) -> In<Signal> {
-        let period = Format::unsigned(self.config.period_width);
-        In {
-            position: Signal::new(
-                "position",
-                Format::unsigned(self.config.width),
-                "count",
-                "Position, modulo its width",
-            ),
-            period: Signal::new("period", period, "clock", "Sample period; 0 acts as 1"),
-        }
-    }
-
-    fn outputs(&self) -> Out<Signal> {
-        Out { velocity: Signal::new("velocity", self.slope.to, "count/sample", "Estimated motion in a sample") }
-    }
-
-    fn generics(&self) -> Vec<(&'static str, Generic)> {
-        self.config.generics()
-    }
 
     fn reset(&mut self) -> Out<i64> {
         self.sequence.reset(RESET);
@@ -273,10 +254,6 @@ impl Block for LevantDifferentiator {
 }
 
 impl Listed for LevantDifferentiator {
-    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        Self::new(LevantConfig::given(given)?)
-    }
-
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         let levant = |[width, period_width, out_frac, root_gain, slew]: [u32; 5]| {
             Self::new(LevantConfig { width, period_width, out_frac, root_gain, slew })

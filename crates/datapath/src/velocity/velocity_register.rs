@@ -15,22 +15,25 @@
 //! - **Differs from the hardware**: RESCALED is an addition to the paper's design; its product takes one edge, so no
 //!   limit on the clock.
 
-use hpu_signal::{Format, Machine, Narrowed, Narrowing, Overflow, Rounding, Signal, Word};
+use hpu_signal::{Format, Machine, Narrowed, Narrowing, Overflow, Rounding, Word};
 
 use crate::base::config::{COUNTER, WORD, within};
 use crate::base::countdown::{Countdown, edges};
-use crate::base::listed::{Given, Listed};
+use crate::base::listed::Listed;
 use crate::step::counted_down;
-use crate::{Block, ConfigError, Generic, Register, Step};
+use crate::{Block, ConfigError, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the register.
-    pub struct In { position, period, scale }
-}
-
-hpu_signal::ports! {
+    pub struct In of |block: &VelocityRegister| {
+        position: Format::unsigned(block.config.width), "count", "Position, modulo its width";
+        period: Format::unsigned(block.config.period_width), "clock", "Sample period; 0 acts as 1";
+        scale: block.config.scale, "1", "Factor of the difference, if rescaled";
+    }
     /// Outputs of the register.
-    pub struct Out { velocity }
+    pub struct Out of |block: &VelocityRegister| {
+        velocity: block.narrowing.to, "count/sample", "Motion in the latest sample";
+    }
 }
 
 crate::base::listed::configuration! {
@@ -147,29 +150,11 @@ impl Step for VelocityRegister {
     }
 }
 
-crate::base::block::data_sheet!(VelocityRegister = Self::new(VelocityConfig::default()));
+crate::base::listed::configured!(VelocityRegister: VelocityConfig);
 
 impl Block for VelocityRegister {
     const NAME: &'static str = "velocity_register";
     crate::base::block::clocked!();
-
-    fn inputs(&self) -> In<Signal> {
-        let position = Format::unsigned(self.config.width);
-        let period = Format::unsigned(self.config.period_width);
-        In {
-            position: Signal::new("position", position, "count", "Position, modulo its width"),
-            period: Signal::new("period", period, "clock", "Sample period; 0 acts as 1"),
-            scale: Signal::new("scale", self.config.scale, "1", "Factor of the difference, if rescaled"),
-        }
-    }
-
-    fn outputs(&self) -> Out<Signal> {
-        Out { velocity: Signal::new("velocity", self.narrowing.to, "count/sample", "Motion in the latest sample") }
-    }
-
-    fn generics(&self) -> Vec<(&'static str, Generic)> {
-        self.config.generics()
-    }
 
     fn reset(&mut self) -> Out<i64> {
         self.countdown = Countdown::default();
@@ -211,10 +196,6 @@ impl Block for VelocityRegister {
 }
 
 impl Listed for VelocityRegister {
-    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        Self::new(VelocityConfig::given(given)?)
-    }
-
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         let scale = Format::new(false, 4, 4).expect("8 bits");
         let small = VelocityConfig { width: 8, period_width: 6, out_width: 8, ..VelocityConfig::default() };

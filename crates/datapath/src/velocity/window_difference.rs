@@ -13,23 +13,25 @@
 //! - **Source**: the fixed-time method over several samples; resolution of one count a window.
 //! - **Differs from the hardware**: none known.
 
-use hpu_signal::{Format, Signal, Word};
+use hpu_signal::{Format, Word};
 
 use crate::base::config::{COUNTER, WORD, within};
 use crate::base::countdown::{Countdown, edges};
 use crate::base::history::History;
-use crate::base::listed::{Given, Listed};
+use crate::base::listed::Listed;
 use crate::step::counted_down;
-use crate::{Block, ConfigError, Generic, Register, Step};
+use crate::{Block, ConfigError, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the estimator.
-    pub struct In { position, period }
-}
-
-hpu_signal::ports! {
+    pub struct In of |block: &WindowDifference| {
+        position: Format::unsigned(block.difference.width()), "count", "Position, modulo its width";
+        period: block.period, "clock", "Sample period; 0 acts as 1";
+    }
     /// Outputs of the estimator.
-    pub struct Out { velocity }
+    pub struct Out of |block: &WindowDifference| {
+        velocity: block.difference, "count/window", "Motion in the latest window";
+    }
 }
 
 /// A difference over a window of samples; the [module](self) describes it.
@@ -89,31 +91,17 @@ impl Step for WindowDifference {
     }
 }
 
-crate::base::block::data_sheet!(WindowDifference = Self::new(12, 24, 8));
+crate::base::listed::configured! {
+    WindowDifference of |block| {
+        "WIDTH": u32 = 12, block.difference.width();
+        "PERIOD_WIDTH": u32 = 24, block.period.width();
+        "WINDOW": u32 = 8, block.history.window() as u32;
+    }
+}
 
 impl Block for WindowDifference {
     const NAME: &'static str = "window_difference";
     crate::base::block::clocked!();
-
-    fn inputs(&self) -> In<Signal> {
-        let position = Format::unsigned(self.difference.width());
-        In {
-            position: Signal::new("position", position, "count", "Position, modulo its width"),
-            period: Signal::new("period", self.period, "clock", "Sample period; 0 acts as 1"),
-        }
-    }
-
-    fn outputs(&self) -> Out<Signal> {
-        Out { velocity: Signal::new("velocity", self.difference, "count/window", "Motion in the latest window") }
-    }
-
-    fn generics(&self) -> Vec<(&'static str, Generic)> {
-        vec![
-            ("WIDTH", Generic::Integer(self.difference.width().into())),
-            ("PERIOD_WIDTH", Generic::Integer(self.period.width().into())),
-            ("WINDOW", Generic::Integer(self.history.window() as i64)),
-        ]
-    }
 
     fn reset(&mut self) -> Out<i64> {
         self.countdown = Countdown::default();
@@ -147,10 +135,6 @@ impl Block for WindowDifference {
 }
 
 impl Listed for WindowDifference {
-    fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        Self::new(given.natural("WIDTH")?, given.natural("PERIOD_WIDTH")?, given.natural("WINDOW")?)
-    }
-
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         Ok(vec![("one_sample", Self::new(8, 6, 1)?), ("5_bit", Self::new(5, 4, 7)?), ("wide", Self::new(62, 4, 64)?)])
     }

@@ -256,14 +256,14 @@ fn the_equations_compute_the_joints_of_random_postures() {
 fn the_crank_table_is_the_closed_form_to_the_nearest_word() {
     for config in [
         GimbalConfig::default(),
-        GimbalConfig { offset: 1000, count: (1, 614), ..GimbalConfig::default() },
-        GimbalConfig { count: (7, 2200), ..GimbalConfig::default() },
+        GimbalConfig { offset: 1000, count: [1, 614], ..GimbalConfig::default() },
+        GimbalConfig { count: [7, 2200], ..GimbalConfig::default() },
     ] {
         let mut block = CrankTable::new(config).unwrap();
         let device = Device::of(&config);
-        let last = i64::from(config.count.1 / config.count.0);
+        let last = i64::from(config.count[1] / config.count[0]);
         for count in -1024..1024 {
-            let psi = PI * count.clamp(0, last) as f64 * f64::from(config.count.0) / f64::from(config.count.1);
+            let psi = PI * count.clamp(0, last) as f64 * f64::from(config.count[0]) / f64::from(config.count[1]);
             let crank_table::Out { radius, slope } = block.tick(crank_table::In { count });
             assert!((radius as f64 - device.radius(psi)).abs() <= 0.5 + 1e-6, "{count}");
             // A central difference of the closed form. Its own error is `step^2 / 6` times the third derivative, at

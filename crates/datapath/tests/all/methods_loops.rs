@@ -30,9 +30,6 @@ impl Law for Toy {
     fn widths(&self) -> &LawWidths {
         &self.widths
     }
-    fn own_generics(&self) -> Vec<(&'static str, Generic)> {
-        vec![("OWN", Generic::Integer(7))]
-    }
     fn latency(&self) -> u32 {
         1
     }
@@ -51,10 +48,10 @@ impl Block for Toy {
     }
     fn outputs(&self) -> LawOut<Signal> {
         let memory = Signal::new("memory", Format::signed(self.widths.width + 2), "count", "Sum");
-        LawOut { torque: self.widths.torque(), memory }
+        self.widths.outputs(memory)
     }
     fn generics(&self) -> Vec<(&'static str, Generic)> {
-        [self.widths.generics(), self.own_generics()].concat()
+        [self.widths.generics(), vec![("OWN", Generic::Integer(7))]].concat()
     }
     fn reset(&mut self) -> LawOut<i64> {
         self.sum = 0;

@@ -155,7 +155,7 @@ impl Seen<'_> {
     fn virtual_coupling(&self, law: &VirtualCoupling) -> Made {
         let config = *law.config();
         let [share, free, held] = [config.share, config.free, config.held].map(i128::from);
-        let (one, torque) = (1i128 << config.gain_frac, self.widths.torque().format);
+        let (one, torque) = (1i128 << config.gain_frac, self.widths.torque());
         let format = Format::signed(self.widths.width + config.extension_frac);
         let Word { span: delta, fits, .. } = self.input.delta.known();
         if held >= one || free > one {

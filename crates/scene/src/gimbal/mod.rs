@@ -167,7 +167,7 @@ impl GimbalScene {
 
     /// Returns the angle of one position of a servo.
     pub fn count_rad(&self) -> f64 {
-        let (num, den) = self.method.config.gimbal.count;
+        let [num, den] = self.method.config.gimbal.count;
         PI * f64::from(num) / f64::from(den)
     }
 

@@ -83,8 +83,8 @@ pub fn crank_sizes(gimbal: &Gimbal, config: &GimbalConfig) -> Result<Vec<CrankSi
 
 /// Measures a table with a row for each `step` positions of the servo.
 fn measured(gimbal: &Gimbal, config: &GimbalConfig, step: u32, is_chosen: bool) -> Result<CrankSize, ConfigError> {
-    let (num, den) = config.count;
-    let table = CrankTable::new(GimbalConfig { count: (num * step, den), ..*config })?;
+    let [num, den] = config.count;
+    let table = CrankTable::new(GimbalConfig { count: [num * step, den], ..*config })?;
     let [radii, slopes] = &table.roms()[..] else { unreachable!("radius and slope") };
     let format = config.length;
     let [least_m, most_m] = gimbal.radii_m();
@@ -116,7 +116,7 @@ fn varying(words: &[i64]) -> u32 {
 /// Returns the page of the tables.
 pub(super) fn told(config: &GimbalConfig, sizes: &[CrankSize]) -> ToldTables {
     let mut page = Page::default();
-    let positions = u64::from(config.count.1 / config.count.0) + 1;
+    let positions = u64::from(config.count[1] / config.count[0]) + 1;
     page.data("positions", positions).data("near_percent_of_travel", 100.0 * NEAR).data("how", "exhausted");
     page.note(format!(
         "tables     of the crank, a row for each position of its servo, {} here (*), read without interpolation; \

@@ -200,13 +200,42 @@ macro_rules! data_sheet {
     };
 }
 
+/// The ports of an `impl Block` or `impl LoopCircuit`: the bundles, `In` and `Out` unless they are named, as they are
+/// described for `self` or for `$of`.
+macro_rules! described {
+    () => {
+        crate::base::block::described!(In, Out);
+    };
+    ($In:ident, $Out:ident) => {
+        crate::base::block::described!($In, $Out, self => self);
+    };
+    ($self:ident => $of:expr) => {
+        crate::base::block::described!(In, Out, $self => $of);
+    };
+    ($In:ident, $Out:ident, $self:ident => $of:expr) => {
+        type In<T> = $In<T>;
+        type Out<T> = $Out<T>;
+
+        fn inputs(&$self) -> $In<hpu_signal::Signal> {
+            $In::of($of)
+        }
+
+        fn outputs(&$self) -> $Out<hpu_signal::Signal> {
+            $Out::of($of)
+        }
+    };
+}
+
 /// The part of `impl Block` that is alike in the clocked blocks whose ports are `In` and `Out` and whose clock edge is
 /// written as equations.
 macro_rules! clocked {
-    () => {
+    ($($of:tt)*) => {
         const CLOCKED: bool = true;
-        type In<T> = In<T>;
-        type Out<T> = Out<T>;
+        crate::base::block::described!($($of)*);
+
+        fn generics(&self) -> Vec<(&'static str, $crate::Generic)> {
+            self.told()
+        }
 
         fn equations(&self) -> Option<&dyn $crate::AnyStep> {
             Some(self)
@@ -250,8 +279,11 @@ macro_rules! computing {
 macro_rules! combinational {
     ($self:ident, $input:ident => $answer:expr) => {
         const CLOCKED: bool = false;
-        type In<T> = In<T>;
-        type Out<T> = Out<T>;
+        crate::base::block::described!();
+
+        fn generics(&self) -> Vec<(&'static str, $crate::Generic)> {
+            self.told()
+        }
 
         fn equations(&self) -> Option<&dyn $crate::AnyStep> {
             Some(self)
@@ -276,4 +308,4 @@ macro_rules! combinational {
     };
 }
 
-pub(crate) use {clocked, combinational, computing, data_sheet};
+pub(crate) use {clocked, combinational, computing, data_sheet, described};

@@ -37,7 +37,7 @@ impl Instance {
 }
 
 /// Returns what the list has for a name, or the name itself.
-pub(crate) fn renamed(name: &'static str, others: &[(&'static str, &'static str)]) -> &'static str {
+pub(crate) fn renamed<'a>(name: &'a str, others: &[(&'static str, &'static str)]) -> &'a str {
     others.iter().find(|(known, _)| *known == name).map_or(name, |(_, other)| *other)
 }
 
