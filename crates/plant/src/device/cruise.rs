@@ -374,15 +374,14 @@ impl<'a> Device<'a> {
         let (checks, band_rad) = self.narrowed(&ripple.margins, band_rad)?;
         let before = (self.motion, self.checks, self.redecided);
         let smooth = Trajectory::exact_with::<P>(system, x, pulse.plus::<P>(&ripple.rise.negated()));
-        (self.motion, self.heard, self.ahead.0, self.found, self.steady.until) = (smooth, 0, 0, None, 0);
-        self.checks = checks;
+        (self.motion, self.checks) = (smooth, checks);
+        self.known.forget();
         let left = self.next_event(edge, edge + reach, band_rad);
         self.leaves = left.map_or(0, |event| event.0);
         let last = left.map_or(edge + reach, |event| event.0 - 1);
         let end = (last - edge >= LEAST * period).then_some(last);
         (self.checks, self.redecided) = (before.1, before.2);
-        (self.heard, self.ahead.0, self.found, self.steady.until) = (0, 0, None, 0);
-        self.prefix.0 = u64::MAX;
+        self.known.forget();
         match end {
             Some(end) => {
                 self.cruise = Some(Cruise {

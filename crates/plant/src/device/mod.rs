@@ -12,6 +12,7 @@
 //! `clock`.
 
 mod cruise;
+mod known;
 mod modes;
 mod waves;
 
@@ -21,13 +22,14 @@ use crate::axis::{Hand, Mode, Shaft};
 use crate::energy::{Energy, Powers, stored_j};
 use crate::flow::double::{Double, Doubles, Native, Product, versions};
 use crate::flow::gauge::{Flow, Gauge, Measured, Pace, Whole};
-use crate::flow::guard::{Band, Forecast, Guard, Limits, MotionPoint, STEADY, Side, Steady, Watch, dyadic};
+use crate::flow::guard::{Band, Forecast, Guard, Limits, MotionPoint, STEADY, Side, Watch, dyadic};
 use crate::flow::leap::Integrals;
 use crate::flow::linear::Trajectory;
 use crate::flow::matrix::{ANGLE, CURRENT, INTENT, SPEED, State};
 use crate::{Axis, Bridge, Circuit, Gates};
 
 use cruise::{Cruise, Ripple};
+use known::{Ahead, Known};
 use modes::Check;
 use waves::Waves;
 
@@ -79,28 +81,16 @@ pub struct Device<'a> {
     pub(crate) energy: Energy,
     pub(crate) initial_j: f64,
     pub(crate) mode_changes: u64,
-    pub(crate) prefix: (u64, (State, State)),
     /// The state of a cruise over repeated gates; the motion is then the smooth one.
     pub(crate) cruise: Option<Cruise<'a>>,
-    /// The edge up to which the next event is known while the angle is in this band, and that event; edge 0 if nothing
-    /// is known.
-    pub(crate) ahead: (u64, (f64, f64), Option<Event>),
-    /// The point of the last event found on this motion.
-    pub(crate) found: Option<MotionPoint>,
-    /// How long the angle certainly moves in one direction on this motion.
-    pub(crate) steady: Steady,
     /// The edge at which the last smooth motion tried leaves its limits.
     pub(crate) leaves: u64,
-    /// The ripple of the pulses under which a cruise was last tried.
+    /// The ripple of the pulses under which a cruise was last tried. It holds for these pulses on any motion.
     pub(crate) ripple: Option<Ripple<'a>>,
-    /// The number of edges after the anchor up to which no check ends the mode, as far as that is known.
-    kept: u64,
-    /// The number of edges after the anchor below which the error bounds in `noise` (angle, checked functions) hold.
-    pub(crate) heard: u64,
-    noise: [f64; 3],
     pub(crate) redecided: u64,
     /// The limits within which the check of the shaft must stay.
     pub(crate) held: Limits,
+    pub(crate) known: Known,
     /// Current and speed between rows, if the observer asks for them.
     gauge: Option<Box<Gauge<2>>>,
 }
@@ -137,18 +127,12 @@ impl<'a> Device<'a> {
             energy: Energy::default(),
             initial_j: stored_j(motor.inductance_h, motor.inertia_kg_m2, &x),
             mode_changes: 0,
-            prefix: (u64::MAX, (x, x)),
             cruise: None,
-            ahead: (0, (0.0, 0.0), None),
-            found: None,
-            steady: Steady::UNKNOWN,
             leaves: 0,
             ripple: None,
-            kept: 0,
-            heard: 0,
-            noise: [0.0; 3],
             redecided: 0,
             held: Limits::ANY,
+            known: Known::NOTHING,
             gauge: None,
         };
         device.shaft = device.shaft_at::<Native>(&x.into());
@@ -188,8 +172,8 @@ impl<'a> Device<'a> {
     pub fn state_next(&mut self, edge: u64) -> State {
         let edges = edge - self.anchor;
         match &mut self.cruise {
-            None => self.motion.at_next(edges, &mut self.prefix),
-            Some(cruise) => cruise.at_next(&self.motion, edges, &mut self.prefix),
+            None => self.motion.at_next(edges, &mut self.known.prefix),
+            Some(cruise) => cruise.at_next(&self.motion, edges, &mut self.known.prefix),
         }
     }
 
@@ -223,15 +207,14 @@ impl<'a> Device<'a> {
     /// the next known event.
     #[inline(always)]
     pub fn keeps(&self, edge: u64) -> bool {
-        let (known, _, event) = &self.ahead;
-        if self.cruise.is_some() || edge > *known {
+        if self.cruise.is_some() || edge > self.known.ahead.until {
             return false;
         }
-        if edge - self.anchor <= self.kept {
+        if edge - self.anchor <= self.known.kept {
             return true;
         }
-        let Some((_, x)) = event.as_ref().filter(|event| event.0 <= edge) else { return true };
-        for (check, noise) in self.checks.iter().zip(&self.noise[1..]) {
+        let Some((_, x)) = self.known.ahead.event.as_ref().filter(|event| event.0 <= edge) else { return true };
+        for (check, noise) in self.checks.iter().zip(&self.known.noise[1..]) {
             let Some(Check { guard, limits, .. }) = check else { continue };
             let value = guard.value(x);
             if value - limits.low.hi <= *noise || limits.high.hi - value <= *noise {
@@ -463,7 +446,7 @@ impl<'a> Device<'a> {
     /// Makes sure that the bounds of the errors hold this number of edges after the anchor.
     #[inline(always)]
     fn hear(&mut self, edges: u64) {
-        if edges >= self.heard {
+        if edges >= self.known.heard {
             self.listen(edges);
         }
     }
@@ -475,12 +458,12 @@ impl<'a> Device<'a> {
         let edges = edges.max(HEARD);
         let dyadic = dyadic(edges).min(self.motion.system().dyadic() - 1);
         // Of a motion that is new, nothing else is known either.
-        (self.heard, self.kept) = ((1 << dyadic) + 1, 0);
+        (self.known.heard, self.known.kept) = ((1 << dyadic) + 1, 0);
         let check = |index: usize| {
             self.checks[index].as_ref().map_or(0.0, |check| check.guard.noise(&self.motion, dyadic, &check.limits))
         };
         let anywhere = Limits { low: Double::ZERO, high: Double::ZERO, open: true };
-        self.noise = [self.mode.angle.noise(&self.motion, dyadic, &anywhere), check(0), check(1)];
+        self.known.noise = [self.mode.angle.noise(&self.motion, dyadic, &anywhere), check(0), check(1)];
     }
 
     /// Returns whether an angle is within a band by more than the error of its `f64` value.
@@ -491,7 +474,7 @@ impl<'a> Device<'a> {
             return angle_rad > low_rad && angle_rad < high_rad;
         }
         self.hear(edge - self.anchor);
-        angle_rad - low_rad > self.noise[0] && high_rad - angle_rad > self.noise[0]
+        angle_rad - low_rad > self.known.noise[0] && high_rad - angle_rad > self.known.noise[0]
     }
 
     /// Returns where the angle lies with respect to the band from `low_rad`, inclusive, to `high_rad`, at an edge where
@@ -503,7 +486,7 @@ impl<'a> Device<'a> {
         let edges = edge - self.anchor;
         self.hear(edges);
         let limits = Limits::from(&Band { low: low_rad, high: high_rad, open: true });
-        let mut watch = Watch { motion: &self.motion, limits, noise: self.noise[0], again: &mut self.redecided };
+        let mut watch = Watch { motion: &self.motion, limits, noise: self.known.noise[0], again: &mut self.redecided };
         match self.mode.angle.side(&mut watch, edges, angle_rad) {
             Side::Below => -1,
             Side::Inside => 0,
@@ -516,13 +499,10 @@ impl<'a> Device<'a> {
     #[must_use]
     #[inline]
     pub fn next_event(&mut self, from: u64, to: u64, band_rad: (f64, f64)) -> Option<Event> {
-        let (known, known_rad, event) = &self.ahead;
-        // An event that was found is the next one, however far the question reaches.
-        let is_known = event.as_ref().map_or(to <= *known, |event| event.0 > from);
-        if is_known && *known != 0 && band_rad == *known_rad {
-            return event.filter(|event| event.0 <= to);
+        match self.known.ahead.within(from, to, band_rad) {
+            Some(event) => event,
+            None => self.look_for(from, to, band_rad),
         }
-        self.look_for(from, to, band_rad)
     }
 
     versions! {
@@ -541,9 +521,9 @@ impl<'a> Device<'a> {
             return None;
         }
         let (first, mut last) = (from - self.anchor, to - self.anchor);
-        let (known, known_rad, event) = &self.ahead;
-        let is_clear = *known >= from && *known_rad == band_rad && event.is_none();
-        let a = match self.found {
+        let ahead = &self.known.ahead;
+        let is_clear = ahead.until >= from && ahead.band_rad == band_rad && ahead.event.is_none();
+        let a = match self.known.found {
             // A search often begins where the one before has found a count, or a few edges after one that has found
             // nothing.
             Some(point) if point.edge == first || is_clear && first - point.edge <= NEAR => point,
@@ -568,7 +548,8 @@ impl<'a> Device<'a> {
                         && let Some(point) = self.pursue::<P>(&encoder, &a, forecast)
                     {
                         let event = (self.anchor + point.edge, point.x);
-                        (self.ahead, self.found) = ((event.0, band_rad, Some(event)), Some(point));
+                        self.known.ahead = Ahead { until: event.0, band_rad, event: Some(event) };
+                        self.known.found = Some(point);
                         return Some(event).filter(|event| event.0 <= to);
                     }
                 }
@@ -578,14 +559,15 @@ impl<'a> Device<'a> {
             if far > first + NEAR && far < most {
                 self.hear(far);
                 if self.doubtful(&encoder, &a, far - a.edge) == [false; 3] {
-                    (self.ahead, self.found) = ((self.anchor + far, band_rad, None), Some(a));
+                    self.known.ahead = Ahead { until: self.anchor + far, band_rad, event: None };
+                    self.known.found = Some(a);
                     return None;
                 }
             }
             last = first + NEAR;
         }
         self.hear(last);
-        self.found = Some(a);
+        self.known.found = Some(a);
         let (until, doubtful, end) = self.settle::<P>(&encoder, &a, last);
         let mut event = None;
         if doubtful != [false; 3] {
@@ -594,19 +576,19 @@ impl<'a> Device<'a> {
         if event.is_none()
             && let Some(end) = end
         {
-            self.found = Some(end);
+            self.known.found = Some(end);
             event = Some((self.anchor + end.edge, end.x));
         }
-        self.ahead = (self.anchor + last, band_rad, event);
+        self.known.ahead = Ahead { until: self.anchor + last, band_rad, event };
         event.filter(|event| event.0 <= to)
     }
 
     /// Returns the point after `from` at which the angle leaves its band, if its forecast there can be proved.
     #[inline(always)]
     fn pursue<P: Product>(&mut self, encoder: &Limits, from: &MotionPoint, forecast: Forecast) -> Option<MotionPoint> {
-        let (motion, noise) = (&self.motion, self.noise[0]);
+        let (motion, noise) = (&self.motion, self.known.noise[0]);
         let mut watch = Watch { motion, limits: *encoder, noise, again: &mut self.redecided };
-        self.mode.angle.pursue::<P>(&mut watch, from, forecast, &mut self.steady)
+        self.mode.angle.pursue::<P>(&mut watch, from, forecast, &mut self.known.steady)
     }
 
     /// Returns the edges that the angle takes for a count at the speed of a point, between [`NEAR`] and [`FARTHEST`].
@@ -621,8 +603,8 @@ impl<'a> Device<'a> {
     #[inline(always)]
     fn doubtful(&self, encoder: &Limits, from: &MotionPoint, edges: u64) -> [bool; 3] {
         let [first, second] = self.ends_of_modes(from, edges);
-        let angle =
-            self.shaft != Shaft::Stuck && !self.mode.angle.stays(&self.motion, encoder, self.noise[0], from, edges);
+        let angle = self.shaft != Shaft::Stuck
+            && !self.mode.angle.stays(&self.motion, encoder, self.known.noise[0], from, edges);
         [first, second, angle]
     }
 
@@ -630,7 +612,7 @@ impl<'a> Device<'a> {
     /// the searches that follow.
     #[inline(always)]
     fn keeps_mode(&mut self, from: &MotionPoint, last: u64) -> bool {
-        if last <= self.kept || self.checks.iter().all(Option::is_none) {
+        if last <= self.known.kept || self.checks.iter().all(Option::is_none) {
             return true;
         }
         let edges = last - from.edge;
@@ -638,7 +620,7 @@ impl<'a> Device<'a> {
         if dyadic(beyond) < self.motion.system().dyadic() {
             self.hear(beyond);
             if self.ends_of_modes(from, beyond - from.edge) == [false; 2] {
-                self.kept = beyond;
+                self.known.kept = beyond;
                 return true;
             }
         }
@@ -652,7 +634,7 @@ impl<'a> Device<'a> {
         let mut doubtful = [false; 2];
         for (index, check) in self.checks.iter().enumerate() {
             if let Some(Check { guard, limits, .. }) = check {
-                doubtful[index] = !guard.stays(&self.motion, limits, self.noise[index + 1], from, edges);
+                doubtful[index] = !guard.stays(&self.motion, limits, self.known.noise[index + 1], from, edges);
             }
         }
         doubtful
@@ -662,8 +644,8 @@ impl<'a> Device<'a> {
     #[inline(always)]
     fn watched(&mut self, index: usize, encoder: &Limits) -> (&'a Guard, Watch<'_, 'a>) {
         let (guard, limits, noise) = match self.checks.get(index) {
-            Some(Some(check)) => (check.guard, check.limits, self.noise[index + 1]),
-            _ => (&self.mode.angle, *encoder, self.noise[0]),
+            Some(Some(check)) => (check.guard, check.limits, self.known.noise[index + 1]),
+            _ => (&self.mode.angle, *encoder, self.known.noise[0]),
         };
         (guard, Watch { motion: &self.motion, limits, noise, again: &mut self.redecided })
     }
@@ -705,7 +687,13 @@ impl<'a> Device<'a> {
         state: Option<&State>,
     ) -> bool {
         let Shaft::Slip(sign @ (1 | -1)) = self.shaft else { return false };
-        self.mode.angle.moves_inside::<P>(&self.motion, encoder, self.noise[0], (from, sign.into()), (edge, state))
+        self.mode.angle.moves_inside::<P>(
+            &self.motion,
+            encoder,
+            self.known.noise[0],
+            (from, sign.into()),
+            (edge, state),
+        )
     }
 
     /// Returns the first event from a point to the edge `last`, both counted from the anchor, of the functions that a
@@ -726,7 +714,7 @@ impl<'a> Device<'a> {
                 let (guard, mut watch) = self.watched(index, encoder);
                 soonest = guard.exit(&mut watch, &a, &soonest).unwrap_or(soonest);
             }
-            self.found = Some(soonest);
+            self.known.found = Some(soonest);
             return Some((self.anchor + soonest.edge, soonest.x));
         }
         while a.edge < last {
@@ -748,7 +736,7 @@ impl<'a> Device<'a> {
                 }
             }
             if let Some(MotionPoint { edge, x, .. }) = found {
-                self.found = found;
+                self.known.found = found;
                 return Some((self.anchor + edge, x));
             }
             a = b;
@@ -795,7 +783,7 @@ impl<'a> Device<'a> {
         self.mode_changes += times * (now.mode_changes - then.mode_changes);
         self.redecided += times * (now.redecided - then.redecided);
         (self.anchor, self.leaves) = (self.anchor + edges, self.leaves + edges);
-        (self.ahead.0, self.ahead.2) = (0, None);
+        self.known.ahead = Ahead::NOTHING;
     }
 
     /// Moves to the next edge after the last one asked, and changes the mode if it has ended.
@@ -805,7 +793,7 @@ impl<'a> Device<'a> {
             let x = self.state_next(edge);
             return self.arrive((edge, x));
         }
-        let x = self.motion.at_next(edge - self.anchor, &mut self.prefix);
+        let x = self.motion.at_next(edge - self.anchor, &mut self.known.prefix);
         self.arrive((edge, x))
     }
 
@@ -823,7 +811,7 @@ impl<'a> Device<'a> {
         let edges = edge - self.anchor;
         self.hear(edges);
         let mut sides = [Side::Inside; 2];
-        for ((side, check), noise) in sides.iter_mut().zip(&self.checks).zip(&self.noise[1..]) {
+        for ((side, check), noise) in sides.iter_mut().zip(&self.checks).zip(&self.known.noise[1..]) {
             let Some(check) = check else { continue };
             let mut watch =
                 Watch { motion: &self.motion, limits: check.limits, noise: *noise, again: &mut self.redecided };

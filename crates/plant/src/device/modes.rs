@@ -428,8 +428,7 @@ impl<'a> Device<'a> {
     fn anchor_at<P: Product>(&mut self, edge: u64, x: Doubles, f: Doubles) {
         self.anchor = edge;
         self.motion = Trajectory::exact_with::<P>(&self.mode.system, x, f);
-        self.prefix.0 = u64::MAX;
-        (self.heard, self.ahead.0, self.found, self.steady.until) = (0, 0, None, 0);
+        self.known.forget();
     }
 
     #[inline(always)]

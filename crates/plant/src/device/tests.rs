@@ -1,6 +1,6 @@
 //! How far ahead a device knows its mode, and the reversals of its shaft.
 
-use super::{Device, Drive, HEARD, Pulses};
+use super::{Device, Drive, HEARD, Known, Pulses};
 use crate::axis::Shaft;
 use crate::flow::double::Double;
 use crate::flow::guard::Side;
@@ -37,14 +37,15 @@ fn a_mode_is_known_to_last_only_as_far_as_errors_are_bounded() {
                 device.arrive(event);
                 count += 1;
             }
-            assert!(device.kept == 0 || device.kept < device.heard, "{} of {}", device.kept, device.heard);
-            far += u32::from(device.kept > HEARD);
+            let Known { kept, heard, .. } = device.known;
+            assert!(kept == 0 || kept < heard, "{kept} of {heard}");
+            far += u32::from(kept > HEARD);
         }
         assert!(count > 10 && device.mode_changes() == 0, "{count} counts");
         // Of a motion that is new, no direction is known.
-        assert!(device.steady.until > 0);
+        assert!(device.known.steady.until > 0);
         device.drive_current(at, 0.01);
-        assert_eq!(device.steady.until, 0);
+        assert_eq!(device.known.steady.until, 0);
     }
     assert!(far > 100, "{far} looks farther than errors are bounded without being asked");
 }
@@ -64,7 +65,7 @@ fn a_cruise_leaves_no_direction_behind() {
         let high_rad = speed_rad_per_s * 2e-8 * (1.0 + counts_in);
         let end = device.cruise(1, 61, (-1e-3, high_rad), &Pulses { period: 16, duty: 8, pause });
         assert!(end.is_some(), "{counts_in}");
-        assert_eq!(device.steady.until, 0, "{counts_in}");
+        assert_eq!(device.known.steady.until, 0, "{counts_in}");
     }
 }
 
