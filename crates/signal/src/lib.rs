@@ -11,6 +11,7 @@ mod operators;
 mod ports;
 mod reach;
 mod recorded;
+mod span;
 mod term;
 #[cfg(any(feature = "bitvec", feature = "fixed"))]
 mod typed;
@@ -24,6 +25,7 @@ pub use notation::Notation;
 pub use ports::{Meter, Observe, Ports, Real, Signal, SignalUse};
 pub use reach::Reach;
 pub use recorded::{Equations, Reading, Recorded, RecordedBit};
+pub use span::Span;
 pub use term::{Bit, Defined, Term};
 #[cfg(feature = "bitvec")]
 pub use typed::{WordBits, joined_bits, split_bits};

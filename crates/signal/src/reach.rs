@@ -2,28 +2,26 @@
 
 use std::ops::{Add, BitAnd, BitOr, Mul, Neg, Not, Sub};
 
-use crate::{Format, Narrowing, Overflow, Rounding, Word};
+use crate::{Format, Narrowing, Overflow, Rounding, Span, Word};
 
 /// The range of a number, and the greatest magnitude among all numbers from which it is computed.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Reach {
-    /// The least value.
-    pub least: i128,
-    /// The greatest value.
-    pub most: i128,
+    /// The range.
+    pub range: Span,
     /// The greatest magnitude of all intermediate results, bounds of formats included.
     widest: u128,
 }
 
 impl Reach {
-    /// Returns the reach from one number to another.
-    pub fn new(least: i128, most: i128) -> Self {
-        Self { least, most, widest: least.unsigned_abs().max(most.unsigned_abs()) }
+    /// Returns the reach of a number in a range.
+    pub fn new(range: Span) -> Self {
+        Self { range, widest: range.min.unsigned_abs().max(range.max.unsigned_abs()) }
     }
 
     /// Returns the reach of a word of a format.
     pub fn of(format: Format) -> Self {
-        Self::new(format.min(), format.max())
+        Self::new(Span::of(format))
     }
 
     /// Returns whether 64 bits suffice for everything from which these numbers are computed.
@@ -35,46 +33,42 @@ impl Reach {
         Self { widest: self.widest.max(way), ..self }
     }
 
-    /// Returns the reach of these bounds, computed from both operands.
-    fn both(self, other: Self, bounds: &[i128]) -> Self {
-        let least = bounds.iter().copied().min().expect("bounds");
-        let most = bounds.iter().copied().max().expect("bounds");
-        Self::new(least, most).after(self.widest).after(other.widest)
+    /// Returns the reach of a number in a range, computed from this one.
+    fn to(self, range: Span) -> Self {
+        Self::new(range).after(self.widest)
+    }
+
+    /// Returns the reach of a number in a range, computed from both operands.
+    fn both(self, other: Self, range: Span) -> Self {
+        self.to(range).after(other.widest)
     }
 }
 
 impl Add for Reach {
     type Output = Self;
     fn add(self, other: Self) -> Self {
-        self.both(other, &[self.least.saturating_add(other.least), self.most.saturating_add(other.most)])
+        self.both(other, self.range.plus(other.range))
     }
 }
 
 impl Sub for Reach {
     type Output = Self;
     fn sub(self, other: Self) -> Self {
-        self.both(other, &[self.least.saturating_sub(other.most), self.most.saturating_sub(other.least)])
+        self + -other
     }
 }
 
 impl Mul for Reach {
     type Output = Self;
     fn mul(self, other: Self) -> Self {
-        let product = |a: i128, b: i128| a.saturating_mul(b);
-        let corners = [
-            product(self.least, other.least),
-            product(self.least, other.most),
-            product(self.most, other.least),
-            product(self.most, other.most),
-        ];
-        self.both(other, &corners)
+        self.both(other, self.range.times(other.range))
     }
 }
 
 impl Neg for Reach {
     type Output = Self;
     fn neg(self) -> Self {
-        self.both(self, &[self.least.saturating_neg(), self.most.saturating_neg()])
+        self.to(self.range.times(Span::exact(-1)))
     }
 }
 
@@ -107,33 +101,30 @@ impl Word for Reach {
     type Bit = Either;
 
     fn int(value: i128) -> Self {
-        Self::new(value, value)
+        Self::new(Span::exact(value))
     }
     fn of_bit(bit: Either) -> Self {
-        Self::new(0, 1).after(bit.0)
+        Self::new(Span::new(0, 1)).after(bit.0)
     }
     fn shl(self, bits: u32) -> Self {
         self * Self::int(1i128.checked_shl(bits).unwrap_or(i128::MAX))
     }
     fn shr(self, bits: u32) -> Self {
-        let floor = |value| Rounding::Truncate.shift(value, bits);
-        self.both(self, &[floor(self.least), floor(self.most)])
+        self.to(self.range.map(|value| Rounding::Truncate.shift(value, bits)))
     }
     fn round(self, rounding: Rounding, drop: i32) -> Self {
         if drop <= 0 {
             return self.shl(drop.unsigned_abs());
         }
-        let round = |value| rounding.shift(value, drop.cast_unsigned());
-        self.both(self, &[round(self.least), round(self.most)])
+        self.to(self.range.map(|value| rounding.shift(value, drop.cast_unsigned())))
     }
     fn narrow(self, rule: &Narrowing) -> Self {
         let scaled = self.round(rule.rounding, rule.from_frac - rule.to.frac());
         let all = Self::of(rule.to);
-        let fits = rule.to.holds(scaled.least) && rule.to.holds(scaled.most);
         let kept = match rule.overflow {
-            _ if fits => scaled,
+            _ if scaled.range.is_within(all.range) => scaled,
             Overflow::Wrap => all,
-            Overflow::Saturate => scaled.limit(all.least, all.most),
+            Overflow::Saturate => scaled.limit(all.range.min, all.range.max),
         };
         kept.after(scaled.widest).after(all.widest)
     }
@@ -153,20 +144,21 @@ impl Word for Reach {
     ) -> [Self; N] {
         let (mut words, no) = (yes(), no());
         for (word, other) in words.iter_mut().zip(no) {
-            let bounds = [word.least, word.most, other.least, other.most];
-            *word = word.both(other, &bounds).after(bit.0);
+            *word = word.both(other, word.range.hull(other.range)).after(bit.0);
         }
         words
     }
     fn look_up<T: Copy + Into<i64>>(self, table: &[T]) -> Self {
-        let bounds: Vec<_> = table.iter().map(|&word| i128::from(word.into())).collect();
-        self.both(self, &bounds)
+        let words = table.iter().map(|&word| Span::exact(i128::from(word.into())));
+        self.to(words.reduce(Span::hull).expect("a word"))
     }
     fn lesser(self, other: Self) -> Self {
-        self.both(other, &[self.least.min(other.least), self.most.min(other.most)])
+        let (one, other_range) = (self.range, other.range);
+        self.both(other, Span::new(one.min.min(other_range.min), one.max.min(other_range.max)))
     }
     fn greater(self, other: Self) -> Self {
-        self.both(other, &[self.least.max(other.least), self.most.max(other.most)])
+        let (one, other_range) = (self.range, other.range);
+        self.both(other, Span::new(one.min.max(other_range.min), one.max.max(other_range.max)))
     }
     fn limit(self, least: i128, most: i128) -> Self {
         self.greater(Self::int(least)).lesser(Self::int(most))

@@ -17,10 +17,10 @@ use hpu_signal::{Format, Narrowing, Overflow, Rounding, Signal, Word as _};
 use crate::interval::Interval;
 use crate::ranges::affine::Affine;
 use crate::ranges::haptic::NetRanges;
-use crate::ranges::span::Span;
 use crate::ranges::walk::Walk;
 use crate::ranges::word::Word;
 use crate::ranges::{How, Limit, Proof};
+use hpu_signal::Span;
 
 /// The reason why a run ends at these limits.
 const TRAVEL: &str = "the segment tilts by at most 55 degrees, and the crank stays between its dead centres: beyond, a \

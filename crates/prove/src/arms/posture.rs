@@ -12,10 +12,10 @@ use hpu_datapath::ConfigError;
 use hpu_signal::Format;
 
 use crate::ranges::affine::Affine;
-use crate::ranges::span::Span;
 use crate::ranges::walk::Walk;
 use crate::ranges::word::{Word, most, outward};
 use hpu_datapath::phantom::{Config, wiring};
+use hpu_signal::Span;
 
 /// The proved range and error of one signal.
 #[derive(Clone, Copy, PartialEq, Debug)]

@@ -6,8 +6,9 @@ use std::cell::RefCell;
 
 use hpu_signal::{Format, Narrowing, Overflow, Rounding, Sine, Word, operators, truths};
 
-use super::span::{Span, Symbols};
+use super::span::Symbols;
 use super::word::Word as Known;
+use hpu_signal::Span;
 
 /// All words so far.
 #[derive(Default)]

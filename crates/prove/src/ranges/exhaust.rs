@@ -4,9 +4,9 @@ use hpu_cosim::scene::Scene;
 use hpu_cosim::{AxisSimulation, Wired};
 use hpu_datapath::{AnyStep, Instance};
 
-use super::span::Span;
 use super::{Bound, How, Proof};
 use crate::exact::Exact;
+use hpu_signal::Span;
 
 /// The most inputs of one block that are ever tried.
 pub const MOST_INPUTS: u128 = 1 << 26;

@@ -4,11 +4,11 @@ use hpu_cosim::AxisLoop;
 use hpu_signal::{Format, Signal};
 
 use super::affine::Affine;
-use super::span::Span;
 use super::travel::{Settings, Travel};
 use super::walk::Walk;
 use super::word::{Word, most, outward};
 use super::{Bound, How, laws};
+use hpu_signal::Span;
 
 /// The range and error of one net.
 #[derive(Clone, Debug)]

@@ -7,8 +7,8 @@ use hpu_datapath::{ConventionalLoop, HybridLoop};
 use super::device::Shaft;
 use super::haptic::NetRanges;
 use super::narrowed;
-use super::span::Span;
 use super::travel::Settings;
+use hpu_signal::Span;
 
 /// The proved ranges of a loop's words. They hold for every motion within the device's limits, and for every stiffness
 /// from the scene's own up to the stiffest that its format holds.

@@ -21,11 +21,11 @@ use hpu_datapath::{
 use hpu_signal::{Format, Word as _};
 
 use super::affine::Affine;
-use super::span::Span;
 use super::travel::Settings;
 use super::travel::Travel;
 use super::walk::Walk;
 use super::word::Word;
+use hpu_signal::Span;
 
 /// A net, its word, and the reason why no more is known of it.
 pub(super) type Stated = (&'static str, Affine, Option<&'static str>);

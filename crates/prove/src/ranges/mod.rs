@@ -40,7 +40,7 @@ pub use gappa::gappa;
 use haptic::NetRanges;
 pub use holds::Limits;
 pub use holds::ProvedRanges;
-use span::Span;
+use hpu_signal::Span;
 pub use system::System;
 use travel::{Settings, Travel};
 

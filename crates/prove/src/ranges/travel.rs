@@ -5,7 +5,7 @@ use hpu_datapath::LoopConfig;
 use hpu_signal::Format;
 
 use super::device::Motion;
-use super::span::Span;
+use hpu_signal::Span;
 
 /// The settings of a scene's loop, each with the range of words that it takes during the run.
 #[derive(Clone, Debug)]

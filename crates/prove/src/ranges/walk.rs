@@ -4,8 +4,8 @@ use hpu_datapath::{AnyBlock, AnyStep, Connection, Instance, Register};
 use hpu_signal::{Equations, Format, Signal, Word as _};
 
 use super::affine::Affine;
-use super::span::Span;
 use super::word::Word;
+use hpu_signal::Span;
 
 /// The words of a wiring's nets, as far as they are known.
 pub struct Walk<'t> {

@@ -2,7 +2,8 @@
 
 use hpu_signal::{Format, Rounding};
 
-use super::span::{Form, Span, Symbols};
+use super::span::{Form, Symbols};
+use hpu_signal::Span;
 
 /// The knowledge about a word, in units of its least significant bit.
 #[derive(Clone, Debug)]

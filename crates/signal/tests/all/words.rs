@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use hpu_signal::{Defined, Format, Machine, Narrowing, Overflow, Reach, Rounding, Term, Word};
+use hpu_signal::{Defined, Format, Machine, Narrowing, Overflow, Reach, Rounding, Span, Term, Word};
 
 /// Returns all formats of up to `most` bits, with fraction bits from -2 to two more than the width.
 fn formats(most: i32) -> impl Iterator<Item = Format> {
@@ -26,8 +26,8 @@ fn narrowing_in_64_bits_is_narrowing_in_128() {
                         assert_eq!(Machine::exact(value).narrow(&rule).narrowed(), wide, "{value} by {rule:?}");
                         (least, most) = (least.min(to.value(wide.word)), most.max(to.value(wide.word)));
                     }
-                    let reach = Reach::new(-200, 200).narrow(&rule);
-                    assert!(reach.least <= least && most <= reach.most, "{rule:?}: {reach:?}");
+                    let reach = Reach::new(Span::new(-200, 200)).narrow(&rule);
+                    assert!(Span::new(least, most).is_within(reach.range), "{rule:?}: {reach:?}");
                 }
             }
         }
@@ -57,13 +57,13 @@ fn arithmetic_in_64_bits_is_arithmetic_in_128_within_its_reach() {
                 let narrow = made([a, b, c].map(Machine::<i64>::of), to).map(Machine::narrowed);
                 assert_eq!(narrow, made([a, b, c].map(Machine::<i128>::of), to).map(Machine::narrowed));
                 for (word, reach) in narrow.iter().zip(reach) {
-                    assert!((reach.least..=reach.most).contains(&i128::from(word.word)), "{a} {b} {c}");
+                    assert!(Span::exact(word.word.into()).is_within(reach.range), "{a} {b} {c}");
                 }
             }
         }
     }
     // Computed by hand: the lesser of the sum and c is at most 7, and the greater of that and a is at least -8.
-    assert_eq!((reach[1].least, reach[1].most), (-8, 7));
+    assert_eq!(reach[1].range, Span::new(-8, 7));
     assert!(Reach::fit_64(&reach));
     assert!(!Reach::fit_64(&[Reach::of(Format::signed(40)) * Reach::of(Format::signed(40))]));
 }
