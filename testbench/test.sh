@@ -18,12 +18,12 @@ esac
 
 # GHDL simulates; Yosys and nextpnr (with the tables of IceStorm) tell what a block costs; Valgrind counts instructions;
 # Icarus Verilog simulates what is costed, Verilator designs of others; Gappa checks proofs; groff renders the manual
-# pages. Tests need two of GHDL's back ends, which Debian has side by side: `ghdl` starts mcode's, and the check of the
-# VHDL asks for LLVM's, which is quicker.
-tools="ghdl yosys nextpnr-ice40 icetime valgrind gappa groff iverilog verilator make g++ python3"
+# pages; ccache compiles the same C++ once. Tests need two of GHDL's back ends, which Debian has side by side: `ghdl`
+# starts mcode's, and the check of the VHDL asks for LLVM's, which is quicker.
+tools="ghdl yosys nextpnr-ice40 icetime valgrind gappa groff iverilog verilator make g++ ccache python3"
 if command -v apt-get >/dev/null 2>&1; then tools="$tools ghdl-mcode ghdl-llvm"; fi
 need "$tools" "ghdl-mcode ghdl-llvm yosys nextpnr-ice40 fpga-icestorm valgrind gappa groff-base iverilog verilator \
-    make g++ python3 python3-venv"
+    make g++ ccache python3 python3-venv"
 testbench/outside.sh --tools
 testbench/browser.sh --tools
 
@@ -80,14 +80,12 @@ first() (
 ) >"$scratch/priority" &
 beside=$!
 
-# In one queue: every Rust test, the VHDL in GHDL, and outside.sh with APyTypes, cocotb, VUnit and the Python package.
-# Then the examples in the documentation. All of them test the program that users run, and what it costs in instructions
+# In one queue: every Rust test, the VHDL in GHDL, outside.sh with APyTypes, cocotb, VUnit and the Python package, and
+# the examples in the documentation. All of them test the program that users run, and what it costs in instructions
 # is counted on the same libraries. long.sh runs the Rust tests once more with checks of overflow and assertions.
 tested=passed
 testbench/tests.py | tee "$scratch/tests" || tested=failed
 stage "builds and tests"
-cargo test --locked --release --workspace --doc --quiet | tee -a "$scratch/tests" || tested=failed
-stage "examples of the documentation"
 
 wait "$beside"
 stage "waiting for lints and counts"

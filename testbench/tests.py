@@ -2,8 +2,8 @@
 """Builds every Rust test and runs each in a process of its own, on all cores; tells the slowest and each binary's time.
 
 Cargo runs one test binary after another, and at the end of each one core waits for the other. Here all tests are one
-queue, and those that were slow in the run on record (record/tests.txt, written by --update) start first. Two programs
-that keep one core busy for minutes are in the queue too: the check of the VHDL, and outside.sh.
+queue, and those that were slow in the run on record (record/tests.txt, written by --update) start first. Programs that
+keep one core busy for long are in the queue too: the check of the VHDL, outside.sh, and the examples in documentation.
 
 Usage: testbench/tests.py [--update] [TEXT]: only tests whose names contain TEXT.
 Exit codes: 0 all passed, 1 a test failed, 101 something does not compile.
@@ -12,6 +12,7 @@ Exit codes: 0 all passed, 1 a test failed, 101 something does not compile.
 import json
 import os
 import resource
+import shutil
 import subprocess
 import sys
 import threading
@@ -34,7 +35,16 @@ HPU = (ROOT / os.environ.get("CARGO_TARGET_DIR", "target") / "release" / "hpu").
 OTHERS = {
     "the VHDL in GHDL": ["env", "GHDL_BACKEND=llvm", HPU, "check", "--rows", "100", "--jobs", "1"],
     "other tools and Python": ["testbench/outside.sh"],
+    "examples in documentation": ["cargo", "test", "--locked", "--release", "--workspace", "--doc", "--quiet"],
 }
+
+
+def environment():
+    """The environment of tests. Many build the same design of Verilator, each in a cache of its own: with ccache, the
+    compiler meets a source once."""
+    ccache, caches = shutil.which("ccache"), os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    found = {"OBJCACHE": ccache, "CCACHE_DIR": str(Path(caches) / "hpu" / "ccache")} if ccache else {}
+    return {**os.environ, **found}
 
 
 def built():
@@ -95,6 +105,7 @@ class Queue:
         self.failed = []
         self.said = {}
         self.told = time.monotonic()
+        self.environment = environment()
 
     def work(self):
         while True:
@@ -108,7 +119,7 @@ class Queue:
                 ran = subprocess.run(
                     command,
                     cwd=package,
-                    env={**os.environ, **own},
+                    env={**self.environment, **own},
                     stdin=subprocess.DEVNULL,
                     stdout=subprocess.PIPE,
                     stderr=subprocess.STDOUT,

@@ -21,7 +21,7 @@ use crate::work::Rows;
 /// Where to.
 #[derive(clap::Args)]
 #[group(skip)]
-pub struct Args {
+pub(crate) struct Args {
     /// Write text and CSV into this folder, and go on there after an interruption
     #[arg(short, long, value_name = "DIR")]
     pub out: Option<PathBuf>,

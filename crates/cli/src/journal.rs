@@ -33,7 +33,7 @@ struct Kept {
 
 /// Returns a set's journal and the rows in it; without a folder no row. The journal is bound to its kind, the command,
 /// everything else that the rows depend on (`parts`), and this program.
-pub fn resume<'a, T: Row>(
+pub(crate) fn resume<'a, T: Row>(
     dir: Option<&Path>,
     count: usize,
     (kind, command): (&str, &str),

@@ -19,7 +19,7 @@ use crate::shell::terminal::print;
 /// says, `hpu run` tells both. `hpu keys` lists all keys. With --dut the wall is a design of your own: NAME.vhd, which
 /// is written too, is a small one to begin with. Existing files are never overwritten.
 #[derive(clap::Args)]
-pub struct Args {
+pub(crate) struct Args {
     /// Name of the scene, also with folders in front
     name: String,
     /// Device that the hand holds

@@ -73,6 +73,6 @@ pub fn stiffness_missed(experiment: &Experiment) -> Option<String> {
 }
 
 /// Returns a miss as JSON.
-pub fn missed_object(miss: &Miss) -> Value {
+pub(crate) fn missed_object(miss: &Miss) -> Value {
     json!({ "error": miss.error, "format": miss.format.map(|format| format.to_string()) })
 }

@@ -13,7 +13,7 @@ use crate::shell::terminal::{print, print_file, print_json};
 
 /// List the shipped scenes
 #[derive(Args)]
-pub struct ListArgs {
+pub(crate) struct ListArgs {
     /// One JSON object
     #[arg(long)]
     pub json: bool,
@@ -59,7 +59,7 @@ pub struct Set {
 }
 
 /// Reads `PORT=NET`.
-pub fn port_and_net(text: &str) -> Result<(String, String), String> {
+pub(crate) fn port_and_net(text: &str) -> Result<(String, String), String> {
     pair(text).map_err(|_| "write PORT=NET, as in pwm_o=a_high; the scene's name stands before --compare".to_string())
 }
 

@@ -11,7 +11,7 @@ use crate::shell::terminal::{print_file, print_json, tell};
 
 /// Look into a scene
 #[derive(clap::Args)]
-pub struct Args {
+pub(crate) struct Args {
     #[command(subcommand)]
     verb: Verb,
 }
@@ -54,7 +54,11 @@ pub fn run(Args { verb: Verb::Show(args) }: &Args) -> Result<Exit, Failure> {
 }
 
 /// Tells the comments of a scene that `hpu new` wrote whose values are not the defaults.
-pub fn tell_changed_defaults(scene: &Experiment, file: &SceneFile, set: &[(String, String)]) -> Result<(), Failure> {
+pub(crate) fn tell_changed_defaults(
+    scene: &Experiment,
+    file: &SceneFile,
+    set: &[(String, String)],
+) -> Result<(), Failure> {
     for changed in changed_defaults(scene, &file.name, &file.text, set).map_err(Failure::file)? {
         let ChangedDefault { line, key, commented, default } = changed;
         let place = format!("{}:{line}: {key}", file.name);

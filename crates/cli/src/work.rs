@@ -17,7 +17,7 @@ use crate::shell::exit::Failure;
 pub type Rows = BTreeMap<usize, UnitResult>;
 
 /// Takes each new row.
-pub type Take<'a> = &'a mut dyn FnMut(usize, UnitResult) -> Result<(), Failure>;
+pub(crate) type Take<'a> = &'a mut dyn FnMut(usize, UnitResult) -> Result<(), Failure>;
 
 /// The points of a verb. The verbs that a sweep can split implement it.
 pub trait Work: Sync {
@@ -62,7 +62,7 @@ impl Source {
 }
 
 /// Returns a scene by its name.
-pub type Find = Arc<dyn Fn(&str) -> Result<Source, Failure> + Send + Sync>;
+pub(crate) type Find = Arc<dyn Fn(&str) -> Result<Source, Failure> + Send + Sync>;
 
 /// Finds a scene by its path or its shipped name.
 pub fn on_disk(name: &str) -> Result<Source, Failure> {

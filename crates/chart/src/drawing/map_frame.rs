@@ -89,7 +89,7 @@ impl Frame {
     }
 
     /// Draws a diagonal through each marked cell.
-    pub fn hatch(&self, canvas: &mut Canvas, map: &Map, is_marked: impl Fn(usize) -> bool) {
+    pub(crate) fn hatch(&self, canvas: &mut Canvas, map: &Map, is_marked: impl Fn(usize) -> bool) {
         for cell in (0..map.layer()).filter(|cell| is_marked(self.method * map.layer() + cell)) {
             let (ix, iy) = ((cell % map.x.cells()) as f64, (cell / map.x.cells()) as f64);
             let corner = |to: f64| (self.x(map, ix + to), self.y(map, iy + to));

@@ -83,7 +83,7 @@ impl Panel {
     }
 
     /// Draws a frame as [`frame`](Self::frame) does, with these ticks of both axes, and the decimals of their labels.
-    pub fn frame_at(
+    pub(crate) fn frame_at(
         &self,
         canvas: &mut Canvas,
         legend: &[(&str, Look)],
@@ -118,14 +118,14 @@ impl Panel {
     }
 
     /// Draws the name of the vertical axis, beside its middle.
-    pub fn y_name(&self, canvas: &mut Canvas, name: &str) {
+    pub(crate) fn y_name(&self, canvas: &mut Canvas, name: &str) {
         let room = self.bottom - self.top + 40;
         let size = [SMALL, 24, 22, 20].into_iter().find(|size| text_width(name, *size) <= room).unwrap_or(18);
         canvas.text((self.left - 136, (self.top + self.bottom) / 2), name, size, INK, Anchor::Up);
     }
 
     /// Draws a second vertical axis on the right for the same positions, labelled with `scale` times the value.
-    pub fn right_axis(&self, canvas: &mut Canvas, scale: f64, name: &str) {
+    pub(crate) fn right_axis(&self, canvas: &mut Canvas, scale: f64, name: &str) {
         let range = self.y.start * scale..self.y.end * scale;
         let (values, decimals) = ticks(&range, ((self.bottom - self.top) / 60).max(4) as usize);
         for value in values {
@@ -240,7 +240,7 @@ impl Panel {
 
     /// Shades the times at which a flag may be up. The flag is known at rows only: it changed at some time between two
     /// rows that differ. Spans that are only a few pixels apart are shaded as one.
-    pub fn shade(&self, canvas: &mut Canvas, flags: impl Iterator<Item = (f64, bool)> + Clone, color: RGBColor) {
+    pub(crate) fn shade(&self, canvas: &mut Canvas, flags: impl Iterator<Item = (f64, bool)> + Clone, color: RGBColor) {
         let mut spans: Vec<(i32, i32)> = Vec::new();
         let is_shown = |from: f64, to: f64| to >= self.x.start && from <= self.x.end;
         for ((from, was_up), (to, is_up)) in flags.clone().zip(flags.skip(1)) {

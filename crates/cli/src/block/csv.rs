@@ -10,7 +10,7 @@ use crate::shell::exit::Failure;
 
 /// A table with its columns.
 #[derive(Debug)]
-pub struct Ticked {
+pub(crate) struct Ticked {
     /// Names of the columns.
     pub columns: Vec<&'static str>,
     /// Values of the words.

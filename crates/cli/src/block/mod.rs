@@ -21,7 +21,7 @@ use csv::Ticked;
 
 /// List the blocks, show the ports of one, or tick it
 #[derive(clap::Args)]
-pub struct Args {
+pub(crate) struct Args {
     /// The block
     name: Option<String>,
     /// Configuration of the block, of those that `hpu block NAME` lists
@@ -60,7 +60,7 @@ pub fn find(name: &str, variant: &str) -> Result<Box<dyn AnyBlock>, Failure> {
 }
 
 /// Refuses a label that no configuration has that is proved.
-pub fn known_to_proofs(name: &str, variant: &str) -> Result<(), Failure> {
+pub(crate) fn known_to_proofs(name: &str, variant: &str) -> Result<(), Failure> {
     among(name, variant, proved_variants_of(|block| block == name)).map(drop)
 }
 

@@ -25,7 +25,7 @@ use crate::{pictures, shell::interrupt};
 /// part of the motion and scaled to the whole, and the chart says so. A scene of 2 s at 50 MHz takes about a minute on
 /// two cores. Over a map of two keys (--x, --y) the error is the share of cells with the wrong verdict.
 #[derive(clap::Args)]
-pub struct Args {
+pub(crate) struct Args {
     /// A scene's file, or the name of a shipped scene
     pub scene: String,
     /// Over a map: key and values of the columns, as in 'wall.stiffness=0.1..3 N.m/rad:21:log'
@@ -65,7 +65,7 @@ impl Args {
     }
 
     /// Returns the folder as an option.
-    pub fn out_option(&self) -> String {
+    pub(crate) fn out_option(&self) -> String {
         self.out.as_ref().map_or(String::new(), |out| format!(" -o {}", quoted(&out.display().to_string())))
     }
 
@@ -82,7 +82,7 @@ impl Args {
 }
 
 /// A complete chart.
-pub struct Charted {
+pub(crate) struct Charted {
     /// The contestants.
     pub race: Race,
     /// The result.

@@ -65,7 +65,7 @@ pub struct Theirs {
 
 impl Theirs {
     /// Returns whether the command line names a block of the user's own.
-    pub fn is_asked(&self) -> bool {
+    pub(crate) fn is_asked(&self) -> bool {
         self.entity.is_some()
     }
 

@@ -36,7 +36,7 @@ use entity::Theirs;
 /// number of edges at which the datapath saw the wall. A scene that never reaches it is compared from its start, and
 /// says so. To compare a scene from its start in any case: hpu run SCENE --driver rtl --edges N.
 #[derive(clap::Args)]
-pub struct Args {
+pub(crate) struct Args {
     /// Blocks to check on directed and random vectors; with --entity, files
     pub blocks: Vec<String>,
     /// Configuration of the blocks to check, of those that `hpu block NAME` lists; may be repeated

@@ -28,7 +28,7 @@ use crate::{shell::hdl, shell::interrupt};
 /// counted for the ECP5 instead, and not timed. What was measured is remembered: a small block takes seconds the first
 /// time, a large one minutes, a core and up to a gigabyte, the largest loop ten minutes.
 #[derive(clap::Args)]
-pub struct Args {
+pub(crate) struct Args {
     /// The block
     #[arg(required_unless_present = "scene")]
     name: Option<String>,

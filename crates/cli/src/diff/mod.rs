@@ -20,7 +20,7 @@ use crate::{fit, run};
 ///
 /// Exit code 0: nothing differs; 1: something does.
 #[derive(clap::Args)]
-pub struct Args {
+pub(crate) struct Args {
     /// A JSON file, or a scene: a file, or the name of a shipped scene
     #[arg(value_name = "A")]
     first: String,

@@ -19,7 +19,7 @@ use crate::shell::terminal::print;
 /// and draws each change of a value at once. This verb writes the page with a scene to begin with, also one of your
 /// own. hpu carries the page if it was built with `--features explorer`; else `testbench/explorer.sh` makes it.
 #[derive(clap::Args)]
-pub struct Args {
+pub(crate) struct Args {
     /// Scene to begin with: its file, or the name of a shipped one [default: hybrid-wall]
     scene: Option<String>,
     #[command(flatten)]

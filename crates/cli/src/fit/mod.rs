@@ -32,7 +32,7 @@ use crate::{pictures, shell::interrupt};
 /// ratios is told with its quartiles.
 /// It takes about as long as a hundred runs of the scene: seconds; all shipped scenes take two minutes.
 #[derive(clap::Args)]
-pub struct Args {
+pub(crate) struct Args {
     /// A scene's file, or the name of a shipped scene; without one, all shipped scenes in a table
     scene: Option<String>,
     /// The tolerance, as in 1% [default: the scene's accuracy.within, else 1%]

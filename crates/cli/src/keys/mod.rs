@@ -19,7 +19,7 @@ use schema::schema;
 /// For an editor that checks scenes while they are written: `hpu keys --schema > scene.schema.json`, and
 /// `#:schema scene.schema.json` as the first line of a scene.
 #[derive(clap::Args)]
-pub struct Args {
+pub(crate) struct Args {
     /// Section, as in `device`, `method` or `method.pwm` [default: all]
     section: Option<String>,
     /// Print the keys as one JSON object
@@ -56,12 +56,12 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
 }
 
 /// Returns keys as JSON.
-pub fn as_data(found: &[KeyRow]) -> Value {
+pub(crate) fn as_data(found: &[KeyRow]) -> Value {
     Table::of("", found, fields()).json()
 }
 
 /// Returns the keys of a section, or of all.
-pub fn of_section(section: Option<&str>) -> Result<Vec<KeyRow>, Failure> {
+pub(crate) fn of_section(section: Option<&str>) -> Result<Vec<KeyRow>, Failure> {
     let mut found: Vec<KeyRow> = rows().collect();
     if let Some(section) = section {
         let mut names: Vec<_> = found.iter().map(|row| row.section).filter(|name| !name.is_empty()).collect();

@@ -42,7 +42,7 @@ use crate::{pictures, shell::hdl, shell::interrupt};
 ///
 /// Of a finger on a segment on a gimbal, the criteria tell without a run whether it can rest, and at which stiffnesses.
 #[derive(clap::Args)]
-pub struct Args {
+pub(crate) struct Args {
     /// A scene's file, or the name of a shipped scene
     scene: String,
     #[command(flatten)]

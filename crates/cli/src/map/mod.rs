@@ -37,7 +37,7 @@ pub use cells::Cells;
 /// too many events, is a result and no failure. How long it takes is the cells that are run times the scene's own run,
 /// over the cores: minutes for many cells or all methods. Progress tells the time left.
 #[derive(clap::Args)]
-pub struct Args {
+pub(crate) struct Args {
     /// A scene's file, or the name of a shipped scene
     #[arg(required_unless_present = "from")]
     scene: Option<String>,
@@ -214,7 +214,7 @@ pub fn answer(args: &Args, source: &SceneFile, watch: Watch) -> Result<Option<An
 }
 
 /// A complete map.
-pub struct Mapped {
+pub(crate) struct Mapped {
     /// The map that was run.
     pub map: Map,
     /// The result of each cell.

@@ -19,7 +19,7 @@ use crate::shell::exit::Failure;
 use crate::shell::terminal::with_progress;
 
 /// The price of a loop in the widths of its scene.
-pub struct Price {
+pub(crate) struct Price {
     pub(crate) scene: String,
     pub(crate) block: &'static str,
     pub(crate) tools: [String; 3],

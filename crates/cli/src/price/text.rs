@@ -16,7 +16,7 @@ impl Price {
     }
 
     /// Returns the lines about the loop as a whole.
-    pub fn head_text(&self) -> String {
+    pub(crate) fn head_text(&self) -> String {
         let Counts { lut4, ff, carry, bram, dsp } = self.cost.ecp5.unwrap_or(self.cost.ice40);
         let target = if self.cost.fits() { "iCE40 HX8K" } else { "ECP5; an HX8K is too small" };
         let text = format!(
@@ -46,7 +46,7 @@ impl Price {
     }
 
     /// Returns the lines about a bit less and a bit more of each width.
-    pub fn knobs_text(&self) -> String {
+    pub(crate) fn knobs_text(&self) -> String {
         let mut text = String::new();
         if !self.knobs.is_empty() {
             let _ = writeln!(text, "{:<24} {:>9}  {:<34} one more", "a bit of", "now", "one less");

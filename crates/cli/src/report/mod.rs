@@ -29,7 +29,7 @@ use scene::SceneReport;
 /// Of a folder of results (of hpu map, chart, widths --search, reproduce, or any other) the page has the pictures and
 /// the tables; point at a cell to see the figures of its run.
 #[derive(clap::Args)]
-pub struct Args {
+pub(crate) struct Args {
     /// A scene's file, or the name of a shipped scene; two of them; or a folder of results
     #[arg(required = true, num_args = 1..=2, value_name = "SCENE")]
     scenes: Vec<String>,

@@ -34,7 +34,7 @@ struct Changes {
 }
 
 /// The course of a run.
-pub struct Pieces {
+pub(crate) struct Pieces {
     nets: Vec<Signal>,
     changes: Vec<Changes>,
     reals: &'static [Real],

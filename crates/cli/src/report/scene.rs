@@ -20,7 +20,7 @@ use crate::shell::progress::Watch;
 use crate::shell::sha256;
 
 /// A scene that was run, with all that the report tells of it.
-pub struct SceneReport {
+pub(crate) struct SceneReport {
     /// The scene, as the command names it.
     pub scene: String,
     /// Its text.

@@ -28,7 +28,7 @@ use drop::Name;
 /// with all axes and trials it takes many times that, and `hpu sweep` runs the trials of both in shards. phantom-lag
 /// takes one or two, phantom-cost many: each synthesis takes up to a few, a core and up to a gigabyte.
 #[derive(clap::Args)]
-pub struct Args {
+pub(crate) struct Args {
     #[command(subcommand)]
     study: Study,
 }

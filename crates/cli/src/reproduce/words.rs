@@ -19,7 +19,7 @@ use crate::shell::terminal::{print, print_json};
 
 /// Where to.
 #[derive(clap::Args)]
-pub struct Args {
+pub(crate) struct Args {
     /// Write text, CSV and picture into this folder
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,

@@ -50,7 +50,7 @@ use suspect::Suspect;
 
 /// Run a scene and sum it up; without a scene, list the shipped ones
 #[derive(Default, clap::Args)]
-pub struct Args {
+pub(crate) struct Args {
     /// A scene's file, or the name of a shipped scene
     scene: Option<String>,
     #[command(flatten)]
@@ -490,7 +490,7 @@ fn write(
 }
 
 /// Returns the names of the nets that pictures of a run draw.
-pub fn drawn_nets(simulation: &AnySimulation) -> Vec<&'static str> {
+pub(crate) fn drawn_nets(simulation: &AnySimulation) -> Vec<&'static str> {
     shown(simulation).nets().into_iter().map(|net| net.name).collect()
 }
 

@@ -115,7 +115,7 @@ pub struct First {
 
 /// The result of a comparison.
 #[derive(Clone, PartialEq, Debug)]
-pub struct NetComparison {
+pub(crate) struct NetComparison {
     pairs: Pairs,
     /// The name of our scene.
     pub beside: String,

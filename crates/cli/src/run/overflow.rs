@@ -7,7 +7,7 @@ use hpu_datapath::AnyWiring;
 
 /// The first edges at which nets had overflowed, by the indices of the nets.
 #[derive(Default)]
-pub struct Overflows(BTreeMap<usize, u64>);
+pub(crate) struct Overflows(BTreeMap<usize, u64>);
 
 impl Overflows {
     /// Looks at a wiring that has just come to an edge. It must be called after each leap of a loop: a net begins to

@@ -19,7 +19,7 @@ pub fn write(ran: &Ran, command: &str, folder: &mut Folder) -> Result<(), Failur
 }
 
 /// Draws two runs in one figure.
-pub fn write_beside(runs: [&Ran; 2], command: &str, folder: &mut Folder) -> Result<(), Failure> {
+pub(crate) fn write_beside(runs: [&Ran; 2], command: &str, folder: &mut Folder) -> Result<(), Failure> {
     if let [AnySimulation::Dut(design), AnySimulation::Ours(WiredSimulation::Axis(ours))] =
         runs.map(|ran| ran.simulation)
     {
@@ -35,7 +35,7 @@ pub fn write_beside(runs: [&Ran; 2], command: &str, folder: &mut Folder) -> Resu
     put(&chart::side_by_side("Side by side", &runs, command), folder)
 }
 
-pub fn chart_run<'a>(simulation: &'a AxisSimulation, ran: &'a Ran, command: &'a str) -> chart::Run<'a> {
+pub(crate) fn chart_run<'a>(simulation: &'a AxisSimulation, ran: &'a Ran, command: &'a str) -> chart::Run<'a> {
     chart::Run {
         scene: simulation.scene(),
         words: simulation.words(),

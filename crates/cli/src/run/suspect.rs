@@ -6,7 +6,7 @@ use hpu_cosim::{Control, Simulation, Summary};
 
 /// A mistake that holds a design back from its wall.
 #[derive(Clone, Copy)]
-pub struct Suspect {
+pub(crate) struct Suspect {
     /// Its name in JSON.
     pub name: &'static str,
     /// The mistake, and the change with which the wall has its torque.

@@ -9,7 +9,7 @@ use crate::shell::exit::Failure;
 
 /// Where costs are remembered.
 #[derive(clap::Args)]
-pub struct Remember {
+pub(crate) struct Remember {
     /// Folder where costs are remembered, by the VHDL, the widths and the tools they are of [default: hpu/cost in the
     /// user's cache]
     #[arg(long, value_name = "DIR")]
@@ -44,7 +44,7 @@ pub fn path(folder: &CacheFolder) -> Result<&Path, Failure> {
 
 /// Turns a tool's refusal into its reason, which is shown in place of the cost. A tool at fault or a missing file ends
 /// the command.
-pub fn or_reason<T>(found: Result<T, CostError>) -> Result<Result<T, String>, Failure> {
+pub(crate) fn or_reason<T>(found: Result<T, CostError>) -> Result<Result<T, String>, Failure> {
     match found {
         Ok(found) => Ok(Ok(found)),
         Err(error @ (CostError::Failed { .. } | CostError::Ghdl(GhdlError::Failed { .. }))) => {

@@ -93,7 +93,7 @@ impl Drop for Folder {
 
 /// Refuses a link in the place of a file or folder that is written to where it stands: in a folder of somebody else it
 /// may lead anywhere.
-pub fn not_a_link(place: &Path) -> Result<(), Failure> {
+pub(crate) fn not_a_link(place: &Path) -> Result<(), Failure> {
     match fs::symlink_metadata(place) {
         Ok(found) if found.is_symlink() => Err(Failure::at(place, "is a link; remove it, or choose another folder")),
         _ => Ok(()),
@@ -102,7 +102,7 @@ pub fn not_a_link(place: &Path) -> Result<(), Failure> {
 
 /// A single file, which the command line names. It is refused before anything is computed when its folder cannot be
 /// written to.
-pub struct Single {
+pub(crate) struct Single {
     folder: Folder,
     place: PathBuf,
 }

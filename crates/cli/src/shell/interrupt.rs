@@ -63,7 +63,7 @@ pub fn code() -> u8 {
 }
 
 /// Returns the control of a run. From here on the caller must check `CONTROL.stop`.
-pub fn heed() -> &'static Control {
+pub(crate) fn heed() -> &'static Control {
     HEEDED.store(true, Ordering::Relaxed);
     &CONTROL
 }

@@ -15,7 +15,7 @@ use crate::shell::terminal::{print, print_file};
 /// For bash: `hpu completions bash > ~/.local/share/bash-completion/completions/hpu`. For zsh: into a file `_hpu` in a
 /// folder of $fpath. For fish: `hpu completions fish > ~/.config/fish/completions/hpu.fish`.
 #[derive(clap::Args)]
-pub struct CompletionArgs {
+pub(crate) struct CompletionArgs {
     /// Shell to complete for
     #[arg(value_enum)]
     shell: Shell,
@@ -25,7 +25,7 @@ pub struct CompletionArgs {
 ///
 /// To read a page: `hpu man run | man -l -`. To install all: `hpu man -o ~/.local/share/man/man1`; then `man hpu-run`.
 #[derive(clap::Args)]
-pub struct ManArgs {
+pub(crate) struct ManArgs {
     /// Verb to print the page of, as in `run` or `reproduce hybrid-loop` [default: the command itself]
     #[arg(conflicts_with = "out")]
     verb: Vec<String>,

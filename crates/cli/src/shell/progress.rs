@@ -66,7 +66,12 @@ pub fn print(printed: impl FnOnce() -> io::Result<()>) -> io::Result<()> {
 
 /// Calls `work` while `control.progress` counts from 0 to `total`. `what` names the things that are counted; if it is
 /// empty, nothing is counted.
-pub fn with_progress<T>(total: u64, what: &'static str, control: &'static Control, work: impl FnOnce() -> T) -> T {
+pub(crate) fn with_progress<T>(
+    total: u64,
+    what: &'static str,
+    control: &'static Control,
+    work: impl FnOnce() -> T,
+) -> T {
     control.progress.store(0, Ordering::Relaxed);
     aside(|state| state.count = Some(Count { done: &control.progress, total, what, begin: Instant::now() }));
     let made = work();

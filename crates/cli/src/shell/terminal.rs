@@ -18,7 +18,7 @@ use serde_json::Value;
 
 use crate::shell::exit::Failure;
 use crate::shell::progress;
-pub use crate::shell::progress::with_progress;
+pub(crate) use crate::shell::progress::with_progress;
 
 /// Prints a result for people, whose verdicts are coloured on a terminal.
 pub fn print(text: &str) -> Result<(), Failure> {
@@ -30,12 +30,12 @@ pub fn print(text: &str) -> Result<(), Failure> {
 }
 
 /// Prints a result that is a file's content: as it is, unless a terminal shows it.
-pub fn print_file(text: &str) -> Result<(), Failure> {
+pub(crate) fn print_file(text: &str) -> Result<(), Failure> {
     if io::stdout().is_terminal() { print(text) } else { write(text) }
 }
 
 /// Prints one JSON object, or [gathers](gathered) it.
-pub fn print_json(value: &Value) -> Result<(), Failure> {
+pub(crate) fn print_json(value: &Value) -> Result<(), Failure> {
     if let Some(all) = &mut *gathering() {
         all.push(value.clone());
         return Ok(());
@@ -79,7 +79,7 @@ fn is_hung_up(error: &io::Error) -> bool {
 }
 
 /// Prints the reason why the program could not do its job.
-pub fn complain(failure: &Failure) {
+pub(crate) fn complain(failure: &Failure) {
     tell(&format!("error: {failure}"));
 }
 

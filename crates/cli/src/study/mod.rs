@@ -30,7 +30,7 @@ pub use lines::{Lines, Used};
 /// `phantom-table-2` runs that study of `hpu reproduce`; their files come into a folder of their own. All measures and
 /// their values stand in testbench/studies/README.md. With a folder, the same command goes on after an interruption.
 #[derive(clap::Args)]
-pub struct Args {
+pub(crate) struct Args {
     /// The study's file, or the name of a study in testbench/studies
     #[arg(required_unless_present = "from")]
     file: Option<PathBuf>,
@@ -245,7 +245,7 @@ pub fn words(section: &Section, command: &Command, more: Vec<String>) -> Result<
 }
 
 /// Returns the reason of an error of the command line, without the usage below it.
-pub fn first_part(error: &str) -> String {
+pub(crate) fn first_part(error: &str) -> String {
     let reason = error.split("\n\n").next().unwrap_or(error);
     reason.trim_start_matches("error: ").split_whitespace().collect::<Vec<_>>().join(" ")
 }

@@ -14,7 +14,7 @@ use crate::shell::exit::Failure;
 use crate::work::{Rows, Work};
 
 /// The name of the gathered file.
-pub const GATHERED: &str = "gathered.parquet";
+pub(crate) const GATHERED: &str = "gathered.parquet";
 
 /// Returns what is wrong with a file.
 pub fn said(damage: &Damage) -> String {
@@ -28,7 +28,7 @@ pub fn said(damage: &Damage) -> String {
 
 /// Why a shard's file is not used.
 #[derive(Debug)]
-pub enum Unusable {
+pub(crate) enum Unusable {
     /// There is none.
     Missing,
     /// It is not the file of this shard, for this reason.

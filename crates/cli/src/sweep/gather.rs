@@ -36,7 +36,7 @@ pub struct How {
 }
 
 /// A gathered sweep.
-pub struct Gathered {
+pub(crate) struct Gathered {
     /// Rows, and how many of them failed and were not run.
     pub rows: u64,
     failed: usize,

@@ -23,7 +23,7 @@ use crate::work::{Find, Source, Work};
 const FORMAT: u64 = 3;
 
 /// Most points of a shard.
-pub const MOST_POINTS: u64 = 1_000_000;
+pub(crate) const MOST_POINTS: u64 = 1_000_000;
 
 /// Most shards of a wave. A folder holds hardly more files.
 const MOST_SHARDS: u64 = 10_000_000;
@@ -33,7 +33,7 @@ const SUM: &str = "manifest_sha256";
 
 /// A wave of a sweep.
 #[derive(Clone, Debug)]
-pub struct Manifest {
+pub(crate) struct Manifest {
     /// The number of the wave, from 1.
     pub wave: usize,
     /// The version of the program that planned the sweep.
@@ -59,7 +59,7 @@ pub struct Manifest {
 }
 
 /// A manifest that was read, with the SHA-256 of its text.
-pub struct Planned {
+pub(crate) struct Planned {
     /// The manifest.
     pub manifest: Manifest,
     /// The folder of the sweep.

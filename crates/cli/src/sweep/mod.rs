@@ -45,7 +45,7 @@ use manifest::Planned;
 /// On one machine: `hpu sweep run STUDY -o DIR`. On a farm: `plan`, then `submit`. At the end `hpu map`, `hpu widths`,
 /// `hpu reproduce phantom-table-2` or `hpu study` shows the result with `--from DIR`.
 #[derive(clap::Args)]
-pub struct Args {
+pub(crate) struct Args {
     #[command(subcommand)]
     verb: Verb,
 }
@@ -202,7 +202,7 @@ pub fn run(args: &Args, command: &Command) -> Result<Exit, Failure> {
 }
 
 /// Runs `hpu map --from`: shows the map that a sweep has gathered.
-pub fn show_map(args: &map::Args, dir: &Path) -> Result<Exit, Failure> {
+pub(crate) fn show_map(args: &map::Args, dir: &Path) -> Result<Exit, Failure> {
     let planned = of_verb(dir, "map")?;
     let manifest = &planned.manifest;
     let cells = Cells::new(read_words("map", &manifest.words)?, manifest.find())?;
@@ -211,7 +211,7 @@ pub fn show_map(args: &map::Args, dir: &Path) -> Result<Exit, Failure> {
 }
 
 /// Runs `hpu widths --from`: shows the search that a sweep has gathered.
-pub fn show_search(args: &widths::Args, dir: &Path) -> Result<Exit, Failure> {
+pub(crate) fn show_search(args: &widths::Args, dir: &Path) -> Result<Exit, Failure> {
     let planned = of_verb(dir, "widths")?;
     let manifest = &planned.manifest;
     let rows = gathered(&planned, &*manifest.work()?, true)?;
@@ -220,7 +220,7 @@ pub fn show_search(args: &widths::Args, dir: &Path) -> Result<Exit, Failure> {
 }
 
 /// Runs `hpu study --from`: shows the lines that a sweep has gathered.
-pub fn show_lines(args: &study::Args, dir: &Path) -> Result<Exit, Failure> {
+pub(crate) fn show_lines(args: &study::Args, dir: &Path) -> Result<Exit, Failure> {
     let planned = of_verb(dir, "study")?;
     let (name, text) = &planned.manifest.study;
     let lines = Lines::new(name, text, planned.manifest.find())?;
@@ -229,7 +229,7 @@ pub fn show_lines(args: &study::Args, dir: &Path) -> Result<Exit, Failure> {
 }
 
 /// Runs `hpu reproduce` for a drop test with `--from`: shows the trials that a sweep has gathered.
-pub fn show_drops(name: Name, args: &drop::Args, dir: &Path) -> Result<Exit, Failure> {
+pub(crate) fn show_drops(name: Name, args: &drop::Args, dir: &Path) -> Result<Exit, Failure> {
     let planned = of_verb(dir, name.text())?;
     let trials = Trials::new(name, &planned.manifest.words, &planned.manifest.find())?;
     let rows = gathered(&planned, &trials, true)?;

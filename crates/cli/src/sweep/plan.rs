@@ -130,7 +130,7 @@ impl Asked<'_> {
 }
 
 /// A wave, with the seconds that a point was measured to take.
-pub type Costed = (Planned, Option<f64>);
+pub(crate) type Costed = (Planned, Option<f64>);
 
 /// Plans the first wave of a study, unless the folder has it.
 pub fn first(asked: &Asked, dir: &Path, command: &Command, workers: Option<usize>) -> Result<Costed, Failure> {

@@ -236,7 +236,7 @@ fn child(planned: &Planned, index: u64, point: usize) -> Result<(ExitStatus, Str
 }
 
 /// Returns the command by which this program runs a shard in a process of its own.
-pub fn own_shard(planned: &Planned, index: u64) -> Result<Command, Failure> {
+pub(crate) fn own_shard(planned: &Planned, index: u64) -> Result<Command, Failure> {
     let program = std::env::current_exe().map_err(|error| Failure::file(format!("this program: {error}")))?;
     let (index, wave) = (index.to_string(), planned.manifest.wave.to_string());
     let mut command = Command::new(program);
@@ -274,6 +274,6 @@ pub fn point(dir: &Path, wave: Option<usize>, point: u64) -> Result<Exit, Failur
 }
 
 /// Returns the place of a shard's journal, whose growth tells that the shard goes on.
-pub fn journal_of(planned: &Planned, index: u64) -> PathBuf {
+pub(crate) fn journal_of(planned: &Planned, index: u64) -> PathBuf {
     planned.shard(index, "journal")
 }

@@ -39,7 +39,7 @@ use crate::shell::terminal::print_file;
 /// a second job does so where a task or the first job has failed. With GNU parallel the command itself waits. The
 /// command can be given again at any time: jobs that Slurm has already are not submitted twice.
 #[derive(clap::Args)]
-pub struct Args {
+pub(crate) struct Args {
     /// Folder of the sweep
     dir: PathBuf,
     /// Scheduler

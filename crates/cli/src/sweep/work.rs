@@ -11,13 +11,13 @@ use crate::widths::Args as WidthsArgs;
 use crate::work::{Find, Work};
 
 /// The sections of a study whose points a sweep can split.
-pub const SECTIONS: [&str; 4] = ["map", "widths", TABLE_2, LADDER];
+pub(crate) const SECTIONS: [&str; 4] = ["map", "widths", TABLE_2, LADDER];
 
 /// The lines of a study, as another section of it.
 pub const LINES: &str = "lines";
 
 /// Returns everything that a sweep can split.
-pub fn splittable() -> String {
+pub(crate) fn splittable() -> String {
     format!("{} or {LINES}", SECTIONS.join(", "))
 }
 

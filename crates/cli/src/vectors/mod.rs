@@ -26,7 +26,7 @@ const MOST_ROWS: u64 = 10_000_000;
 /// clock edge: the inputs before it and the outputs after it, in hex words. The last line, "# end N rows", counts these
 /// rows and is none itself: a file without it has been cut.
 #[derive(clap::Args)]
-pub struct Args {
+pub(crate) struct Args {
     /// The blocks; all when none is named
     blocks: Vec<String>,
     /// Where the inputs come from

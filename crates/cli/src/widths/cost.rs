@@ -12,10 +12,10 @@ use crate::shell::exit::Failure;
 use crate::shell::interrupt;
 
 /// LUT4 and flip-flops that one more bit of a width costs in the whole loop, or the reason why there is no such loop.
-pub type OneMore = Result<[i64; 2], String>;
+pub(crate) type OneMore = Result<[i64; 2], String>;
 
 /// Returns the cost of one more bit for every width of an axis's scene; `None` when interrupted.
-pub fn one_more(
+pub(crate) fn one_more(
     experiment: &Experiment,
     setup: &Setup,
     cache: &Cache,

@@ -46,7 +46,7 @@ use search::Asked;
 /// On two cores the page of hybrid-wall takes seconds, its --search half a minute, its --price up to 12 minutes the
 /// first time.
 #[derive(clap::Args)]
-pub struct Args {
+pub(crate) struct Args {
     /// Scenes: files, or names of shipped scenes; of several, ranges together and the worst losses
     #[arg(required_unless_present = "from", value_name = "SCENE")]
     scenes: Vec<String>,

@@ -23,7 +23,7 @@ pub struct Proved {
 }
 
 /// The proved properties of one scene.
-pub struct OfScene {
+pub(crate) struct OfScene {
     name: String,
     limits: Vec<Limit>,
     overflow: Option<Overflow>,

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 /// Returns the number of cells by type, from the lines of `stat` that are a name and a number.
-pub fn cell_counts(stat: &str) -> BTreeMap<String, u64> {
+pub(crate) fn cell_counts(stat: &str) -> BTreeMap<String, u64> {
     stat.lines()
         .filter_map(|line| {
             let (name, count) = line.trim().split_once(char::is_whitespace)?;
@@ -18,7 +18,7 @@ pub fn sum(cells: &BTreeMap<String, u64>, prefix: &str) -> u64 {
 }
 
 /// Reads the logic cells from nextpnr's `ICESTORM_LC:    10/ 7680     0%`.
-pub fn used_cells(said: &str) -> Option<u64> {
+pub(crate) fn used_cells(said: &str) -> Option<u64> {
     let (_, after) = said.split_once("ICESTORM_LC:")?;
     after.split('/').next()?.trim().parse().ok()
 }
@@ -31,6 +31,6 @@ pub fn fmax(said: &str) -> Option<f64> {
 }
 
 /// Returns whether nextpnr found no place for some cells.
-pub fn is_full(said: &str) -> bool {
+pub(crate) fn is_full(said: &str) -> bool {
     said.contains("no BELs remaining") || said.contains("Unable to find legal placement")
 }

@@ -61,7 +61,7 @@ pub fn hexadecimal(hash: impl AsRef<[u8]>) -> String {
 
 /// A folder of entries.
 #[derive(Debug)]
-pub struct Entries(PathBuf);
+pub(crate) struct Entries(PathBuf);
 
 impl Entries {
     /// Opens a folder, and makes it when it is missing.

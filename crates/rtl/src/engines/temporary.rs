@@ -68,7 +68,7 @@ impl Temporary {
     /// # Errors
     ///
     /// An error when the folder cannot be made.
-    pub fn folder_in(parent: &Path) -> io::Result<Self> {
+    pub(crate) fn folder_in(parent: &Path) -> io::Result<Self> {
         sweep(parent, |name| name.starts_with(FOLDERS));
         let open = |path: &Path| owned::make_folder(path).and_then(|()| owned::open(path, |_| true));
         Self::new(|numbers| parent.join(format!("{FOLDERS}{numbers}")), open)

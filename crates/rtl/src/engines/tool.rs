@@ -134,8 +134,7 @@ pub(crate) fn numbers(version: &str) -> Option<(u32, u32)> {
     Some((parts.next()?.parse().ok()?, parts.next()?.parse().ok()?))
 }
 
-/// The failure of a tool.
-#[derive(Debug)]
+/// The failure of a tool. Its `Debug` is its message, so that a test that needs a missing tool says which one.
 pub struct ToolError {
     /// The tool.
     pub tool: Tool,
@@ -167,6 +166,12 @@ impl ToolError {
         matches!(self.fault, Fault::Failed(_))
             && !self.said.trim().is_empty()
             && !self.said.contains("GHDL Bug occurred")
+    }
+}
+
+impl fmt::Debug for ToolError {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        fmt::Display::fmt(self, f)
     }
 }
 

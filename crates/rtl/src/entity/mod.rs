@@ -115,7 +115,7 @@ fn settling(ours: &Ours, wires: &[Wire]) -> Vec<u64> {
 }
 
 /// A configuration of a block, and its label.
-pub type Labelled = (String, Box<dyn AnyBlock>);
+pub(crate) type Labelled = (String, Box<dyn AnyBlock>);
 
 /// The result for one configuration.
 #[derive(Debug)]

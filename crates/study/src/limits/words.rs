@@ -154,7 +154,7 @@ impl WordsSet {
     }
 
     /// Whether a stretch of more than a word settles at every phase in the other set and at no phase in this one.
-    pub fn is_apart_from(&self, other: &Self) -> bool {
+    pub(crate) fn is_apart_from(&self, other: &Self) -> bool {
         match (self.highest_settled(), other.lowest_failed()) {
             (Some(settled), Some(failed)) => settled.word + 1 < failed.word,
             (None, _) => other.all_up_to().is_some(),

@@ -6,7 +6,7 @@ use std::str::FromStr;
 use hpu_cosim::{excerpt, number};
 
 /// Smallest number of cells along an axis.
-pub const FEWEST: usize = 2;
+pub(crate) const FEWEST: usize = 2;
 /// Greatest number of cells along an axis.
 pub const MOST: usize = 1000;
 /// Number of cells along an axis whose text gives none.
@@ -147,7 +147,7 @@ impl Axis {
     }
 
     /// Returns a value with the unit.
-    pub fn with_unit(&self, value: f64) -> String {
+    pub(crate) fn with_unit(&self, value: f64) -> String {
         if self.unit.is_empty() { number(value) } else { format!("{} {}", number(value), self.unit) }
     }
 

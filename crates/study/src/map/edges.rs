@@ -23,7 +23,7 @@ pub enum Reason {
 }
 
 /// Amplitude, in counts, up to which the encoder is the reason.
-pub const FEW_COUNTS: f64 = 2.5;
+pub(crate) const FEW_COUNTS: f64 = 2.5;
 /// Share of the time with an overflowed word from which on full scale is the reason.
 pub const OFTEN: f64 = 0.01;
 

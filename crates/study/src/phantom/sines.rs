@@ -117,7 +117,7 @@ pub fn sines() -> Result<Vec<Sine>, ConfigError> {
 /// # Errors
 ///
 /// Returns an error if a block refuses a size.
-pub fn sines_of(config: &Config) -> Result<Vec<Sine>, ConfigError> {
+pub(crate) fn sines_of(config: &Config) -> Result<Vec<Sine>, ConfigError> {
     let Config { position_width, depth_width, .. } = *config;
     let (plain, phase) = (Config::default().formats.trig, Phase::default());
     let counts = Counts { turns: turns(config), reach: 1 << (depth_width - 1) };

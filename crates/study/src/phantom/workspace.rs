@@ -13,7 +13,7 @@ pub const NOMINAL_MM: [f64; 3] = [254.0, 178.0, 127.0];
 /// Number of cells along each side of the workspace: about 2 mm each.
 pub const CELLS: [u32; 3] = [127, 89, 64];
 /// Widths of the counts that the tables hold, in bits.
-pub const DEPTHS: RangeInclusive<u32> = 11..=15;
+pub(crate) const DEPTHS: RangeInclusive<u32> = 11..=15;
 
 /// The cells of the nominal workspace, classified by the counts that they need.
 #[derive(Clone, PartialEq, Eq, Debug)]

@@ -256,7 +256,7 @@ impl Part {
     }
 
     /// Returns whether its losses are reported at once: it has no registers, or they load at every edge.
-    pub fn tells_at_once(&self) -> bool {
+    pub(crate) fn tells_at_once(&self) -> bool {
         self.clock.is_none() || self.stages.iter().all(|stage| stage.countdown.is_none()) && !self.computes()
     }
 

@@ -50,7 +50,7 @@ const PLAN: [(&str, &str); 20] = [
 
 /// The syntheses to run.
 #[derive(clap::Args)]
-pub struct Args {
+pub(crate) struct Args {
     /// These blocks alone, as in phantom_forward,phantom_loop
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = planned)]
     blocks: Vec<String>,

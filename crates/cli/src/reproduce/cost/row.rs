@@ -6,7 +6,7 @@ use hpu_rtl::Cost;
 use super::{Config, bounds, loop_variants};
 
 /// A block or loop with its result.
-pub struct CostRow {
+pub(crate) struct CostRow {
     /// Its name.
     pub name: &'static str,
     /// Label of its configuration.

@@ -11,7 +11,7 @@ use crate::shell::exit::{Exit, Failure};
 use crate::shell::terminal::{print, print_json};
 
 /// A study that was stopped.
-pub struct Interrupted {
+pub(crate) struct Interrupted {
     /// Its name.
     pub study: &'static str,
     /// Trials that are done, including those of earlier commands.

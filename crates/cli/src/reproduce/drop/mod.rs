@@ -27,7 +27,7 @@ pub use trials::Trials;
 
 /// Which trials of the drop test.
 #[derive(clap::Args)]
-pub struct Args {
+pub(crate) struct Args {
     #[command(flatten)]
     set: scene::Set,
     /// Along these axes

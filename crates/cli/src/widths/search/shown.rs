@@ -26,7 +26,7 @@ pub fn said(head: &str, least: usize) -> Column {
 }
 
 /// Returns a column of CSV alone.
-pub fn filed(key: &str) -> Column {
+pub(crate) fn filed(key: &str) -> Column {
     Column::text(key, "").only(&[Place::File])
 }
 

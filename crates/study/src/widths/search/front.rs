@@ -36,7 +36,7 @@ pub struct Merit {
 
 impl Merit {
     /// Returns whether it costs no more and has no larger error.
-    pub fn is_no_dearer(&self, other: &Self) -> bool {
+    pub(crate) fn is_no_dearer(&self, other: &Self) -> bool {
         self.cost.rams <= other.cost.rams && self.cost.logic <= other.cost.logic && self.error <= other.error
     }
 

@@ -144,22 +144,22 @@ impl Kind {
     }
 
     /// Returns the figures that the design is known to have at least.
-    pub fn at_worst(&self) -> Merit {
+    pub(crate) fn at_worst(&self) -> Merit {
         self.merit(0)
     }
 
     /// Returns the best figures that the design can still have.
-    pub fn at_best(&self) -> Merit {
+    pub(crate) fn at_best(&self) -> Merit {
         self.merit(1)
     }
 
     /// Returns whether its stable stiffness is known.
-    pub fn is_climbed(&self) -> bool {
+    pub(crate) fn is_climbed(&self) -> bool {
         self.climbing().is_none()
     }
 
     /// Returns whether its stiffness format holds no stiffer wall than the stable one.
-    pub fn is_capped(&self) -> bool {
+    pub(crate) fn is_capped(&self) -> bool {
         let stable = self.at_best().stiffness;
         self.on.iter().any(|on| on.between()[0] == stable && on.climb.as_ref().is_some_and(|climb| climb.is_capped()))
     }

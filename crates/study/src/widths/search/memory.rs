@@ -93,7 +93,7 @@ impl Memory {
     }
 
     /// Returns the result of a run: its own, or that of other words whose run is proved to be the same.
-    pub fn recall(&self, run: &Run) -> Option<&Ran> {
+    pub(crate) fn recall(&self, run: &Run) -> Option<&Ran> {
         let (run, depth) = run.parted();
         let wider = |of: &Depth| of.iter().zip(depth).all(|(of, bits)| *of >= bits);
         let stayed = |of: &Depth, ran: &Ran| self.aborts && ran.covers(*of);
