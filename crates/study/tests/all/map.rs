@@ -294,7 +294,7 @@ fn a_cell_of_too_many_events_and_one_that_cannot_be_are_rows_with_their_reasons_
     let limits = CellLimits { events: 100_000, ..CellLimits::default() };
     let found = run(&map, Plan { limits, ..plan(true, 2) });
     let reason = |index: usize| match &found[index] {
-        Found::Run(Err(reason)) => reason.as_str(),
+        Found::Run(Err(reason)) => reason.why(),
         other => panic!("{other:?}"),
     };
     assert!(matches!(&found[0], Found::Run(Ok(_))), "{:?}", found[0]);
@@ -305,7 +305,7 @@ fn a_cell_of_too_many_events_and_one_that_cannot_be_are_rows_with_their_reasons_
     // A run that needs more memory than any machine has is not begun.
     let map = map_of("hybrid-wall", &[], "run.duration=0.02..1000000 s:2", "wall.stiffness=1..2 N.m/rad:2", &["a"]);
     let found = run(&map.expect("a map"), plan(true, 2));
-    assert!(matches!(&found[1], Found::Run(Err(reason)) if reason.contains("record.plant_rate")), "{:?}", found[1]);
+    assert!(matches!(&found[1], Found::Run(Err(reason)) if reason.why().contains("record.plant_rate")), "{:?}", found[1]);
 }
 
 /// The path of a hand that has a plan for eleven days: until then no motion repeats.
@@ -325,7 +325,7 @@ fn a_limit_in_events_makes_the_same_cells_on_a_busy_machine() {
     let (map, idle) = (of_many_events(), AtomicBool::new(false));
     let limits = CellLimits { events: 60_000, ..CellLimits::default() };
     let alone = run(&map, Plan { limits, ..plan(true, 1) });
-    let failed = |found: &Found| matches!(found, Found::Run(Err(reason)) if reason == "more than 60000 events");
+    let failed = |found: &Found| matches!(found, Found::Run(Err(reason)) if reason.why() == "more than 60000 events");
     assert!(alone.iter().any(failed) && !alone.iter().all(failed), "{alone:?}");
     let crowded = thread::scope(|scope| {
         for _ in 0..6 {
