@@ -173,7 +173,7 @@ mod tests {
                 let rest = (a * b).rem_euclid(16) as f64 / 16.0;
                 assert_eq!(product.lost(), [rest, beyond as f64], "{a} times {b}");
                 let kept = if overflow == Overflow::Wrap { (whole + 8).rem_euclid(16) - 8 } else { whole.clamp(-8, 7) };
-                assert_eq!(product.word(), kept.into(), "{a} times {b}");
+                assert_eq!(product.word(), i128::from(kept), "{a} times {b}");
                 // Losses that were shed are reported elsewhere.
                 assert_eq!((product.shed() + Exact::of(1)).lost(), [0.0; 2]);
             }

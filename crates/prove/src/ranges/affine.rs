@@ -311,7 +311,7 @@ mod tests {
             for (a, b) in pairs() {
                 let word = twice(Machine::<i64>::of(a), Machine::of(b), &first, &second).narrowed().word;
                 let truth = ((a * b - a) as f64 / unit * b as f64 + 2.0 * a as f64) / 4.0;
-                assert!(span.min <= word.into() && i128::from(word) <= span.max, "{word} beyond {span:?}");
+                assert!((span.min..=span.max).contains(&i128::from(word)), "{word} beyond {span:?}");
                 let off = word as f64 - truth;
                 (least, most) = (least.min(off), most.max(off));
             }
