@@ -13,3 +13,8 @@ pub mod waits;
 
 pub use sampled::SampledLoop;
 pub use waits::Wait;
+
+hpu_signal::error! {
+    /// Why nothing is proved of a scene.
+    pub struct Error from hpu_cosim::scene::SceneError, hpu_cosim::SimulationError, hpu_datapath::ConfigError;
+}

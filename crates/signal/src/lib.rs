@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 mod clock;
+mod error;
 mod format;
 mod format_text;
 mod machine;

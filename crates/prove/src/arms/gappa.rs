@@ -7,6 +7,7 @@ use hpu_cosim::scene::PhantomScene;
 use hpu_datapath::phantom::wiring;
 
 use super::posture::bounds;
+use crate::Error;
 use crate::ranges::text::{Text, capital};
 
 /// The blocks that the script covers: from sines to the tip, and from forces to torques.
@@ -22,15 +23,15 @@ const SLACK: f64 = 1.0 / (1 << 16) as f64;
 /// # Errors
 ///
 /// When a host computes the forces, or the words make no datapath.
-pub fn script(scene: &PhantomScene) -> Result<String, String> {
+pub fn script(scene: &PhantomScene) -> Result<String, Error> {
     if scene.platform.is_host() {
         return Err("a host computes the forces, in floats".into());
     }
     let config = scene.method.config;
-    let words = scene.words().map_err(|error| error.to_string())?;
+    let words = scene.words()?;
     let stiffness = config.formats.stiffness.to_f64(words.stiffness);
-    let rows = bounds(&config, stiffness).map_err(|error| error.to_string())?;
-    let wiring = wiring(config, false).map_err(|error| error.to_string())?;
+    let rows = bounds(&config, stiffness)?;
+    let wiring = wiring(config, false)?;
     let nets = wiring.nets();
     let mut text = format!("# {}: from sines to torques, in metres, newtons and newton metres.\n", scene.name);
     text += &Text::written(|| {

@@ -14,6 +14,7 @@ use hpu_datapath::{ConfigError, Instance, Register, flatten};
 use hpu_plant::arm::Gimbal;
 use hpu_signal::{Format, Narrowing, Overflow, Rounding, Signal, Word as _};
 
+use crate::Error;
 use crate::interval::Interval;
 use crate::ranges::affine::Affine;
 use crate::ranges::haptic::NetRanges;
@@ -31,11 +32,11 @@ const TRAVEL: &str = "the segment tilts by at most 55 degrees, and the crank sta
 /// # Errors
 ///
 /// The reason why nothing can be proved: words that do not fit, or make no datapath.
-pub fn proof(scene: &GimbalScene) -> Result<Proof, String> {
-    let simulation = GimbalSimulation::new(scene).map_err(|error| error.to_string())?;
+pub fn proof(scene: &GimbalScene) -> Result<Proof, Error> {
+    let simulation = GimbalSimulation::new(scene)?;
     let wiring = simulation.wiring();
     let (nets, instances) = (wiring.nets(), wiring.instances());
-    let errors = joint_errors(&scene.method.config.gimbal).map_err(|error| error.to_string())?;
+    let errors = joint_errors(&scene.method.config.gimbal)?;
     let (rows, tables) = Affine::on_a_sheet(|| {
         // No counter of the loop turns over, so none is read through its difference.
         let mut walk = Walk { nets: vec![None; nets.len()], moved: &|_| None };

@@ -5,6 +5,7 @@ use hpu_cosim::{PhantomSimulation, Simulation};
 use hpu_signal::{Format, Signal};
 
 use super::posture::{SignalBound, bounds};
+use crate::Error;
 use crate::ranges::{Bound, How, Proof};
 
 /// Proves the bounds of a scene for every posture that its tables hold; each joint may be anywhere.
@@ -12,8 +13,8 @@ use crate::ranges::{Bound, How, Proof};
 /// # Errors
 ///
 /// The reason why nothing can be proved: words that do not fit, or make no datapath.
-pub fn proof(scene: &PhantomScene) -> Result<Proof, String> {
-    let simulation = PhantomSimulation::new(scene).map_err(|error| error.to_string())?;
+pub fn proof(scene: &PhantomScene) -> Result<Proof, Error> {
+    let simulation = PhantomSimulation::new(scene)?;
     let (words, config) = (simulation.words(), scene.method.config);
     let nets = simulation.nets();
     if scene.platform.is_host() {
@@ -22,7 +23,7 @@ pub fn proof(scene: &PhantomScene) -> Result<Proof, String> {
         return Ok(Proof { bounds: rows, ..Proof::default() });
     }
     let stiffness = config.formats.stiffness.to_f64(words.stiffness);
-    let proved = bounds(&config, stiffness).map_err(|error| error.to_string())?;
+    let proved = bounds(&config, stiffness)?;
     let depth = Format::signed(config.depth_width);
     let inside = format!("every joint stays within its table, {} to {} counts", depth.min(), depth.max());
     let pushed = format!("walls of {stiffness} N/m, anywhere; forces up to the limit in any direction");

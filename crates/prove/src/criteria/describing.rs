@@ -45,7 +45,7 @@ pub(super) fn criterion(scene: &Scene) -> Result<Criterion, Silent> {
     let name = "describing_function";
     let damping = scene.wall.damping_nm_s_per_rad;
     let most = 1.0 / FRAC_PI_4;
-    let limit = FRAC_PI_4 * critical(scene, most * damping).map_err(|why| Silent { name, why })?;
+    let limit = FRAC_PI_4 * critical(scene, most * damping).map_err(|why| Silent { name, why: why.to_string() })?;
     let mut figures = vec![];
     let stiffness = scene.wall.stiffness_nm_per_rad;
     if stiffness >= limit {

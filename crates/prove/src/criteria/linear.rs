@@ -14,7 +14,8 @@ use crate::waits::delay_s;
 /// law's delay; the drive is ideal.
 pub(super) fn spectral_radius(scene: &Scene) -> Result<Criterion, Silent> {
     let name = "spectral_radius";
-    let limit = critical(scene, scene.wall.damping_nm_s_per_rad).map_err(|why| Silent { name, why })?;
+    let limit =
+        critical(scene, scene.wall.damping_nm_s_per_rad).map_err(|why| Silent { name, why: why.to_string() })?;
     Ok(Criterion {
         name,
         limit,

@@ -15,6 +15,7 @@ pub use rigid::{Balance, Region, Rigid};
 use hpu_cosim::figure;
 use hpu_cosim::scene::{Datapath, Device, Hand, Loop, Scene};
 
+use crate::Error;
 use crate::linear::{Damping, StableSet, Stretch, usual_range};
 use crate::waits::{delay_s, waits};
 
@@ -129,11 +130,11 @@ pub fn named(name: &str, scene: &Scene) -> Option<Result<Criterion, Silent>> {
 }
 
 /// Returns the greatest stiffness up to which the linear loop with this damping settles.
-fn critical(scene: &Scene, damping: f64) -> Result<f64, String> {
+fn critical(scene: &Scene, damping: f64) -> Result<f64, Error> {
     let (damping, range) = (Damping::Fixed(damping), usual_range(scene));
     match Stretch::softest(scene, damping, range)? {
         Some(Stretch { to, .. }) if to.beyond.is_some() => Ok(to.middle()),
-        _ => Err(StableSet::new(scene, damping, range)?.said()),
+        _ => Err(StableSet::new(scene, damping, range)?.said().into()),
     }
 }
 

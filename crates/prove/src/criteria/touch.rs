@@ -9,6 +9,7 @@
 
 use hpu_cosim::scene::GimbalScene;
 
+use crate::Error;
 use crate::sampled::{SampledLoop, exponential, scaled};
 
 /// The rest of a touch under one control.
@@ -45,7 +46,7 @@ impl Criteria {
     ///
     /// When the scene has no finger, its target moves or tilts, or its rates are not those of the linear loop: position
     /// and force at each sample, pulses at every so many samples, no gain of the crank's speed.
-    pub fn of(scene: &GimbalScene) -> Result<Self, String> {
+    pub fn of(scene: &GimbalScene) -> Result<Self, Error> {
         let probe = scene.probe.as_ref().ok_or("the criteria are those of a touch; write a [finger]")?;
         let end_s = scene.run.duration_s;
         let [height_m, pitch_rad, roll_rad] = scene.target.at(end_s);
@@ -164,7 +165,7 @@ impl Touch<'_> {
     /// finger's force, both as forces inward.
     ///
     /// The drive that a pulse takes is of the sample one period before, and is held to the next pulse.
-    fn around(&self, radius_m: f64, gains: impl Fn(&Self) -> (f64, f64)) -> Result<Rest, String> {
+    fn around(&self, radius_m: f64, gains: impl Fn(&Self) -> (f64, f64)) -> Result<Rest, Error> {
         let scene = self.scene;
         let probe = scene.probe.as_ref().expect("a touch has a finger");
         let force_n = self.finger_n(radius_m);

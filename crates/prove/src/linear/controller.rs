@@ -1,5 +1,6 @@
 //! The controllers of linear loops, from position to effort.
 
+use crate::Error;
 use hpu_cosim::method::CouplingMethod;
 use hpu_cosim::scene::{LawMethod, Loop, Scene};
 use hpu_datapath::Estimator;
@@ -32,7 +33,7 @@ pub enum Damping {
 }
 
 /// Returns the controller of a scene's method, from position to effort, as numerator and denominator.
-pub(super) fn controller(scene: &Scene, damping: Damping) -> Result<(Vec<Term>, Vec<Term>), String> {
+pub(super) fn controller(scene: &Scene, damping: Damping) -> Result<(Vec<Term>, Vec<Term>), Error> {
     if scene.wall.ramp.is_some() {
         return Err(RAMPED.into());
     }
@@ -48,7 +49,7 @@ pub(super) fn controller(scene: &Scene, damping: Damping) -> Result<(Vec<Term>, 
         Term::new(lag, power, share * fixed / period_s, share * per_stiffness / period_s)
     };
     let plain = |fixed: f64| vec![Term::new(0, 0, 0.0, sampled), damped(fixed, 1.0, 1, 1)];
-    let nonlinear = |what: &str| Err(format!("no linear loop: {what} is nonlinear"));
+    let nonlinear = |what: &str| Err(Error::new(format_args!("no linear loop: {what} is nonlinear")));
     let law = match scene.method.kind {
         Loop::Hybrid | Loop::Conventional => return Ok((plain(fixed), one())),
         Loop::Law(law) => law,
@@ -63,10 +64,10 @@ pub(super) fn controller(scene: &Scene, damping: Damping) -> Result<(Vec<Term>, 
                 return Ok((plain(fixed), one()));
             }
             if wall.ratio != 1 {
-                return Err(format!(
+                return Err(Error::new(format_args!(
                     "no linear loop of one rate: the velocity is renewed every {} samples",
                     wall.ratio
-                ));
+                )));
             }
             match wall.estimator {
                 Estimator::Difference => Ok((plain(fixed), one())),

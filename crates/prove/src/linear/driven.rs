@@ -13,6 +13,7 @@ use super::controller::Damping;
 use super::open_loop::OpenLoop;
 use super::pulses::Pulses;
 use super::stable::{End, StableSet, Stretch};
+use crate::Error;
 use crate::waits::{Drive, Rest, Wait, has_lines, waits};
 
 /// Number of stiffnesses at which the growth is computed before any is narrowed.
@@ -60,10 +61,10 @@ impl DrivenSet {
     ///
     /// Returns why it is not worked out.
     pub fn new(scene: &Scene, range: [f64; 2]) -> Result<Self, NotDriven> {
-        Self::of(scene, range).map_err(|why| NotDriven { why, left_out: waits(scene) })
+        Self::of(scene, range).map_err(|why| NotDriven { why: why.to_string(), left_out: waits(scene) })
     }
 
-    fn of(scene: &Scene, range: [f64; 2]) -> Result<Self, String> {
+    fn of(scene: &Scene, range: [f64; 2]) -> Result<Self, Error> {
         let drive = Drive::of(scene);
         let full_from = match drive {
             Drive::Linear => None,
@@ -103,7 +104,7 @@ impl DrivenSet {
 }
 
 /// Returns the set of a loop whose commands act from their own clock on, or `later` clocks after it.
-pub(super) fn held(scene: &Scene, drive: Drive, range: [f64; 2], later: u64) -> Result<StableSet, String> {
+pub(super) fn held(scene: &Scene, drive: Drive, range: [f64; 2], later: u64) -> Result<StableSet, Error> {
     let damping = Damping::Fixed(scene.wall.damping_nm_s_per_rad);
     if drive == Drive::Linear {
         return StableSet::new(scene, damping, range);
@@ -116,7 +117,7 @@ pub(super) fn held(scene: &Scene, drive: Drive, range: [f64; 2], later: u64) -> 
         (scene.method.kind.is_live(), "its spring follows every clock"),
     ];
     if let Some((_, why)) = refused.iter().find(|(is, _)| *is) {
-        return Err((*why).to_string());
+        return Err(Error::new(why));
     }
     super::pulses::plain_damping(scene)?;
     // The register that samples is the one behind the counter.

@@ -8,6 +8,7 @@ use hpu_cosim::scene::{Device, Scene};
 use super::characteristic::{Characteristic, minors};
 use super::controller::{Damping, Term, controller};
 use super::jet::{ALONG, Jet};
+use crate::Error;
 use crate::interval::{Interval, Matrix};
 use crate::ranges::System;
 use crate::series::Series;
@@ -41,7 +42,7 @@ impl OpenLoop {
     /// # Errors
     ///
     /// Returns the reason why the scene has no linear loop.
-    pub fn new(scene: &Scene, damping: Damping) -> Result<Self, String> {
+    pub fn new(scene: &Scene, damping: Damping) -> Result<Self, Error> {
         Self::late(scene, damping, scene.clock.edges(scene.model.delay_s))
     }
 
@@ -50,13 +51,15 @@ impl OpenLoop {
     /// # Errors
     ///
     /// Returns the reason why the scene has no linear loop.
-    pub fn late(scene: &Scene, damping: Damping, delay: u64) -> Result<Self, String> {
+    pub fn late(scene: &Scene, damping: Damping, delay: u64) -> Result<Self, Error> {
         let (num, den) = controller(scene, damping)?;
         let period = scene.period_clocks();
         let (whole, late) = (delay / period, delay % period);
         if whole > Self::MOST_WAITING {
             let most = Self::MOST_WAITING;
-            return Err(format!("a delay of {whole} samples, of {most} at most for which this is worked out"));
+            return Err(Error::new(format_args!(
+                "a delay of {whole} samples, of {most} at most for which this is worked out"
+            )));
         }
         let hertz = scene.clock.frequency_hz() as f64;
         let times_s = [late, period - late].map(|clocks| Interval::exact(clocks as f64).over(hertz));

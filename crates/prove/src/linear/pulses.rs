@@ -23,6 +23,7 @@ use hpu_cosim::scene::{Device, LawMethod, Loop, Scene, Winding};
 use hpu_datapath::Estimator;
 
 use super::lyapunov::{Step, Steps};
+use crate::Error;
 use crate::interval::{Interval, Matrix};
 use crate::series::Series;
 use crate::waits::{Drive, Rest, has_lines};
@@ -100,7 +101,7 @@ impl Pulses {
     /// # Errors
     ///
     /// Returns the reason why it is not worked out.
-    pub fn new(scene: &Scene) -> Result<Self, String> {
+    pub fn new(scene: &Scene) -> Result<Self, Error> {
         let Device::Motor(motor) = &scene.device else { unreachable!("a modulator drives a motor") };
         let drive = Drive::of(scene);
         let Drive::Pulses { period, latched, .. } = drive else { unreachable!("the caller asks for pulses") };
@@ -111,7 +112,7 @@ impl Pulses {
             (scene.model.winding == Winding::Resistive, "its winding has no inductance"),
         ];
         if let Some((_, why)) = refused.iter().find(|(is, _)| *is) {
-            return Err((*why).to_string());
+            return Err(Error::new(why));
         }
         let damping = plain_damping(scene)?;
         let rest = Rest::of(scene).ok_or("the hand leaves it no place of rest")?;
@@ -119,7 +120,9 @@ impl Pulses {
         let grid = common_divisor(period, sample);
         let (samples, periods) = (period / grid, sample / grid);
         if samples > MOST_SAMPLES || periods > MOST_PERIODS {
-            return Err(format!("sample and modulator have the same phase only after {samples} samples"));
+            return Err(Error::new(format_args!(
+                "sample and modulator have the same phase only after {samples} samples"
+            )));
         }
 
         let number = Interval::exact;
@@ -427,7 +430,7 @@ impl Response {
 }
 
 /// Returns the damping of a loop that has no registers but those of its samples.
-pub(super) fn plain_damping(scene: &Scene) -> Result<f64, String> {
+pub(super) fn plain_damping(scene: &Scene) -> Result<f64, Error> {
     let damping = scene.wall.damping_nm_s_per_rad;
     if !has_lines(scene) {
         return Err("its law reads no encoder's lines clock by clock".into());

@@ -17,6 +17,7 @@ use super::jet::MOST_SIDES;
 use super::open_loop::{OpenLoop, Plants, Side, plant};
 use super::stable::inwards;
 use super::{Damping, StableSet};
+use crate::Error;
 use crate::interval::Interval;
 
 /// Number of stretches of equal ratio that a stable range is cut into; each stretch has its own budget of boxes.
@@ -83,7 +84,7 @@ pub trait Worlds {
     /// # Errors
     ///
     /// Why there is no scene at this point.
-    fn at(&self, values: &[f64]) -> Result<Scene, String>;
+    fn at(&self, values: &[f64]) -> Result<Scene, Error>;
 }
 
 /// Returns the corners of a box; the first side changes fastest.
@@ -98,14 +99,17 @@ impl BoxSet {
     /// # Errors
     ///
     /// Returns the reason why there is no such set.
-    pub fn new(world: &dyn Worlds, points: &[Scene], range: [f64; 2]) -> Result<Self, String> {
+    pub fn new(world: &dyn Worlds, points: &[Scene], range: [f64; 2]) -> Result<Self, Error> {
         let keys = world.keys();
         let strange = keys.iter().find(|key| !SMOOTH.contains(key));
         if let Some(key) = strange {
-            return Err(format!("no linear set over {key}; there is one over {}", SMOOTH.join(", ")));
+            return Err(Error::new(format_args!("no linear set over {key}; there is one over {}", SMOOTH.join(", "))));
         }
         if keys.len() > MOST_SIDES {
-            return Err(format!("no linear set over {} keys, but over {MOST_SIDES} at most", keys.len()));
+            return Err(Error::new(format_args!(
+                "no linear set over {} keys, but over {MOST_SIDES} at most",
+                keys.len()
+            )));
         }
         let nominal = world.nominal();
         let damping = Damping::Fixed(nominal.wall.damping_nm_s_per_rad);
@@ -233,7 +237,7 @@ fn hull(a: Interval, b: Interval) -> Interval {
 }
 
 impl Search<'_> {
-    fn at(&mut self, point: &[f64]) -> Result<Vec<Vec<Interval>>, String> {
+    fn at(&mut self, point: &[f64]) -> Result<Vec<Vec<Interval>>, Error> {
         let name: Vec<u64> = point.iter().map(|value| value.to_bits()).collect();
         if let Some(known) = self.plants.get(&name) {
             return Ok(known.clone());
@@ -245,7 +249,7 @@ impl Search<'_> {
 
     /// Returns the plants of a cell. Each number is greatest and least at corners. Along a side it is convex or
     /// concave, so its slope lies between those of the straight lines that continue beyond either end.
-    fn plants(&mut self, cell: &Cell) -> Result<Plants, String> {
+    fn plants(&mut self, cell: &Cell) -> Result<Plants, Error> {
         let mut over: Option<Vec<Vec<Interval>>> = None;
         let corners = corners(cell);
         for corner in &corners {
@@ -281,7 +285,7 @@ impl Search<'_> {
 
     /// Returns ranges of stiffness outside which no world of the box has a pole on the unit circle. Ranges as narrow as
     /// `narrow` are not halved, and after `most` boxes the rest is returned.
-    fn crossed(&mut self, range: [f64; 2], narrow: f64, most: u32) -> Result<Vec<[f64; 2]>, String> {
+    fn crossed(&mut self, range: [f64; 2], narrow: f64, most: u32) -> Result<Vec<[f64; 2]>, Error> {
         let sides = self.world.sides();
         let mut crossed: Vec<[f64; 2]> = Vec::new();
         let mut boxes = 0;

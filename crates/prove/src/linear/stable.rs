@@ -6,6 +6,7 @@ use hpu_cosim::scene::Scene;
 use super::controller::Damping;
 use super::crossings::{Crossings, crossings, first_crossings, settles};
 use super::open_loop::OpenLoop;
+use crate::Error;
 
 /// The stiffnesses of a range at which all poles of the linear loop are within the unit circle.
 ///
@@ -49,7 +50,7 @@ impl Stretch {
     /// # Errors
     ///
     /// Returns the reason why the scene has no linear loop.
-    pub fn softest(scene: &Scene, damping: Damping, range: [f64; 2]) -> Result<Option<Self>, String> {
+    pub fn softest(scene: &Scene, damping: Damping, range: [f64; 2]) -> Result<Option<Self>, Error> {
         let open_loop = OpenLoop::new(scene, damping)?;
         let found = first_crossings(&open_loop, range);
         let ends = found.at.iter().chain(&found.unstable).map(|[_, high]| *high);
@@ -77,7 +78,7 @@ impl StableSet {
     /// # Errors
     ///
     /// Returns the reason why the scene has no linear loop.
-    pub fn new(scene: &Scene, damping: Damping, range: [f64; 2]) -> Result<Self, String> {
+    pub fn new(scene: &Scene, damping: Damping, range: [f64; 2]) -> Result<Self, Error> {
         Ok(Self::of(&OpenLoop::new(scene, damping)?, scene, range))
     }
 

@@ -20,6 +20,7 @@ use hpu_datapath::LoopConfig;
 use super::Limit;
 use super::response::{Flow, Parts};
 use super::system::{Channel, System};
+use crate::Error;
 use crate::interval::Interval;
 
 /// Limits of the shaft's motion, for any command within a range.
@@ -111,7 +112,7 @@ impl<'s> Shaft<'s> {
     /// # Errors
     ///
     /// Why it has no such system: a recording, a path that jumps, a circuit that is not one linear system.
-    pub fn new(scene: &'s Scene) -> Result<Self, String> {
+    pub fn new(scene: &'s Scene) -> Result<Self, Error> {
         if scene.bridge.on_resistance_ohm > 0.0 && has_diodes(scene) {
             return Err("the circuit's resistance is another one while diodes conduct".into());
         }

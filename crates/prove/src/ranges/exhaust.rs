@@ -5,6 +5,7 @@ use hpu_cosim::{AxisSimulation, Wired};
 use hpu_datapath::{AnyStep, Instance};
 
 use super::{Bound, How, Proof};
+use crate::Error;
 use crate::exact::Exact;
 use hpu_signal::Span;
 
@@ -18,8 +19,8 @@ pub const MOST_INPUTS: u128 = 1 << 26;
 /// # Errors
 ///
 /// When the scene makes no datapath.
-pub fn exhausted(scene: &Scene, proof: &Proof, most: u128) -> Result<Vec<Bound>, String> {
-    let simulation = AxisSimulation::new(scene).map_err(|error| error.to_string())?;
+pub fn exhausted(scene: &Scene, proof: &Proof, most: u128) -> Result<Vec<Bound>, Error> {
+    let simulation = AxisSimulation::new(scene)?;
     let instances = simulation.wiring().instances().into_iter().filter(answers_at_once);
     Ok(instances.flat_map(|instance| tried(instance, &proof.bounds, most.min(MOST_INPUTS))).collect())
 }

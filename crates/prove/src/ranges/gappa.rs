@@ -13,22 +13,24 @@ use hpu_signal::{Format, Word as _};
 
 use super::text::Text;
 use super::{Bound, Proof};
+use crate::Error;
 
 /// Returns the script for a scene of a hybrid or conventional loop; its goals are the bounds of `proof`.
 ///
 /// # Errors
 ///
 /// For another loop, or when the scene makes no datapath.
-pub fn gappa(scene: &Scene, proof: &Proof) -> Result<String, String> {
+pub fn gappa(scene: &Scene, proof: &Proof) -> Result<String, Error> {
     if !matches!(scene.method.kind, Loop::Hybrid | Loop::Conventional) {
-        return Err(format!(
+        return Err(Error::new(format_args!(
             "a script is written of a hybrid or a conventional loop, not of `{}`",
             scene.method.kind.name()
-        ));
+        )));
     }
-    let simulation = AxisSimulation::new(scene).map_err(|error| error.to_string())?;
-    let of =
-        |name: &str| proof.bounds.iter().find(|bound| bound.name == name).ok_or_else(|| format!("no net `{name}`"));
+    let simulation = AxisSimulation::new(scene)?;
+    let of = |name: &str| {
+        proof.bounds.iter().find(|bound| bound.name == name).ok_or_else(|| Error::new(format_args!("no net `{name}`")))
+    };
     let (depth, velocity) = (of("penetration")?, of("velocity")?);
     let (stiffness, damping) = (of("stiffness")?, of("damping")?);
     let (spring, drag) = (of("spring")?, of("drag")?);

@@ -8,6 +8,7 @@ use super::device::Shaft;
 use super::haptic::NetRanges;
 use super::narrowed;
 use super::travel::Settings;
+use crate::Error;
 use hpu_signal::Span;
 
 /// The proved ranges of a loop's words. They hold for every motion within the device's limits, and for every stiffness
@@ -31,7 +32,7 @@ impl<'s> Limits<'s> {
     /// # Errors
     ///
     /// Why none are proved, as for the limits of a shaft.
-    pub fn new(scene: &'s Scene) -> Result<Self, String> {
+    pub fn new(scene: &'s Scene) -> Result<Self, Error> {
         Shaft::new(scene).map(|shaft| Self { shaft })
     }
 
@@ -44,15 +45,15 @@ impl<'s> Limits<'s> {
     /// # Errors
     ///
     /// The width that is too narrow, or why the scene has no words.
-    pub fn held(&self, scene: &Scene) -> Result<ProvedRanges, String> {
-        let words = scene.words().map_err(|error| error.to_string())?;
+    pub fn held(&self, scene: &Scene) -> Result<ProvedRanges, Error> {
+        let words = scene.words()?;
         let mut settings = Settings::new(&words, scene.device.units().position);
         settings.stiffness = settings.stiffness.hull(Span::exact(scene.method.stiffness_format.max()));
         let wiring = match scene.method.kind {
             Loop::Conventional => ConventionalLoop::new(words.config).map(AxisLoop::Conventional),
             _ => HybridLoop::new(words.config).map(AxisLoop::Hybrid),
         };
-        let wiring = wiring.map_err(|error| error.to_string())?;
+        let wiring = wiring?;
         let found = narrowed(&self.shaft, &words, scene, &settings, |travel| NetRanges::of(&settings, travel, &wiring));
         if found.travel.counts.is_none() {
             return Err("no limit of the travel is proved".into());
@@ -60,7 +61,7 @@ impl<'s> Limits<'s> {
         let word = |net: &str| found.rows.get(net);
         for (net, key) in [("delta", "position_bits"), ("velocity", "velocity_bits")] {
             if !word(net).fits {
-                return Err(format!("method.{key}: too few bits for the range proved"));
+                return Err(Error::new(format_args!("method.{key}: too few bits for the range proved")));
             }
         }
         if !words.config.saturate && !["spring", "drag"].into_iter().all(|net| word(net).fits) {

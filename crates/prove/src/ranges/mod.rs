@@ -34,6 +34,7 @@ use hpu_cosim::scene::{Datapath, LoopWords, Scene};
 use hpu_cosim::{AxisSimulation, Simulation};
 use hpu_signal::Format;
 
+use crate::Error;
 use device::{Motion, Shaft};
 pub use exhaust::{MOST_INPUTS, exhausted};
 pub use gappa::gappa;
@@ -137,11 +138,11 @@ impl Proof {
 /// # Errors
 ///
 /// The reason why nothing can be proved: no words, or words that make no datapath.
-pub fn axis_bounds(scene: &Scene) -> Result<Proof, String> {
+pub fn axis_bounds(scene: &Scene) -> Result<Proof, Error> {
     if scene.model.datapath == Datapath::Linear {
         return Err("the scene's law is linear: it has no words".into());
     }
-    let simulation = AxisSimulation::new(scene).map_err(|error| error.to_string())?;
+    let simulation = AxisSimulation::new(scene)?;
     let wiring = simulation.axis_loop().ok_or("the scene's law is computed in floats: it has no words")?;
     let (words, nets) = (simulation.words(), simulation.nets());
     let settings = Settings::new(words, scene.device.units().position);
