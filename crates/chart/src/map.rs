@@ -76,7 +76,12 @@ const QUANTITIES: [Quantity; 6] = [
 /// Returns the map of outcomes with the criteria's curves, then one picture for each quantity that any cell has.
 ///
 /// `curves` holds each method's curves, or why the method has none.
-pub fn map_pictures(map: &Map, found: &[Found], curves: &[Result<Curves, String>], command: &str) -> Vec<Picture> {
+pub fn map_pictures(
+    map: &Map,
+    found: &[Found],
+    curves: &[Result<Curves, hpu_study::Error>],
+    command: &str,
+) -> Vec<Picture> {
     let mut pictures = vec![outcomes(map, found, curves, command)];
     for quantity in &QUANTITIES {
         let values: Vec<Option<f64>> =
@@ -129,7 +134,7 @@ fn dot(found: &[Found], index: usize, cell: RGBColor) -> Option<RGBColor> {
     (was_run(found, index) && !all).then_some(if is_light { INK } else { WHITE })
 }
 
-fn outcomes(map: &Map, found: &[Found], curves: &[Result<Curves, String>], command: &str) -> Picture {
+fn outcomes(map: &Map, found: &[Found], curves: &[Result<Curves, hpu_study::Error>], command: &str) -> Picture {
     let title = format!("{}: what becomes of the motion", name(map));
     let wraps = match wrapped(found, 0..found.len()) {
         0 => String::new(),

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use hpu_chart::{Estimate, Picture, velocities};
 use hpu_cosim::Control;
 use hpu_farm::{Failed, typed, units};
+use hpu_papers::Error;
 use hpu_papers::studies::comparison::{Comparison, Found, beside_csv, beside_text, sums};
 use hpu_papers::studies::summing::Sum;
 use serde_json::{Value, json};
@@ -70,7 +71,7 @@ pub fn run(
         tell(&format!("interrupted{rest}"));
         return Ok(Exit::Interrupted);
     };
-    let rows: Vec<_> = rows.into_iter().map(|row| row.map_err(|failed| failed.to_string())).collect();
+    let rows: Vec<_> = rows.into_iter().map(|row| row.map_err(Error::from)).collect();
     let text = format!("{}\n$ {command}\n\n{}", comparison.title, beside_text(comparison, &rows));
     let mut places = Vec::new();
     if let Some(mut folder) = folder.take() {
@@ -92,14 +93,14 @@ pub fn run(
 }
 
 /// Returns the results of a comparison as JSON.
-pub fn object(comparison: &Comparison, command: &str, rows: &[Result<Found, String>], files: &[PathBuf]) -> Value {
+pub fn object(comparison: &Comparison, command: &str, rows: &[Result<Found, Error>], files: &[PathBuf]) -> Value {
     let lines = comparison.lines.iter().zip(rows).map(|(line, row)| {
         json!({
             "group": line.group,
             "what": line.what,
             "published": line.published,
             "emulated": row.as_ref().ok().map(|found| &found.text),
-            "reason": row.as_ref().err(),
+            "reason": row.as_ref().err().map(Error::to_string),
         })
     });
     json!({

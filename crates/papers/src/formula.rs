@@ -4,6 +4,7 @@
 //! Every value is a list; a number is a list of one. Operators work member by member, and a number goes with each
 //! member of a list. A comparison is 1 where it holds, else 0.
 
+use crate::Error;
 use hpu_cosim::did_you_mean;
 
 /// A formula, read.
@@ -84,7 +85,7 @@ impl Formula {
     /// let formula = Formula::read("4 <= times and times <= 5").expect("a formula");
     /// assert_eq!(formula.value(&|_| Ok(vec![4.5, 5.5])), Ok(vec![1.0, 0.0]));
     /// ```
-    pub fn read(text: &str) -> Result<Self, String> {
+    pub fn read(text: &str) -> Result<Self, Error> {
         let mut reader = Reader { rest: text.trim_start() };
         let formula = reader.rank(0)?;
         if reader.rest.is_empty() { Ok(formula) } else { Err(reader.refused("an operator")) }
@@ -95,7 +96,7 @@ impl Formula {
     /// # Errors
     ///
     /// Returns why a name has no value, or that two lists differ in length.
-    pub fn value(&self, named: &dyn Fn(&str) -> Result<Vec<f64>, String>) -> Result<Vec<f64>, String> {
+    pub fn value(&self, named: &dyn Fn(&str) -> Result<Vec<f64>, Error>) -> Result<Vec<f64>, Error> {
         Ok(match self {
             Self::Number(number) => vec![*number],
             Self::Name(name) => named(name)?,
@@ -113,7 +114,13 @@ impl Formula {
                     ([one], _) => other.iter().map(|other| operator(*one, *other)).collect(),
                     (_, [other]) => one.iter().map(|one| operator(*one, *other)).collect(),
                     _ if one.len() == other.len() => one.iter().zip(&other).map(|(a, b)| operator(*a, *b)).collect(),
-                    _ => return Err(format!("a list of {} beside a list of {}", one.len(), other.len())),
+                    _ => {
+                        return Err(Error::new(format_args!(
+                            "a list of {} beside a list of {}",
+                            one.len(),
+                            other.len()
+                        )));
+                    }
                 }
             }
         })
@@ -138,9 +145,9 @@ struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    fn refused(&self, wanted: &str) -> String {
+    fn refused(&self, wanted: &str) -> Error {
         let here = if self.rest.is_empty() { "the end".into() } else { format!("`{}`", self.rest) };
-        format!("{wanted} is expected at {here}")
+        Error::new(format_args!("{wanted} is expected at {here}"))
     }
 
     fn take(&mut self, length: usize) -> &'a str {
@@ -165,7 +172,7 @@ impl<'a> Reader<'a> {
         if word.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') { word } else { "" }
     }
 
-    fn rank(&mut self, rank: usize) -> Result<Formula, String> {
+    fn rank(&mut self, rank: usize) -> Result<Formula, Error> {
         if operators(rank).is_empty() {
             return self.factor();
         }
@@ -176,7 +183,7 @@ impl<'a> Reader<'a> {
         Ok(one)
     }
 
-    fn factor(&mut self) -> Result<Formula, String> {
+    fn factor(&mut self) -> Result<Formula, Error> {
         if self.took("-") {
             return Ok(Formula::Pair(Box::new(Formula::Number(-1.0)), |a, b| a * b, Box::new(self.factor()?)));
         }
@@ -213,7 +220,7 @@ impl<'a> Reader<'a> {
         Ok(Formula::Call(function, of))
     }
 
-    fn number(&mut self) -> Result<Formula, String> {
+    fn number(&mut self) -> Result<Formula, Error> {
         let mut end = 0;
         for (at, letter) in self.rest.char_indices() {
             let signs = matches!(letter, '+' | '-') && self.rest[..at].ends_with(['e', 'E']);

@@ -8,3 +8,9 @@ pub mod measure;
 pub mod phantom;
 pub mod studies;
 pub mod template;
+
+hpu_signal::error! {
+    /// Why a study, or a line of it, has no result.
+    pub struct Error from hpu_cosim::scene::SceneError, hpu_cosim::SimulationError, hpu_farm::Failed, hpu_prove::Error,
+        hpu_study::Error;
+}

@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 
 use hpu_cosim::number;
 
+use crate::Error;
 use crate::formula::Formula;
 
 /// A measured value.
@@ -20,20 +21,20 @@ pub enum Value {
 }
 
 /// Measured values by name, each with the reason where there is none.
-pub type Values = BTreeMap<String, Result<Value, String>>;
+pub type Values = BTreeMap<String, Result<Value, Error>>;
 
 /// Returns the value of a formula: a text only of a single name.
-fn value(formula: &Formula, values: &Values) -> Result<Value, String> {
+fn value(formula: &Formula, values: &Values) -> Result<Value, Error> {
     let named = |name: &str| match values.get(name) {
         Some(value) => value.clone(),
-        None => Err(format!("no value {name}")),
+        None => Err(Error::new(format_args!("no value {name}"))),
     };
     if let Formula::Name(name) = formula {
         return named(name);
     }
     let list = formula.value(&|name| match named(name)? {
         Value::Number(number) => Ok(vec![number]),
-        Value::Text(_) => Err(format!("{name} is a text")),
+        Value::Text(_) => Err(Error::new(format_args!("{name} is a text"))),
     });
     match list?[..] {
         [number] => Ok(Value::Number(number)),
@@ -46,10 +47,10 @@ fn value(formula: &Formula, values: &Values) -> Result<Value, String> {
 /// # Errors
 ///
 /// Returns why there is none.
-pub fn figure(formula: &Formula, values: &Values) -> Result<f64, String> {
+pub fn figure(formula: &Formula, values: &Values) -> Result<f64, Error> {
     match value(formula, values)? {
         Value::Number(number) => Ok(number),
-        Value::Text(text) => Err(format!("`{text}` is no number")),
+        Value::Text(text) => Err(Error::new(format_args!("`{text}` is no number"))),
     }
 }
 
@@ -104,10 +105,10 @@ impl Form {
 
 impl Piece {
     /// Reads what stands between braces.
-    fn value(text: &str) -> Result<Self, String> {
+    fn value(text: &str) -> Result<Self, Error> {
         let (formula, form) = text.split_once(':').unwrap_or((text, ""));
         let (formula, soft) = formula.strip_suffix('?').map_or((formula, false), |formula| (formula, true));
-        let formula = Formula::read(formula).map_err(|error| format!("in `{{{text}}}`: {error}"))?;
+        let formula = Formula::read(formula).map_err(|error| error.at(format_args!("in `{{{text}}}`")))?;
         Ok(Self::Value { formula, form: Form::read(form), soft })
     }
 }
@@ -118,11 +119,13 @@ impl Template {
     /// # Errors
     ///
     /// Returns which bracket is not closed, or what is wrong with a formula.
-    pub fn read(text: &str) -> Result<Self, String> {
+    pub fn read(text: &str) -> Result<Self, Error> {
         let (mut pieces, mut rest) = (Vec::new(), text);
         while let Some(at) = rest.find(['{', '[']) {
             let (end, open) = if rest[at..].starts_with('{') { ('}', "{") } else { (']', "[") };
-            let close = rest[at..].find(end).ok_or_else(|| format!("`{open}` is not closed in `{rest}`"))? + at;
+            let close =
+                rest[at..].find(end).ok_or_else(|| Error::new(format_args!("`{open}` is not closed in `{rest}`")))?
+                    + at;
             pieces.push(Piece::Text(rest[..at].into()));
             let inner = &rest[at + 1..close];
             pieces.push(if open == "[" { Piece::Optional(Self::read(inner)?) } else { Piece::value(inner)? });
@@ -137,14 +140,14 @@ impl Template {
     /// # Errors
     ///
     /// Returns why a value is missing.
-    pub fn text(&self, values: &Values) -> Result<String, String> {
+    pub fn text(&self, values: &Values) -> Result<String, Error> {
         let texts = self.0.iter().map(|piece| match piece {
             Piece::Text(text) => Ok(text.clone()),
             Piece::Optional(inner) if inner.is_finite(values) => inner.text(values),
             Piece::Optional(_) => Ok(String::new()),
             Piece::Value { formula, form, soft } => match (value(formula, values), soft) {
                 (Ok(value), _) => Ok(form.text(&value)),
-                (Err(reason), true) => Ok(reason),
+                (Err(reason), true) => Ok(reason.to_string()),
                 (Err(reason), false) => Err(reason),
             },
         });

@@ -2,6 +2,7 @@
 
 use hpu_cosim::scene::{Scene, Setup};
 
+use crate::Error;
 use crate::widths::search::OF_YOURS;
 use crate::{accuracy, fit, map, widths};
 use hpu_page::Page;
@@ -12,7 +13,7 @@ pub struct ToldLimits {
     /// The device, as in `an arm`.
     pub of: &'static str,
     /// Their page, or why the criteria say nothing of the scene.
-    pub page: Result<Page, String>,
+    pub page: Result<Page, Error>,
 }
 
 /// The tables of a device in other sizes.
@@ -31,22 +32,22 @@ pub trait Device:
     Setup + accuracy::Device + fit::Device + map::Device + widths::Device + widths::search::Device
 {
     /// Proves the bounds of the scene's signals; else returns why nothing can be proved.
-    fn bounds(&self) -> Result<Proof, String> {
-        Err(format!("{OF_YOURS}; write a scene with a [method]"))
+    fn bounds(&self) -> Result<Proof, Error> {
+        Err(Error::new(format_args!("{OF_YOURS}; write a scene with a [method]")))
     }
 
     /// Returns the straight-line parts of the proof as a script of Gappa, or why there are none.
-    fn gappa(&self) -> Result<String, String> {
-        Err(format!("{OF_YOURS}; write a scene with a [method]"))
+    fn gappa(&self) -> Result<String, Error> {
+        Err(Error::new(format_args!("{OF_YOURS}; write a scene with a [method]")))
     }
 
     /// Returns why the loops of the device are not synthesised one by one, if they are not.
-    fn priced(&self) -> Result<(), String> {
+    fn priced(&self) -> Result<(), Error> {
         Ok(())
     }
 
     /// Returns the scene whose limits of stiffness are found analytically, or why there are none.
-    fn limited(&self) -> Result<&Scene, String>;
+    fn limited(&self) -> Result<&Scene, Error>;
 
     /// Returns the limits that criteria tell without a run, if these are the device's limits. `scene` is the scene with
     /// its overrides as the command line has them.
@@ -55,7 +56,7 @@ pub trait Device:
     }
 
     /// Returns the lookup tables of the scene's datapath in other sizes, or why it has none.
-    fn tables(&self) -> Result<ToldTables, String> {
-        Err(format!("{OF_YOURS}; write a scene with a [method]"))
+    fn tables(&self) -> Result<ToldTables, Error> {
+        Err(Error::new(format_args!("{OF_YOURS}; write a scene with a [method]")))
     }
 }

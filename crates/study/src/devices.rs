@@ -5,6 +5,7 @@ use std::str::FromStr;
 use hpu_cosim::scene::{DutScene, Experiment, Scene};
 use hpu_cosim::{LawConfig, Simulation, TheLoop, Trace};
 
+use crate::Error;
 use crate::accuracy::Contestant;
 use crate::device::Device;
 use crate::fit::Simplifications;
@@ -16,8 +17,8 @@ use crate::{accuracy, axis, fit, map, phantom, widths};
 
 /// A design of the user's own has no words that a study could know.
 impl Device for DutScene {
-    fn limited(&self) -> Result<&Scene, String> {
-        Err(format!("{} has a design of yours", self.name))
+    fn limited(&self) -> Result<&Scene, Error> {
+        Err(Error::new(format_args!("{} has a design of yours", self.name)))
     }
 }
 
@@ -58,29 +59,29 @@ by_device!(fit::Device {
 });
 by_device!(map::Device {
     fn predicts(&self) -> bool;
-    fn predictions(&self) -> Result<Vec<(&'static str, bool)>, String>;
+    fn predictions(&self) -> Result<Vec<(&'static str, bool)>, Error>;
     fn switches(&self, simulation: &dyn Simulation) -> Option<Box<dyn SwitchWatch>>;
 });
 by_device!(widths::Device {
     fn fields(&self) -> Vec<Field>;
     fn no_fields(&self) -> &'static str;
-    fn in_words(&self) -> Result<(), String>;
+    fn in_words(&self) -> Result<(), Error>;
     fn asked(&self) -> Vec<(&'static str, Asked)>;
     fn law(&self, wiring: &TheLoop) -> Option<(LawConfig, u64)>;
-    fn reaches(&self) -> Result<Vec<Reach>, String>;
+    fn reaches(&self) -> Result<Vec<Reach>, Error>;
 });
 by_device!(widths::search::Device {
-    fn loops(&self) -> Result<&'static dyn Loops, String>;
+    fn loops(&self) -> Result<&'static dyn Loops, Error>;
 });
 
 /// The loops of all devices that a search of widths takes.
 const LOOPS: [&dyn Loops; 2] = [&axis::Loop, &phantom::Loop];
 
 impl FromStr for Knob {
-    type Err = String;
+    type Err = Error;
 
     /// Reads `KEY=FROM..TO`; both ends are values: `position_bits=8..16`.
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, Error> {
         let (name, range) = text.split_once('=').ok_or(SYNTAX)?;
         let name = name.trim();
         let bare = name.strip_prefix("method.").unwrap_or(name);

@@ -13,8 +13,10 @@ pub mod widths;
 mod axis;
 mod device;
 mod devices;
+mod error;
 mod watch;
 
 pub use device::{Device, ToldLimits, ToldTables};
 pub use devices::device;
+pub use error::{Error, Kind};
 pub use phantom::tables;

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use hpu_chart as chart;
 use hpu_cosim::SceneFile;
-use hpu_study::accuracy::{Chart, Entry, Plan, Race, RaceError};
+use hpu_study::accuracy::{Chart, Entry, Plan, Race};
 use hpu_study::map::Axis;
 
 use crate::page::show;
@@ -72,12 +72,7 @@ impl Args {
     /// Returns the race of the contestants that are to run the scene.
     pub fn race(&self, source: &SceneFile) -> Result<Race, Failure> {
         let mut load = |file: &str| source.load(file);
-        Race::new((&source.name, &source.text), &self.set.set, &self.contestants, &mut load).map_err(
-            |error| match error {
-                RaceError::Scene(_) | RaceError::Run(_) => Failure::file(error),
-                RaceError::Name(_) => Failure::usage(error),
-            },
-        )
+        Ok(Race::new((&source.name, &source.text), &self.set.set, &self.contestants, &mut load)?)
     }
 }
 

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use hpu_cosim::scene::{Experiment, Hand, Output, shipped};
 use hpu_cosim::{Control, SceneFile};
 use hpu_page::{Column, Field, Page, Table};
-use hpu_study::fit::{Fit, FitError, Tried, fit, percent};
+use hpu_study::Kind;
+use hpu_study::fit::{Fit, Tried, fit, percent};
 use hpu_study::map::SceneText;
 use hpu_study::timing::Spread;
 use serde_json::{Value, json};
@@ -197,7 +198,7 @@ pub fn least(
     let (scene, experiment) = SceneText::read((&source.name, &source.text), set, &mut load).map_err(Failure::file)?;
     match fit(&scene, &set.to_vec(), within.unwrap_or(experiment.accuracy.within), control) {
         Ok(found) => Ok(Some(found)),
-        Err(FitError::Stopped) => Ok(None),
+        Err(error) if error.kind() == Kind::Stopped => Ok(None),
         Err(error) => Err(Failure::file(format!("{}: {error}", source.name))),
     }
 }

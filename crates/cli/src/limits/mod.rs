@@ -10,7 +10,8 @@ use hpu_cosim::{SceneFile, figure};
 use hpu_page::Page;
 use hpu_prove::linear::{BoxSet, NotDriven, usual_range};
 use hpu_study::limits::{Limits, Looks, MOST_UNKNOWN, Unknown, WordsSet, World, hands_of, limits};
-use hpu_study::map::{CellError, SceneText};
+use hpu_study::map::SceneText;
+use hpu_study::{Error, Kind};
 use hpu_study::{ToldLimits, device};
 
 use crate::page::{self as pages, Answer, show};
@@ -141,7 +142,7 @@ fn find<'w, F>(
 
     let most = args.words.unwrap_or(if over.is_empty() { 256 } else { 96 });
     let looks = Looks::words(most as usize, args.phases);
-    let in_box = (!over.is_empty()).then(|| BoxSet::new(&world, &worlds, range));
+    let in_box = (!over.is_empty()).then(|| BoxSet::new(&world, &worlds, range).map_err(Error::from));
     let mut stopped = false;
     let found = limits(&nominal, range, || {
         let watch = watch();
@@ -170,7 +171,7 @@ fn without_runs(args: &Args, name: &str, ToldLimits { of, page }: ToldLimits) ->
     if args.out.is_some() {
         return Err(usage(&format!("the limits of {of} have no picture; hpu map draws its criteria beside runs")));
     }
-    page.map_err(|why| usage(&why))
+    page.map_err(|why| usage(&why.to_string()))
 }
 
 /// Finds the limits of a design of the user's own: over the generic or constant that its scene names.
@@ -201,9 +202,9 @@ fn of_design<'w, F>(
     let opened = open()?;
     let at = |value: i128| {
         let set: Vec<_> = args.set.set.iter().cloned().chain([(key.clone(), value.to_string())]).collect();
-        match text.parse(&set).map_err(|error| error.to_string())? {
+        match text.parse(&set)? {
             Experiment::Dut(scene) => Ok(scene),
-            _ => Err("it has no design of yours any more".to_string()),
+            _ => Err(Error::new("it has no design of yours any more")),
         }
     };
     let looks = Looks::words(args.words.unwrap_or(64) as usize, args.phases);
@@ -214,7 +215,7 @@ fn of_design<'w, F>(
     }
     let in_words = match in_words {
         Ok(set) => Ok(set),
-        Err(CellError::Unjudged(why)) => Err(why),
+        Err(error) if error.kind() == Kind::Unjudged => Err(error),
         Err(error) => return Err(error.into()),
     };
     let found = Limits {
@@ -253,7 +254,7 @@ fn points(world: &World) -> Result<Vec<Scene>, Failure> {
             return Err(usage(format!("{key} is the wall's; a box is of device, hand and supply")));
         }
     }
-    world.points().map_err(usage)
+    world.points().map_err(|error| usage(error.to_string()))
 }
 
 /// Reads a length in metres.

@@ -23,14 +23,15 @@ pub fn page(scene: &str, found: &Limits, over: &[Unknown]) -> Page {
     let mut page = Page::labelled(LABEL);
     page.note(said.trim_end()).note("");
     page.data("scene", scene).data("range", json!(found.range)).data("varied", found.varied.as_ref());
-    page.data("linear", found.linear.as_ref().ok().map(linear)).data("linear_reason", found.linear.as_ref().err());
+    page.data("linear", found.linear.as_ref().ok().map(linear))
+        .data("linear_reason", found.linear.as_ref().err().map(ToString::to_string));
     match &found.linear {
         Ok(set) => {
             page.line("linear loop, ideal drive", set.said());
             crossings(&mut page, set);
         }
         Err(why) => {
-            page.line("linear loop, ideal drive", why);
+            page.line("linear loop, ideal drive", why.to_string());
         }
     }
     driven(&mut page, found);
@@ -44,15 +45,16 @@ pub fn page(scene: &str, found: &Limits, over: &[Unknown]) -> Page {
     }
     let in_box = found.in_box.as_ref();
     page.data("linear_in_box", in_box.and_then(|set| set.as_ref().ok()).map(self::in_box));
-    page.data("linear_in_box_reason", in_box.and_then(|set| set.as_ref().err()));
+    page.data("linear_in_box_reason", in_box.and_then(|set| set.as_ref().err()).map(ToString::to_string));
     if let Some(set) = in_box {
-        page.line("ideal drive, whole box", set.as_ref().map_or_else(Clone::clone, BoxSet::said));
+        page.line("ideal drive, whole box", set.as_ref().map_or_else(ToString::to_string, BoxSet::said));
     }
-    page.data("words", found.in_words.as_ref().ok().map(in_words)).data("words_reason", found.in_words.as_ref().err());
+    page.data("words", found.in_words.as_ref().ok().map(in_words))
+        .data("words_reason", found.in_words.as_ref().err().map(ToString::to_string));
     match &found.in_words {
         Ok(set) => words(&mut page, set),
         Err(why) => {
-            page.line("in words", why);
+            page.line("in words", why.to_string());
         }
     }
     page.data("damping_error", found.damping_error).data("wall_is_ramped", found.is_ramped);

@@ -220,7 +220,7 @@ pub(crate) struct Mapped {
     /// The result of each cell.
     pub found: Vec<Found>,
     /// The curves of the criteria for each method, or the reason why there are none.
-    pub curves: Vec<Result<Curves, String>>,
+    pub curves: Vec<Result<Curves, hpu_study::Error>>,
     /// The command that made the map.
     pub command: String,
     /// The scene, as the command names it.

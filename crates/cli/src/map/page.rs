@@ -257,7 +257,7 @@ fn layer(mapped: &Mapped, method: usize) -> Page {
     }
     match &mapped.curves[method] {
         Err(why) => page
-            .data("curves", json!({ "reason": why, "over": null, "criteria": [] }))
+            .data("curves", json!({ "reason": why.to_string(), "over": null, "criteria": [] }))
             .note(format!("no curves: {why}")),
         Ok(Curves { curves, over_x, .. }) => {
             let criteria = curves.iter().map(|Curve { name, assumptions, met, limits }| {

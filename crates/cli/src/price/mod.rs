@@ -96,7 +96,7 @@ pub fn price(
             match settling(scene, late, control) {
                 Ok(None) => return Ok(None),
                 Ok(Some(found)) => price.notices = Some(Ok(found)),
-                Err(why) => price.notices = Some(Err(why)),
+                Err(why) => price.notices = Some(Err(why.to_string())),
             }
         }
     }

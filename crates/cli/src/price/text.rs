@@ -146,7 +146,7 @@ fn noticed(found: &Result<Settling, String>) -> String {
     let plural = if *to == 1 { "" } else { "s" };
     let limits = limits.each_ref().map(|limit| match limit {
         Ok(set) => set.turn(),
-        Err(why) => why.clone(),
+        Err(why) => why.to_string(),
     });
     format!(
         "stability  {} held back by {to} clock{plural} instead of {from}: {} instead of {}\n           {}\n           \
@@ -161,7 +161,7 @@ fn noticed(found: &Result<Settling, String>) -> String {
 }
 
 fn settling_json(found: &Settling) -> Value {
-    let limit = |set: &Result<hpu_study::limits::WordsSet, String>| {
+    let limit = |set: &Result<hpu_study::limits::WordsSet, hpu_study::Error>| {
         set.as_ref().ok().map(|set| {
             let [failed, settled] =
                 [set.lowest_failed(), set.highest_settled()].map(|seen| seen.map(|seen| seen.stiffness));

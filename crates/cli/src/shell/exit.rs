@@ -6,7 +6,7 @@ use std::path::Path;
 use hpu_cosim::scene::SceneError;
 use hpu_rtl::dut::{DutError, was_refused};
 use hpu_rtl::{CostError, GhdlError, ToolError};
-use hpu_study::map::{CellError, MapError};
+use hpu_study::Kind;
 
 /// An exit code.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -131,21 +131,14 @@ impl From<hpu_cosim::dut::Fault> for Failure {
 }
 
 /// A study of scenes ends as a run of one of them does.
-impl From<CellError> for Failure {
-    fn from(error: CellError) -> Self {
-        match error {
-            CellError::Design(fault) => fault.into(),
-            CellError::Unjudged(why) | CellError::Other(why) => Self::file(why),
-        }
-    }
-}
-
-impl From<MapError> for Failure {
-    fn from(error: MapError) -> Self {
-        let said = error.to_string();
-        match error {
-            MapError::Method(_, why) => Self { message: said, ..why.into() },
-            _ => Self::usage(said),
+impl From<hpu_study::Error> for Failure {
+    fn from(error: hpu_study::Error) -> Self {
+        let (kind, message) = (error.kind(), error.to_string());
+        match (kind, error.into_fault()) {
+            (_, Some(fault)) if fault.to_string() == message => fault.into(),
+            (_, Some(fault)) => Self { message, ..fault.into() },
+            (Kind::Usage, None) => Self::usage(message),
+            _ => Self::file(message),
         }
     }
 }

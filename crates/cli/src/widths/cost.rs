@@ -26,7 +26,7 @@ pub(crate) fn one_more(
     let counts = |field: Field| -> Result<Result<Counts, String>, Failure> {
         let more = match field.with(experiment, field.bits(experiment) + 1) {
             Ok(more) => more,
-            Err(why) => return Ok(Err(why)),
+            Err(why) => return Ok(Err(why.to_string())),
         };
         match WiredSimulation::new(&more) {
             Ok(simulation) => or_reason(cache.counts(simulation.wiring().block(), setup)),

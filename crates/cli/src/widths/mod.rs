@@ -254,7 +254,7 @@ fn measure(args: &Args, experiments: &[Experiment], watch: Watch) -> Result<Opti
     }
     let proved = match args.random {
         Some(_) => Err("a proof is of the scene's own hand, and random motion knows none".into()),
-        None => proved(experiments, &runs),
+        None => proved(experiments, &runs).map_err(|why| why.to_string()),
     };
     let Some(recommended) = recommended(args, experiments, &runs, watch)? else { return Ok(None) };
     let mut measured = together(&args.scenes, runs).map_err(Failure::usage)?;
@@ -320,7 +320,7 @@ fn recommended(
         let within = args.within.unwrap_or(experiment.accuracy.within);
         let trials = || recommend(experiment, run, within, jobs, watch.control());
         match watch.counted(40, "runs", trials) {
-            Err(why) => return Ok(Some(Err(why))),
+            Err(why) => return Ok(Some(Err(why.to_string()))),
             Ok(None) => return Ok(None),
             Ok(Some(found)) => {
                 all = Some(match all {

@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 
 use hpu_cosim::scene::Experiment;
 use hpu_prove::ranges::{Bound, How, Limit, WrapsAt};
+use hpu_study::Error;
 use hpu_study::device;
 use hpu_study::widths::Measured;
 use serde_json::{Value, json};
@@ -43,7 +44,7 @@ struct Overflow {
 /// # Errors
 ///
 /// The reason why nothing is proved.
-pub fn proved(experiments: &[Experiment], runs: &[Measured]) -> Result<Proved, String> {
+pub fn proved(experiments: &[Experiment], runs: &[Measured]) -> Result<Proved, Error> {
     let mut all = Proved { bounds: Vec::new(), scenes: Vec::new() };
     for (experiment, run) in experiments.iter().zip(runs) {
         let proof = device(experiment).bounds()?;

@@ -10,6 +10,7 @@ use hpu_plant::Shaper;
 use hpu_signal::Format;
 
 use super::{Asked, numbers};
+use crate::Error;
 use crate::template::Values;
 
 /// Cutoff of the published filter, in Hz.
@@ -18,7 +19,7 @@ pub const CUTOFF_HZ: f64 = 2.5;
 /// Sample time of the digital shaper, in s.
 pub const PERIOD_S: f64 = 1e-3;
 
-pub(super) fn gains(asked: &Asked, _: &Control) -> Result<Values, String> {
+pub(super) fn gains(asked: &Asked, _: &Control) -> Result<Values, Error> {
     let frequency_hz = asked.number("frequency").ok_or("frequency is missing")?;
     Ok(numbers([
         ("exact", exact(frequency_hz)),
@@ -28,7 +29,7 @@ pub(super) fn gains(asked: &Asked, _: &Control) -> Result<Values, String> {
     ]))
 }
 
-pub(super) fn step(_: &Asked, _: &Control) -> Result<Values, String> {
+pub(super) fn step(_: &Asked, _: &Control) -> Result<Values, Error> {
     let [exact, analog, words] = overshoots();
     Ok(numbers([("exact", exact), ("analog", analog), ("words", words)]))
 }

@@ -6,6 +6,7 @@ use hpu_cosim::Control;
 use hpu_cosim::scene::{Device, Experiment, OutcomeKind, Scene};
 
 use super::{Asked, LONGEST, Taken, numbers, text};
+use crate::Error;
 use crate::template::{Value, Values};
 use hpu_page::summary::untold;
 use hpu_prove::SampledLoop;
@@ -26,9 +27,9 @@ pub(super) const SCENE_GIVES: &[&str] = &[
     "damping",
 ];
 
-pub(super) fn scene(asked: &Asked, _: &Control) -> Result<Values, String> {
+pub(super) fn scene(asked: &Asked, _: &Control) -> Result<Values, Error> {
     let scene = asked.axis()?;
-    let words = scene.words().map_err(|error| error.to_string())?.realised;
+    let words = scene.words()?.realised;
     let mut values = numbers([
         ("torque_quantum", words.torque_quantum_nm),
         ("count", words.count_rad),
@@ -48,7 +49,7 @@ pub(super) fn scene(asked: &Asked, _: &Control) -> Result<Values, String> {
     Ok(values)
 }
 
-pub(super) fn linear(asked: &Asked, _: &Control) -> Result<Values, String> {
+pub(super) fn linear(asked: &Asked, _: &Control) -> Result<Values, Error> {
     let scene = asked.axis()?;
     if let Some(every) = asked.number("every") {
         return Ok(numbers([("limit", dual_rate(&scene, every as u32)?)]));
@@ -56,12 +57,12 @@ pub(super) fn linear(asked: &Asked, _: &Control) -> Result<Values, String> {
     let (damping, range) = (Damping::Fixed(scene.wall.damping_nm_s_per_rad), usual_range(&scene));
     match Stretch::softest(&scene, damping, range)? {
         Some(stretch) => Ok(numbers([("limit", stretch.to.middle())])),
-        None => Err(StableSet::new(&scene, damping, range)?.said()),
+        None => Err(StableSet::new(&scene, damping, range)?.said().into()),
     }
 }
 
 /// Returns a stiffness at which the linear loop of two rates ceases to settle, by bisection from 1.
-fn dual_rate(scene: &Scene, every: u32) -> Result<f64, String> {
+fn dual_rate(scene: &Scene, every: u32) -> Result<f64, Error> {
     let damping = scene.wall.damping_nm_s_per_rad;
     let stable = |stiffness: f64| SampledLoop::dual_rate(scene, stiffness, damping, every).spectral_radius() < 1.0;
     let (mut low, mut high) = (1.0, 1.0);
@@ -76,19 +77,20 @@ fn dual_rate(scene: &Scene, every: u32) -> Result<f64, String> {
     Ok(0.5 * (low + high))
 }
 
-pub(super) fn criterion(asked: &Asked, _: &Control) -> Result<Values, String> {
+pub(super) fn criterion(asked: &Asked, _: &Control) -> Result<Values, Error> {
     let name = asked.text("name");
-    let criterion = criteria::named(name, &asked.axis()?).ok_or_else(|| format!("no criterion {name} for it"))?;
+    let criterion =
+        criteria::named(name, &asked.axis()?).ok_or_else(|| Error::new(format_args!("no criterion {name} for it")))?;
     Ok(numbers([("limit", criterion.map_err(|silent| silent.why)?.limit)]))
 }
 
 /// Returns what the scene in words does, and the limits of all criteria beside it.
-pub(super) fn limits(asked: &Asked, control: &Control) -> Result<Values, String> {
+pub(super) fn limits(asked: &Asked, control: &Control) -> Result<Values, Error> {
     let scene = asked.axis()?;
     let looks = looks(asked)?;
     let limits = limits::limits(&scene, usual_range(&scene), || in_words(&scene, looks, control));
     let words = limits.in_words.as_ref();
-    let mut values = Values::from([text("words", words.map_or_else(|why| why.clone(), WordsSet::turn))]);
+    let mut values = Values::from([text("words", words.map_or_else(ToString::to_string, WordsSet::turn))]);
     for name in criteria::NAMES {
         let found = limits.criteria.iter().find(|criterion| criterion.name == name);
         let silent = limits.silent.iter().find(|silent| silent.name == name);
@@ -107,19 +109,19 @@ pub(super) fn limits(asked: &Asked, control: &Control) -> Result<Values, String>
 }
 
 /// Returns the settings of `hpu limits` for at most `words` stiffness words; brief ones if that key is missing.
-fn looks(asked: &Asked) -> Result<Looks, String> {
+fn looks(asked: &Asked) -> Result<Looks, Error> {
     match asked.number("words") {
         None => Ok(Looks::BRIEF),
         Some(words) if words.fract() == 0.0 && (2.0..=65_536.0).contains(&words) => {
             Ok(Looks::words(words as usize, Looks::default().phases))
         }
-        Some(words) => Err(format!("words = {words}: write a whole number from 2 to 65536")),
+        Some(words) => Err(Error::new(format_args!("words = {words}: write a whole number from 2 to 65536"))),
     }
 }
 
 /// Returns what the scene in words does. If some runs are too short to tell, and their stiffnesses matter, all are made
 /// as long as it takes, or twice as long where that is not known, up to [`LONGEST`].
-fn in_words(scene: &Scene, looks: Looks, control: &Control) -> Result<WordsSet, String> {
+fn in_words(scene: &Scene, looks: Looks, control: &Control) -> Result<WordsSet, hpu_study::Error> {
     longer(scene, |scene| {
         let found = WordsSet::new(std::slice::from_ref(scene), usual_range(scene), looks, NonZeroUsize::MIN, control)?;
         let open = found.open();
@@ -130,17 +132,17 @@ fn in_words(scene: &Scene, looks: Looks, control: &Control) -> Result<WordsSet, 
 }
 
 /// Runs a scene; if it is too short to tell, makes it as long as it takes, up to [`LONGEST`].
-fn cell(scene: &Scene, control: &Control) -> Result<Cell, String> {
+fn cell(scene: &Scene, control: &Control) -> Result<Cell, Error> {
     longer(scene, |scene| {
         let cell = Cell::run(&Experiment::Axis(scene.clone()), CellLimits::UNGUARDED, control);
-        let cell = cell.map_err(|error| error.to_string())?.ok_or("stopped")?;
+        let cell = cell?.ok_or("stopped")?;
         let telling_s = cell.telling_s;
         Ok((cell, telling_s))
     })
 }
 
 /// Returns what `run` finds of a scene, with the longer duration that it asks for as long as it asks for one.
-fn longer<T>(scene: &Scene, run: impl Fn(&Scene) -> Result<(T, Option<f64>), String>) -> Result<T, String> {
+fn longer<T, E>(scene: &Scene, run: impl Fn(&Scene) -> Result<(T, Option<f64>), E>) -> Result<T, E> {
     let mut scene = scene.clone();
     let longest_s = LONGEST * scene.run.duration_s;
     loop {
@@ -155,15 +157,19 @@ fn longer<T>(scene: &Scene, run: impl Fn(&Scene) -> Result<(T, Option<f64>), Str
 
 /// Gives the stiffness up to which all that were run settle at every phase (`all`) and beyond which none was seen to
 /// settle (`some`), both or none; the lowest seen to fail and the highest seen to settle, each by itself.
-pub(super) fn stable(asked: &Asked, control: &Control) -> Result<Values, String> {
+pub(super) fn stable(asked: &Asked, control: &Control) -> Result<Values, Error> {
     let mut scene = asked.axis()?;
     let found = in_words(&scene, looks(asked)?, control)?;
     if let (Some(from), Some(to)) = (found.open().first(), found.open().last()) {
         let [low, high] = [from, to].map(|seen| found.digits(seen.stiffness));
-        return Err(format!("not told from {low} to {high} {}: {}", found.unit, found.said_not_told(from, to)));
+        return Err(Error::new(format_args!(
+            "not told from {low} to {high} {}: {}",
+            found.unit,
+            found.said_not_told(from, to)
+        )));
     }
     let known = |seen: Option<Seen>, otherwise: &str| {
-        seen.map(|seen| Value::Number(seen.stiffness)).ok_or_else(|| otherwise.to_string())
+        seen.map(|seen| Value::Number(seen.stiffness)).ok_or_else(|| Error::from(otherwise))
     };
     let (all, some) = (found.all_up_to(), found.highest_settled());
     const NONE: &str = "none settles at every phase";
@@ -182,15 +188,15 @@ pub(super) fn stable(asked: &Asked, control: &Control) -> Result<Values, String>
     Ok(values)
 }
 
-pub(super) fn least_damping(asked: &Asked, control: &Control) -> Result<Values, String> {
+pub(super) fn least_damping(asked: &Asked, control: &Control) -> Result<Values, Error> {
     let scene = asked.axis()?;
     let settles = |scene: &Scene| match asked.text("by") {
         "linear" => Ok(linear_settles(scene, scene.wall.stiffness_nm_per_rad) == Some(true)),
         "words" => {
             let cell = cell(scene, control)?;
-            untold(cell.outcome, cell.telling_s).map_or(Ok(cell.outcome == OutcomeKind::Settled), Err)
+            untold(cell.outcome, cell.telling_s).map_or(Ok(cell.outcome == OutcomeKind::Settled), |why| Err(why.into()))
         }
-        other => Err(format!("by = \"{other}\": write \"linear\" or \"words\"")),
+        other => Err(Error::new(format_args!("by = \"{other}\": write \"linear\" or \"words\""))),
     };
     let found = least(&scene, settles)?;
     let [fails, holds] = found.unwrap_or([f64::INFINITY; 2]);
@@ -202,7 +208,7 @@ pub(super) fn least_damping(asked: &Asked, control: &Control) -> Result<Values, 
 /// Returns two dampings within 2 %, one seen to fail and the other seen to hold. They are the first such pair of a scan
 /// upwards in steps of a square root of two, narrowed by bisection. Both are 0 if no damping is needed. Returns `None`
 /// if no damping up to 32 mN·m·s/rad holds. A damping that holds between two steps of the scan is missed.
-fn least(scene: &Scene, stable: impl Fn(&Scene) -> Result<bool, String>) -> Result<Option<[f64; 2]>, String> {
+fn least(scene: &Scene, stable: impl Fn(&Scene) -> Result<bool, Error>) -> Result<Option<[f64; 2]>, Error> {
     let holds = |damping: f64| {
         let mut scene = scene.clone();
         scene.wall.damping_nm_s_per_rad = damping;

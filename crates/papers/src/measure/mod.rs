@@ -11,6 +11,7 @@ use std::collections::BTreeMap;
 use hpu_cosim::Control;
 use hpu_cosim::scene::{Experiment, Scene};
 
+use crate::Error;
 use crate::template::{Value, Values};
 use hpu_prove::criteria;
 
@@ -30,7 +31,7 @@ pub struct Measure {
     pub keys: &'static [Key],
     /// The names of the values that it gives.
     pub gives: &'static [&'static str],
-    run: fn(&Asked, &Control) -> Result<Values, String>,
+    run: fn(&Asked, &Control) -> Result<Values, Error>,
 }
 
 /// A key of a measure.
@@ -97,7 +98,7 @@ pub enum Taken {
 const LONGEST: f64 = 10.0;
 
 /// Returns a scene, shipped or of the user's own, under overrides.
-pub type Load = dyn Fn(&str, &[(String, String)]) -> Result<Experiment, String> + Send + Sync;
+pub type Load = dyn Fn(&str, &[(String, String)]) -> Result<Experiment, Error> + Send + Sync;
 
 /// A measure that a study asks for.
 pub struct Asked<'a> {
@@ -113,13 +114,13 @@ pub struct Asked<'a> {
 
 impl Asked<'_> {
     /// Returns the scene under its overrides and further ones.
-    fn experiment(&self, more: &[(String, String)]) -> Result<Experiment, String> {
+    fn experiment(&self, more: &[(String, String)]) -> Result<Experiment, Error> {
         (self.load)(self.scene, &[self.set, more].concat())
     }
 
     /// Returns the scene, which must be of an axis.
-    fn axis(&self) -> Result<Scene, String> {
-        self.experiment(&[])?.axis().ok_or_else(|| format!("{} is no scene of an axis", self.scene))
+    fn axis(&self) -> Result<Scene, Error> {
+        self.experiment(&[])?.axis().ok_or_else(|| Error::new(format_args!("{} is no scene of an axis", self.scene)))
     }
 
     fn number(&self, key: &str) -> Option<f64> {
@@ -300,6 +301,6 @@ fn numbers<const N: usize>(values: [(&str, f64); N]) -> Values {
     values.into_iter().map(|(name, value)| (name.to_string(), Ok(Value::Number(value)))).collect()
 }
 
-fn text(name: &str, text: String) -> (String, Result<Value, String>) {
+fn text(name: &str, text: String) -> (String, Result<Value, Error>) {
     (name.to_string(), Ok(Value::Text(text)))
 }

@@ -4,6 +4,7 @@ use hpu_cosim::scene::{Experiment, OutcomeKind, Scene};
 use hpu_cosim::{ANGLE, Control, Driver, Simulation, Summary, Trace, Verdict, Wired, WiredSimulation};
 
 use super::{Asked, LONGEST, Taken, numbers, text};
+use crate::Error;
 use crate::template::{Value, Values, length};
 use hpu_page::summary::untold;
 
@@ -15,16 +16,16 @@ struct Made {
 }
 
 /// Runs the scene under its overrides and further ones.
-fn make(asked: &Asked, more: &[(String, String)], control: &Control) -> Result<Made, String> {
+fn make(asked: &Asked, more: &[(String, String)], control: &Control) -> Result<Made, Error> {
     let experiment = asked.experiment(more)?;
-    let simulation = WiredSimulation::new(&experiment).map_err(|error| error.to_string())?;
+    let simulation = WiredSimulation::new(&experiment)?;
     let mut trace = simulation.brief_trace();
     let summary = simulation.run(Driver::Events, &mut trace, &mut (), control);
     Ok(Made { experiment, summary, trace })
 }
 
 /// Runs the scene as [`make`] does; if it is too short to tell, makes it as long as it takes, up to [`LONGEST`].
-fn make_told(asked: &Asked, more: &[(String, String)], control: &Control) -> Result<Made, String> {
+fn make_told(asked: &Asked, more: &[(String, String)], control: &Control) -> Result<Made, Error> {
     let mut made = make(asked, more, control)?;
     let longest_s = LONGEST * made.experiment.run.duration_s;
     while let Some(telling_s) = made.summary.verdict.and_then(Verdict::telling_s)
@@ -42,10 +43,10 @@ impl Made {
     /// # Errors
     ///
     /// Returns why the run does not tell, and what would tell.
-    fn settled(&self) -> Result<bool, String> {
+    fn settled(&self) -> Result<bool, Error> {
         let verdict = self.summary.verdict;
         match verdict.and_then(|verdict| untold(verdict.outcome(), verdict.telling_s())) {
-            Some(why) => Err(why),
+            Some(why) => Err(why.into()),
             None => Ok(matches!(self.summary.outcome(), Some(OutcomeKind::Settled | OutcomeKind::Passive))),
         }
     }
@@ -142,7 +143,7 @@ pub(super) const RUN_GIVES: &[&str] = &[
 ];
 
 /// Runs a scene.
-pub(super) fn run(asked: &Asked, control: &Control) -> Result<Values, String> {
+pub(super) fn run(asked: &Asked, control: &Control) -> Result<Values, Error> {
     let made = make(asked, &[], control)?;
     let Summary { energy, .. } = made.summary;
     let (rms, amplitude) = match made.summary.verdict {
@@ -239,11 +240,12 @@ pub fn slope(pairs: &[(f64, f64)]) -> f64 {
 }
 
 /// Runs a scene, and again under the overrides `other`.
-pub(super) fn apart(asked: &Asked, control: &Control) -> Result<Values, String> {
+pub(super) fn apart(asked: &Asked, control: &Control) -> Result<Values, Error> {
     let Some(Taken::Set(other)) = asked.options.get("other") else { return Err("other is missing".into()) };
     let (one, other) = (make(asked, &[], control)?, make(asked, other, control)?);
     let scenes = one.axis().zip(other.axis());
-    let (scene, other_scene) = scenes.ok_or_else(|| format!("{} is no scene of an axis", asked.scene))?;
+    let (scene, other_scene) =
+        scenes.ok_or_else(|| Error::new(format_args!("{} is no scene of an axis", asked.scene)))?;
     let apart = |rows: usize| {
         let pairs = one.trace.angles_rad().iter().zip(other.trace.angles_rad()).take(rows);
         pairs.fold(0.0, |most: f64, (one, other)| most.max((one - other).abs()))
@@ -256,7 +258,7 @@ pub(super) fn apart(asked: &Asked, control: &Control) -> Result<Values, String> 
 
 /// Runs a scene at each value of a key. Gives the last value that settles below the first that does not, the first that
 /// does not, and the frequency of its limit cycle in Hz; all infinite if every value settles.
-pub(super) fn ladder(asked: &Asked, control: &Control) -> Result<Values, String> {
+pub(super) fn ladder(asked: &Asked, control: &Control) -> Result<Values, Error> {
     let (mut rungs, mut turn) = (Vec::new(), None);
     let unit = asked.text("unit");
     for &value in asked.numbers("values") {

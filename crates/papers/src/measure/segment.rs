@@ -9,6 +9,7 @@ use hpu_plant::arm::Gimbal;
 
 use super::velocity::lag;
 use super::{Asked, Measure, Takes, numbers, option, text};
+use crate::Error;
 use crate::template::{Value, Values, length};
 use hpu_page::summary::untold;
 use hpu_prove::criteria::touch::{Criteria, NAMES};
@@ -92,16 +93,16 @@ struct Made {
     verdict: Option<Verdict>,
 }
 
-fn scene(asked: &Asked, more: &[(String, String)]) -> Result<GimbalScene, String> {
+fn scene(asked: &Asked, more: &[(String, String)]) -> Result<GimbalScene, Error> {
     match asked.experiment(more)? {
         Experiment::Gimbal(scene) => Ok(scene),
-        _ => Err(format!("{} is no scene of a gimbal", asked.scene)),
+        _ => Err(Error::new(format_args!("{} is no scene of a gimbal", asked.scene))),
     }
 }
 
-fn made(asked: &Asked, more: &[(String, String)], control: &Control) -> Result<Made, String> {
+fn made(asked: &Asked, more: &[(String, String)], control: &Control) -> Result<Made, Error> {
     let scene = scene(asked, more)?;
-    let simulation = GimbalSimulation::new(&scene).map_err(|error| error.to_string())?;
+    let simulation = GimbalSimulation::new(&scene)?;
     let mut trace = simulation.trace(&["mode"]);
     let mut switches = Switches::of(&scene, &simulation);
     let summary = simulation.run(Driver::Events, &mut trace, &mut switches, control);
@@ -186,7 +187,7 @@ fn lags(all: &[Made]) -> [f64; 3] {
 }
 
 /// Runs a segment on a gimbal.
-fn segment(asked: &Asked, control: &Control) -> Result<Values, String> {
+fn segment(asked: &Asked, control: &Control) -> Result<Values, Error> {
     let seeds: Vec<Vec<(String, String)>> = match asked.numbers("seeds") {
         [] => vec![Vec::new()],
         seeds => seeds.iter().map(|seed| vec![("run.seed".to_string(), seed.to_string())]).collect(),
@@ -222,7 +223,7 @@ fn segment(asked: &Asked, control: &Control) -> Result<Values, String> {
     let settled = |made: &Made| matches!(made.verdict, Some(Verdict::Settled { .. } | Verdict::Tracking { .. }));
     let verdicts = || all.iter().filter_map(|made| made.verdict);
     let settles = match verdicts().find_map(|verdict| untold(verdict.outcome(), verdict.telling_s())) {
-        Some(why) => Err(why),
+        Some(why) => Err(why.into()),
         None => Ok(Value::Number(f64::from(u8::from(all.iter().all(settled))))),
     };
     let [lag_height, lag_pitch, lag_roll] = lags(&all);
@@ -277,7 +278,7 @@ fn missing(name: &str) -> &'static str {
 }
 
 /// Returns what the criteria of a touch tell.
-fn touch(asked: &Asked, _: &Control) -> Result<Values, String> {
+fn touch(asked: &Asked, _: &Control) -> Result<Values, Error> {
     let criteria = Criteria::of(&scene(asked, &[])?)?;
     let fails = criteria.fails().map(|fails| f64::from(u8::from(fails)));
     // The control that rests; under both, or neither, impedance control.

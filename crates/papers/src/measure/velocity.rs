@@ -6,6 +6,7 @@ use hpu_cosim::scene::{Device, Experiment, LawMethod, Loop};
 use hpu_cosim::{Control, Driver, Simulation, Wired, WiredSimulation};
 
 use super::{Asked, numbers};
+use crate::Error;
 use crate::template::Values;
 
 /// Columns of the speed and the position in a row of an axis.
@@ -37,7 +38,7 @@ impl Velocities {
     /// # Errors
     ///
     /// When the scene is of no axis, has another method or no datapath in words, or cannot be run.
-    pub(crate) fn of(asked: &Asked, control: &Control) -> Result<Option<Self>, String> {
+    pub(crate) fn of(asked: &Asked, control: &Control) -> Result<Option<Self>, Error> {
         let scene = asked.axis()?;
         let Loop::Law(LawMethod::SampledWall(method)) = scene.method.kind else {
             return Err("only a sampled_wall has a choice of estimators; write method.kind = \"sampled_wall\"".into());
@@ -48,7 +49,7 @@ impl Velocities {
         };
         let lsb = scene.encoder.count_rad() / scene.velocity_span_s() / f64::from(1u32 << method.velocity_frac);
         let experiment = Experiment::Axis(scene);
-        let simulation = WiredSimulation::new(&experiment).map_err(|error| error.to_string())?;
+        let simulation = WiredSimulation::new(&experiment)?;
         if !simulation.nets().iter().any(|net| net.name == "memory") {
             return Err("a law in floats has no words; write model.datapath = \"words\"".into());
         }
@@ -123,7 +124,7 @@ fn mean_speeds(positions: &[f64], aside: usize, interval_s: f64) -> Vec<f64> {
 }
 
 /// Measures the estimate of a scene.
-pub(super) fn velocity(asked: &Asked, control: &Control) -> Result<Values, String> {
+pub(super) fn velocity(asked: &Asked, control: &Control) -> Result<Values, Error> {
     let velocities = Velocities::of(asked, control)?.ok_or("stopped before its end")?;
     let [rms, most, rest] = velocities.errors(asked.number("rest").unwrap_or(0.0));
     let (lag, square) = velocities.lag();

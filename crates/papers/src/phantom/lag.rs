@@ -9,6 +9,7 @@ use hpu_cosim::{Control, PlainName};
 use super::claims::PMOS_1;
 use super::trial::{Verdict, run_trial};
 use super::{LAG, Rung, Study, TITLE_OF_LAG, TRIALS, TrialSetup};
+use crate::Error;
 use crate::studies::Variables;
 use crate::studies::comparison::{Claim, Comparison, Found, Line, measure};
 use crate::studies::summing::Statement;
@@ -92,7 +93,7 @@ pub fn fitting(
     stiffness: &str,
     lags_10_us: &[u32],
     control: &Control,
-) -> Option<Result<Found, String>> {
+) -> Option<Result<Found, Error>> {
     let (mut narrow, mut wide) = (Vec::new(), Vec::new());
     for &lag in lags_10_us {
         let set = [
@@ -129,7 +130,7 @@ pub fn fitting(
 }
 
 /// Returns how many of the rows, from the softest on, are passive in all trials.
-fn passive_rows(study: &Study, axis: Direction, control: &Control) -> Option<Result<usize, String>> {
+fn passive_rows(study: &Study, axis: Direction, control: &Control) -> Option<Result<usize, Error>> {
     for (row, stiffness_n_per_m) in ROWS_N_PER_M.into_iter().enumerate() {
         for trial in 1..=TRIALS {
             let seed = study.first_seed;

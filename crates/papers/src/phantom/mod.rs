@@ -36,6 +36,7 @@ use std::ops::Range;
 use hpu_cosim::scene::{Direction, Platform};
 use hpu_datapath::phantom::Config;
 
+use crate::Error;
 use hpu_prove::arms::{SIGNALS, SignalBound, bounds};
 pub use hpu_study::phantom::TABLE_2;
 
@@ -57,7 +58,7 @@ pub const COST: &str = "phantom-cost";
 pub const SCENE: &str = "phantom-drop";
 
 /// The trials that were run, by their index in [`Study::points`].
-pub type Outcomes = BTreeMap<usize, Result<Trial, String>>;
+pub type Outcomes = BTreeMap<usize, Result<Trial, Error>>;
 
 /// The stiffnesses of the walls, in N/m: the legible rows of the table, and rows that may have stood between them.
 pub const STIFFNESSES_N_PER_M: [f64; 20] = [

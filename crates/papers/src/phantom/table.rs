@@ -4,6 +4,7 @@ use hpu_cosim::scene::{Direction, Platform};
 
 use super::trial::{Trial, Verdict};
 use super::{Outcomes, Study};
+use crate::Error;
 
 hpu_signal::named! {
     /// The class of a cell, and how the paper prints it.
@@ -28,11 +29,11 @@ pub struct Cell {
     /// Class of the cell.
     pub class: Class,
     /// The cell's trials, or why they could not be run.
-    pub trials: Vec<Result<Trial, String>>,
+    pub trials: Vec<Result<Trial, Error>>,
 }
 
 impl Cell {
-    pub(super) fn new(seed: u64, trials: Vec<Result<Trial, String>>) -> Self {
+    pub(super) fn new(seed: u64, trials: Vec<Result<Trial, Error>>) -> Self {
         let verdicts = || trials.iter().flatten().map(|trial| trial.verdict);
         let class = if trials.iter().any(Result::is_err) || trials.is_empty() {
             Class::Failed

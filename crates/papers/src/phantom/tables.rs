@@ -196,10 +196,11 @@ impl Tables {
     }
 
     /// Returns why trials failed, each reason once.
-    pub fn failures(&self) -> Vec<&str> {
+    pub fn failures(&self) -> Vec<String> {
         let cells = self.tables.iter().flat_map(Table::cells);
         let trials = cells.flat_map(|cell: &Cell| &cell.trials);
-        let mut reasons: Vec<&str> = trials.filter_map(|trial| trial.as_ref().err()).map(String::as_str).collect();
+        let mut reasons: Vec<String> =
+            trials.filter_map(|trial| trial.as_ref().err()).map(ToString::to_string).collect();
         reasons.sort_unstable();
         reasons.dedup();
         reasons

@@ -23,7 +23,7 @@ pub fn csv(study: &Study, outcomes: &Outcomes) -> String {
     for (place, outcome) in outcomes {
         let TrialSetup { rung, axis, platform, stiffness_n_per_m, seed, trial } = points[*place];
         let (outcome, rms_m, at_s, edges, reason) = match outcome {
-            Err(reason) => ("failed", None, None, String::new(), reason),
+            Err(reason) => ("failed", None, None, String::new(), &reason.to_string()),
             Ok(Trial { verdict, edges, why }) => {
                 let (name, at_s) = match verdict {
                     Verdict::Passive { .. } => ("passive", None),

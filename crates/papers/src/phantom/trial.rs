@@ -6,6 +6,7 @@ use hpu_farm::form;
 use serde::{Deserialize, Serialize};
 
 use super::SCENE;
+use crate::Error;
 
 /// The result of a trial. Its keys as a row are the columns of a sweep.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
@@ -59,9 +60,9 @@ impl Verdict {
 /// # Errors
 ///
 /// Returns why the scene could not be run.
-pub fn run_trial(overrides: &[(String, String)], control: &Control) -> Result<Option<Trial>, String> {
-    let experiment = scene().parse(overrides).map_err(|error| error.to_string())?;
-    let simulation = WiredSimulation::new(&experiment).map_err(|error| error.to_string())?;
+pub fn run_trial(overrides: &[(String, String)], control: &Control) -> Result<Option<Trial>, Error> {
+    let experiment = scene().parse(overrides)?;
+    let simulation = WiredSimulation::new(&experiment)?;
     let mut trace = simulation.brief_trace();
     let summary = simulation.run(Driver::Events, &mut trace, &mut (), control);
     if !summary.complete {
@@ -71,7 +72,7 @@ pub fn run_trial(overrides: &[(String, String)], control: &Control) -> Result<Op
         Some(Outcome::Passive { rms_m }) => Verdict::Passive { rms_m },
         Some(Outcome::NonPassive { rms_m }) => Verdict::NonPassive { rms_m },
         Some(Outcome::HighlyUnstable { at_s }) => Verdict::HighlyUnstable { at_s },
-        other => return Err(format!("{SCENE} is judged as no drop trial is: {other:?}")),
+        other => return Err(Error::new(format_args!("{SCENE} is judged as no drop trial is: {other:?}"))),
     };
     let why = summary.aborted.map_or(String::new(), |abort| abort.why.to_string());
     Ok(Some(Trial { verdict, edges: summary.edges, why }))

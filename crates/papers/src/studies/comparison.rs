@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::summing::{Finding, Statement, Sum, summing_up};
 use super::vary::{Variables, written};
+use crate::Error;
 use crate::formula::Formula;
 use crate::measure::Velocities;
 
@@ -58,7 +59,7 @@ pub struct Line {
 }
 
 /// A run that gives the velocities; `None` when `control` stopped it.
-pub type Running = Box<dyn Fn(&Control) -> Result<Option<Velocities>, String> + Sync>;
+pub type Running = Box<dyn Fn(&Control) -> Result<Option<Velocities>, Error> + Sync>;
 
 /// The velocities of a line, for a picture.
 pub struct Shown {
@@ -69,7 +70,7 @@ pub struct Shown {
 }
 
 /// A measurement: returns its result or the reason why there is none; `None` when `control` stopped it.
-pub type Measure = Box<dyn Fn(&Control) -> Option<Result<Found, String>> + Sync>;
+pub type Measure = Box<dyn Fn(&Control) -> Option<Result<Found, Error>> + Sync>;
 
 /// The result of a line.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
@@ -118,17 +119,17 @@ impl TryFrom<Written> for Found {
 }
 
 /// Returns a measurement whose result converts into [`Found`].
-pub fn measure<F: Into<Found>>(measure: impl Fn(&Control) -> Option<Result<F, String>> + Sync + 'static) -> Measure {
+pub fn measure<F: Into<Found>>(measure: impl Fn(&Control) -> Option<Result<F, Error>> + Sync + 'static) -> Measure {
     Box::new(move |control| measure(control).map(|found| found.map(Into::into)))
 }
 
 /// Returns the findings on all claims, each from the results of its lines.
-pub fn sums(comparison: &Comparison, results: &[Result<Found, String>]) -> Vec<Sum> {
+pub fn sums(comparison: &Comparison, results: &[Result<Found, Error>]) -> Vec<Sum> {
     let sum = |claim: &Claim| {
         let own = comparison.lines.iter().zip(results).filter(|(line, _)| line.claims.contains(claim.statement.letter));
         let (lines, results): (Vec<_>, Vec<_>) = own.unzip();
         let found = results.into_iter().map(Result::as_ref).collect::<Result<Vec<_>, _>>();
-        let cases = found.map_err(String::clone).and_then(|found| claimed(claim, &lines, &found));
+        let cases = found.map_err(Error::clone).and_then(|found| claimed(claim, &lines, &found));
         let (finding, found) = match cases {
             Ok(cases) => {
                 let so = cases.iter().filter(|so| **so).count();
@@ -151,7 +152,7 @@ pub fn sums(comparison: &Comparison, results: &[Result<Found, String>]) -> Vec<S
 /// # Errors
 ///
 /// Returns which figure of a condition no line has.
-pub fn claimed(claim: &Claim, lines: &[&Line], found: &[&Found]) -> Result<Vec<bool>, String> {
+pub fn claimed(claim: &Claim, lines: &[&Line], found: &[&Found]) -> Result<Vec<bool>, Error> {
     let group = |line: &Line| claim.by.as_ref().map(|by| line.vars.get(by).map(written)).transpose();
     let groups = lines.iter().map(|line| group(line)).collect::<Result<Vec<_>, _>>()?;
     let mut cases = Vec::new();
@@ -165,7 +166,9 @@ pub fn claimed(claim: &Claim, lines: &[&Line], found: &[&Found]) -> Result<Vec<b
             }
         }
         for formula in &claim.holds {
-            let named = |name: &str| figures.get(name).cloned().ok_or_else(|| format!("no line has the figure {name}"));
+            let named = |name: &str| {
+                figures.get(name).cloned().ok_or_else(|| Error::new(format_args!("no line has the figure {name}")))
+            };
             cases.extend(formula.value(&named)?.into_iter().map(|case| case != 0.0 && !case.is_nan()));
         }
         rest = end;
@@ -174,10 +177,10 @@ pub fn claimed(claim: &Claim, lines: &[&Line], found: &[&Found]) -> Result<Vec<b
 }
 
 /// The name of a group, and its lines with their results.
-type Grouped<'a> = (&'static str, Vec<(&'a Line, &'a Result<Found, String>)>);
+type Grouped<'a> = (&'static str, Vec<(&'a Line, &'a Result<Found, Error>)>);
 
 /// Returns the lines with their results, by their groups.
-fn groups<'a>(comparison: &'a Comparison, results: &'a [Result<Found, String>]) -> Vec<Grouped<'a>> {
+fn groups<'a>(comparison: &'a Comparison, results: &'a [Result<Found, Error>]) -> Vec<Grouped<'a>> {
     let mut groups: Vec<(&str, Vec<_>)> = Vec::new();
     for (line, result) in comparison.lines.iter().zip(results) {
         match groups.last_mut() {
@@ -190,7 +193,7 @@ fn groups<'a>(comparison: &'a Comparison, results: &'a [Result<Found, String>]) 
 
 /// Returns the lines and their results as a table of text, in the order of the lines. Tabs divide a result into
 /// columns, which are aligned within a group.
-pub fn beside_text(comparison: &Comparison, results: &[Result<Found, String>]) -> String {
+pub fn beside_text(comparison: &Comparison, results: &[Result<Found, Error>]) -> String {
     let width = |texts: &mut dyn Iterator<Item = usize>| texts.max().unwrap_or(0);
     let what = width(&mut comparison.lines.iter().map(|line| line.what.chars().count()));
     let published = width(&mut comparison.lines.iter().map(|line| line.published.chars().count())).max(9);
@@ -199,7 +202,7 @@ pub fn beside_text(comparison: &Comparison, results: &[Result<Found, String>]) -
     let mut text = format!("{:what$}  {}emulated\n", "", column("published"));
     for (group, lines) in groups(comparison, results) {
         text += &format!("\n{group}\n");
-        let cells = |result: &Result<Found, String>| match result {
+        let cells = |result: &Result<Found, Error>| match result {
             Ok(found) => found.text.split('\t').map(String::from).collect(),
             Err(reason) => vec![format!("not measured: {reason}")],
         };
@@ -223,15 +226,15 @@ pub fn beside_text(comparison: &Comparison, results: &[Result<Found, String>]) -
 }
 
 /// Returns the lines and their results as CSV, headed by the command that made them.
-pub fn beside_csv(comparison: &Comparison, results: &[Result<Found, String>], command: &str) -> String {
+pub fn beside_csv(comparison: &Comparison, results: &[Result<Found, Error>], command: &str) -> String {
     let quoted = |text: &str| format!("\"{}\"", text.replace('"', "\"\""));
     let mut csv = format!("# {command}\ngroup,what,published,emulated,reason\n");
     for (line, result) in comparison.lines.iter().zip(results) {
         let (found, reason) = match result {
-            Ok(found) => (found.text.as_str(), ""),
-            Err(reason) => ("", reason.as_str()),
+            Ok(found) => (found.text.as_str(), String::new()),
+            Err(reason) => ("", reason.to_string()),
         };
-        let fields = [line.group, &line.what, line.published, found, reason].map(quoted);
+        let fields = [line.group, &line.what, line.published, found, &reason].map(quoted);
         csv += &format!("{}\n", fields.join(","));
     }
     csv

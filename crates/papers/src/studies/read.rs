@@ -12,6 +12,7 @@ use super::comparison::{Claim, Comparison, Found, Line, Shown, claimed};
 use super::file::{At, File, FileErrors, join, start};
 use super::summing::Statement;
 use super::vary::{Variables, whole, written};
+use crate::Error;
 use crate::formula::Formula;
 use crate::measure::{Asked, Load, Measure, Taken, Takes, Velocities, measures};
 use crate::template::{Template, Values, figure};
@@ -104,9 +105,9 @@ fn forever(text: String) -> &'static str {
 fn texts(file: &mut File, table: &dyn TableLike, name: &str, vars: &Variables) -> Vec<String> {
     let Some(item) = table.get(name) else { return Vec::new() };
     let list = item.as_array().and_then(|list| list.iter().map(Value::as_str).collect::<Option<Vec<_>>>());
-    let texts = list.ok_or_else(|| "write a list of texts".to_string());
+    let texts = list.ok_or_else(|| Error::from("write a list of texts"));
     let texts = texts.and_then(|texts| texts.into_iter().map(|text| vars.replace(text)).collect());
-    texts.unwrap_or_else(|error: String| file.refused(At { key: name, byte: start(item.span()) }, error))
+    texts.unwrap_or_else(|error| file.refused(At { key: name, byte: start(item.span()) }, error))
 }
 
 /// The results of the measures, by their questions; lines with the same question share a result.
@@ -264,10 +265,10 @@ impl Lines<'_, '_> {
             let item = table.get(name);
             let taken = match item.map(|item| item.as_value().and_then(|value| taken(takes, value, vars).transpose())) {
                 None if !needed => return None,
-                None => Err(format!("missing; {}", takes.accepted())),
+                None => Err(Error::new(format_args!("missing; {}", takes.accepted()))),
                 Some(Some(Ok(value))) => return Some(value),
                 Some(Some(Err(error))) => Err(error),
-                Some(None) => Err(takes.accepted().to_string()),
+                Some(None) => Err(takes.accepted().into()),
             };
             let byte = item.map_or(at.byte, |item| start(item.span()));
             taken.unwrap_or_else(|error| self.file.refused(At { key: &join(&path, name), byte }, error))
@@ -291,7 +292,7 @@ impl Lines<'_, '_> {
 }
 
 /// Returns text and figures of a line.
-fn found(template: &Template, figures: &[Formula], values: &Values) -> Result<Found, String> {
+fn found(template: &Template, figures: &[Formula], values: &Values) -> Result<Found, Error> {
     let text = template.text(values)?;
     let figures = figures.iter().map(|formula| figure(formula, values)).collect::<Result<Vec<_>, _>>()?;
     Ok(Found::new(one_line(text), figures))
@@ -314,12 +315,12 @@ fn refusal(name: &str, parts: &[Part]) -> Option<String> {
 }
 
 /// Reads a figure: a formula, or a list of them under one name.
-fn named_formulas(name: &str, item: &Item, vars: &Variables) -> Result<Vec<(String, Formula)>, String> {
+fn named_formulas(name: &str, item: &Item, vars: &Variables) -> Result<Vec<(String, Formula)>, Error> {
     let name = vars.replace(name)?;
     formulas(item, vars)?.into_iter().map(|formula| Ok((name.clone(), formula))).collect()
 }
 
-fn formulas(item: &Item, vars: &Variables) -> Result<Vec<Formula>, String> {
+fn formulas(item: &Item, vars: &Variables) -> Result<Vec<Formula>, Error> {
     const ACCEPTED: &str = "write a formula in quotes, or a list of them";
     let texts = match item.as_value() {
         Some(Value::String(text)) => vec![text.value().as_str()],
@@ -330,7 +331,7 @@ fn formulas(item: &Item, vars: &Variables) -> Result<Vec<Formula>, String> {
 }
 
 /// Returns a key's value; `None` if it is of another type.
-fn taken(takes: Takes, value: &Value, vars: &Variables) -> Result<Option<Taken>, String> {
+fn taken(takes: Takes, value: &Value, vars: &Variables) -> Result<Option<Taken>, Error> {
     let value = vars.value(value)?;
     let list =
         |value: &Value| value.as_array().map(|list| list.iter().map(number).collect::<Result<Option<Vec<_>>, _>>());
@@ -360,7 +361,7 @@ fn taken(takes: Takes, value: &Value, vars: &Variables) -> Result<Option<Taken>,
 }
 
 /// Returns a number, or the value of a formula in quotes.
-fn number(value: &Value) -> Result<Option<f64>, String> {
+fn number(value: &Value) -> Result<Option<f64>, Error> {
     Ok(match value {
         Value::Integer(number) => Some(*number.value() as f64),
         Value::Float(number) => Some(*number.value()),

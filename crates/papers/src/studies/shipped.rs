@@ -6,6 +6,7 @@ use hpu_cosim::scene;
 
 use super::comparison::Comparison;
 use super::read::read;
+use crate::Error;
 
 macro_rules! studies {
     ($($name:literal),* $(,)?) => {
@@ -32,8 +33,8 @@ pub fn shipped(name: &str) -> Comparison {
     let file = format!("testbench/studies/{name}.toml");
     let load = |name: &str, set: &[(String, String)]| {
         let shipped = scene::shipped().iter().find(|scene| scene.name == name);
-        let shipped = shipped.ok_or_else(|| format!("no scene {name}"))?;
-        shipped.parse(set).map_err(|error| error.to_string())
+        let shipped = shipped.ok_or_else(|| Error::new(format_args!("no scene {name}")))?;
+        shipped.parse(set).map_err(Error::from)
     };
     let study = read(&file, text.as_bytes(), &[], Arc::new(load));
     study.unwrap_or_else(|errors| panic!("{errors}")).comparison

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use toml_edit::{Array, InlineTable, Item, Value};
 
+use crate::Error;
 use crate::measure::Load;
 use crate::template::{Template, Values};
 use hpu_study::map::Method;
@@ -25,7 +26,7 @@ impl Variables {
     /// # Errors
     ///
     /// Returns which variables there are.
-    pub fn get(&self, path: &str) -> Result<&Value, String> {
+    pub fn get(&self, path: &str) -> Result<&Value, Error> {
         let (name, rest) = path.split_once('.').unwrap_or((path, ""));
         let mut value = self.0.get(name);
         for key in rest.split('.').filter(|key| !key.is_empty()) {
@@ -33,7 +34,7 @@ impl Variables {
         }
         value.ok_or_else(|| {
             let known: Vec<_> = self.0.keys().map(|name| format!("${name}")).collect();
-            format!("no variable ${path}; there are {}", known.join(", "))
+            Error::new(format_args!("no variable ${path}; there are {}", known.join(", ")))
         })
     }
 
@@ -42,11 +43,11 @@ impl Variables {
     /// # Errors
     ///
     /// Returns which variable is unknown, or what is wrong with a formula.
-    pub fn replace(&self, text: &str) -> Result<String, String> {
+    pub fn replace(&self, text: &str) -> Result<String, Error> {
         let Some((before, after)) = text.split_once('$') else { return Ok(text.into()) };
         let (value, rest) = match after.strip_prefix('(') {
             Some(after) => {
-                let close = closing(after).ok_or_else(|| format!("`$(` is not closed in `{text}`"))?;
+                let close = closing(after).ok_or_else(|| Error::new(format_args!("`$(` is not closed in `{text}`")))?;
                 let template = Template::read(&format!("{{{}}}", self.replace(&after[..close])?))?;
                 (template.text(&Values::new())?, &after[close + 1..])
             }
@@ -54,7 +55,9 @@ impl Variables {
                 let path = path(after);
                 let value = match self.get(path)? {
                     Value::Array(_) | Value::InlineTable(_) => {
-                        return Err(format!("${path} is a list or a table; it stands alone in quotes"));
+                        return Err(Error::new(format_args!(
+                            "${path} is a list or a table; it stands alone in quotes"
+                        )));
                     }
                     value => written(value),
                 };
@@ -69,7 +72,7 @@ impl Variables {
     /// # Errors
     ///
     /// As [`replace`](Self::replace).
-    pub fn value(&self, value: &Value) -> Result<Value, String> {
+    pub fn value(&self, value: &Value) -> Result<Value, Error> {
         Ok(match value {
             Value::String(text) => match self.alone(text.value()) {
                 Some(value) => value?.clone(),
@@ -88,14 +91,14 @@ impl Variables {
             }
             Value::InlineTable(table) => {
                 let pairs = table.iter().map(|(key, value)| Ok((self.replace(key)?, self.value(value)?)));
-                pairs.collect::<Result<InlineTable, String>>()?.into()
+                pairs.collect::<Result<InlineTable, Error>>()?.into()
             }
             other => other.clone(),
         })
     }
 
     /// Returns the variable that a text consists of, if it is a list or a table.
-    fn alone(&self, text: &str) -> Option<Result<&Value, String>> {
+    fn alone(&self, text: &str) -> Option<Result<&Value, Error>> {
         let name = text.strip_prefix('$').filter(|name| path(name) == *name)?;
         match self.get(name) {
             Ok(Value::Array(_) | Value::InlineTable(_)) | Err(_) => Some(self.get(name)),
@@ -108,7 +111,7 @@ impl Variables {
     /// # Errors
     ///
     /// Returns what is wrong with a key's values.
-    pub fn vary(&self, item: Option<&Item>, load: &Load) -> Result<Vec<Self>, String> {
+    pub fn vary(&self, item: Option<&Item>, load: &Load) -> Result<Vec<Self>, Error> {
         let Some(item) = item else { return Ok(vec![self.clone()]) };
         let table = item.as_table_like().ok_or("write a table of lists, as in { rate = [\"1 kHz\", \"2 kHz\"] }")?;
         let mut cases = vec![self.clone()];
@@ -124,7 +127,7 @@ impl Variables {
     }
 
     /// Returns the cases of one variable: the members of a list, of a range, or every method of a scene.
-    fn cases(&self, value: &Value, load: &Load) -> Result<Vec<Value>, String> {
+    fn cases(&self, value: &Value, load: &Load) -> Result<Vec<Value>, Error> {
         let value = self.value(value)?;
         if let Some(list) = value.as_array() {
             return Ok(list.iter().cloned().collect());
@@ -133,7 +136,8 @@ impl Variables {
             "write a list, a range as in { from = 10, to = 100, step = 5 }, or { methods_of = SCENE }";
         let table = value.as_inline_table().ok_or(ACCEPTED)?;
         if let Some(scene) = table.get("methods_of").and_then(Value::as_str) {
-            let scene = load(scene, &[])?.axis().ok_or_else(|| format!("{scene} is no scene of an axis"))?;
+            let scene =
+                load(scene, &[])?.axis().ok_or_else(|| Error::new(format_args!("{scene} is no scene of an axis")))?;
             return Ok(Method::all(&scene).into_iter().map(method).collect());
         }
         let number = |key: &str| {
@@ -159,7 +163,7 @@ pub(super) fn written(value: &Value) -> String {
 }
 
 /// Returns an item as one value: a section as a table in line, an array of sections as a list.
-pub(super) fn whole(item: &Item) -> Result<Value, String> {
+pub(super) fn whole(item: &Item) -> Result<Value, Error> {
     item.clone().into_value().map_err(|_| "write a value".into())
 }
 

@@ -1,5 +1,6 @@
 //! Every way to run a scene other than the scene as written.
 
+use crate::{Error, Kind};
 use hpu_cosim::scene::Experiment;
 
 /// A way to run a scene.
@@ -95,7 +96,7 @@ pub fn time(seconds: f64) -> String {
 /// # Errors
 ///
 /// Returns an error that names the unknown contestant and lists the known ones.
-pub fn named(all: &[Contestant], names: &[String]) -> Result<Vec<Contestant>, String> {
+pub fn named(all: &[Contestant], names: &[String]) -> Result<Vec<Contestant>, Error> {
     let is = |contestant: &Contestant, name: &String| contestant.name == *name || contestant.family == *name;
     if let Some(unknown) = names.iter().find(|name| !all.iter().any(|contestant| is(contestant, name))) {
         let mut families: Vec<&str> = Vec::new();
@@ -107,7 +108,10 @@ pub fn named(all: &[Contestant], names: &[String]) -> Result<Vec<Contestant>, St
         }
         let rung = all.iter().find(|contestant| contestant.step_s.is_some());
         let rung = rung.map_or(String::new(), |rung| format!("; a rung of a ladder is written as {}", rung.name));
-        return Err(format!("no contestant `{unknown}` of this scene; there are {}{rung}", families.join(", ")));
+        return Err(Error::of(
+            Kind::Usage,
+            format_args!("no contestant `{unknown}` of this scene; there are {}{rung}", families.join(", ")),
+        ));
     }
     Ok(all.iter().filter(|contestant| names.iter().any(|name| is(contestant, name))).cloned().collect())
 }

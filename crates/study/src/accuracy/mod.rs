@@ -27,7 +27,7 @@ pub use front::front;
 pub(crate) use outputs::simulation;
 pub use outputs::{Outputs, driver, usual, worst};
 pub use over_map::{SHORTEST_STEP_S, Share, Tour, TourRow, front_of_shares};
-pub use race::{Plan, Race, RaceError};
+pub use race::{Plan, Race};
 pub use table::{grade_name, outputs_of};
 
 use hpu_cosim::scene::Experiment;

@@ -17,6 +17,7 @@ use hpu_cosim::{Control, Driver, PASSIVE_RMS_M, Simulation, Summary, Trace, Wire
 use hpu_signal::{Cycle, Observe};
 
 use super::Device;
+use crate::Error;
 
 /// Greatest number of rows of a recording that a run may hold.
 const MOST_ROWS: u64 = 20_000_000;
@@ -94,18 +95,18 @@ impl Observe for Print {
 }
 
 /// Returns a scene made ready to run, if it has a motion that can be compared.
-pub(crate) fn simulation(experiment: &Experiment) -> Result<WiredSimulation<'_>, String> {
+pub(crate) fn simulation(experiment: &Experiment) -> Result<WiredSimulation<'_>, Error> {
     if matches!(experiment, Experiment::Axis(scene) if scene.model.datapath == Datapath::Linear) {
         return Err("model.datapath = \"linear\" is for hpu limits; write \"words\" or \"law\"".into());
     }
-    let simulation = WiredSimulation::new(experiment).map_err(|error| error.to_string())?;
+    let simulation = WiredSimulation::new(experiment)?;
     if !simulation.has_device() {
         return Err("a recording has no device whose motion could be compared".into());
     }
     let rows = simulation.edges() / simulation.stride();
     if rows > MOST_ROWS {
         let most = format!("{rows} rows would be recorded, of {MOST_ROWS} at most");
-        return Err(format!("{most}: lower record.plant_rate or run.duration"));
+        return Err(Error::new(format_args!("{most}: lower record.plant_rate or run.duration")));
     }
     Ok(simulation)
 }
@@ -116,7 +117,7 @@ impl Outputs {
     /// # Errors
     ///
     /// Returns why the experiment cannot be run.
-    pub fn of(experiment: &Experiment, driver: Driver, control: &Control) -> Result<(Option<Self>, Summary), String> {
+    pub fn of(experiment: &Experiment, driver: Driver, control: &Control) -> Result<(Option<Self>, Summary), Error> {
         Self::watched(experiment, driver, &mut (), control)
     }
 
@@ -129,7 +130,7 @@ impl Outputs {
         experiment: &Experiment,
         driver: Driver,
         control: &Control,
-    ) -> Result<(Option<Self>, Summary), String> {
+    ) -> Result<(Option<Self>, Summary), Error> {
         let mut print = Print { last: Vec::new(), hash: 0 };
         let (outputs, summary) = Self::watched(experiment, driver, &mut print, control)?;
         Ok((outputs.map(|outputs| Self { print: Some(print.hash), ..outputs }), summary))
@@ -140,7 +141,7 @@ impl Outputs {
         driver: Driver,
         observer: &mut dyn Observe,
         control: &Control,
-    ) -> Result<(Option<Self>, Summary), String> {
+    ) -> Result<(Option<Self>, Summary), Error> {
         let simulation = simulation(experiment)?;
         let mut trace = simulation.brief_trace();
         let summary = simulation.run(driver, &mut trace, observer, control);
@@ -149,7 +150,7 @@ impl Outputs {
     }
 
     /// Returns the outputs of a complete run.
-    pub(crate) fn new(experiment: &Experiment, summary: &Summary, trace: &Trace) -> Result<Self, String> {
+    pub(crate) fn new(experiment: &Experiment, summary: &Summary, trace: &Trace) -> Result<Self, Error> {
         let outcome = summary.outcome().ok_or("a recording has no verdict")?;
         let number = |which| metric(which, experiment, summary, trace);
         let of_axis = experiment.setup().outputs().contains(&Output::PeakPenetration);

@@ -14,7 +14,8 @@ use super::contestants::Contestant;
 use super::found::Speed;
 use super::front::front;
 use super::race::{Entrant, Plan, Race};
-use crate::map::{Axis, Cell, CellIndex, CellLimits, Map, MapError, Method, outcome};
+use crate::Error;
+use crate::map::{Axis, Cell, CellIndex, CellLimits, Map, Method, outcome};
 
 /// The shortest step that is run unless all contestants are asked for: shorter ones take too long for a map's many
 /// cells.
@@ -77,13 +78,13 @@ impl Tour {
     ///
     /// # Errors
     ///
-    /// Returns a [`MapError`] if the reference has no such map.
+    /// Fails if the reference has no such map.
     pub fn new(
         mut race: Race,
         axes: (Axis, Axis),
         all: bool,
         load: &mut dyn FnMut(&str) -> io::Result<Vec<u8>>,
-    ) -> Result<Self, MapError> {
+    ) -> Result<Self, Error> {
         let quick =
             |one: &Contestant| one.name != "clock" && one.step_s.is_none_or(|step_s| step_s >= SHORTEST_STEP_S * 0.999);
         race.contestants.retain(|one| all || quick(one));

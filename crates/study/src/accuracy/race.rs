@@ -3,14 +3,13 @@
 //! scale. So a machine that is slow for a while is slow for all, and the ratio of two contestants hardly changes.
 
 use std::collections::BTreeMap;
-use std::fmt;
 use std::hint::black_box;
 use std::io;
 use std::num::NonZeroUsize;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-use hpu_cosim::scene::{Experiment, OutcomeKind, Output, SceneError};
+use hpu_cosim::scene::{Experiment, OutcomeKind, Output};
 use hpu_cosim::{Control, Driver, Simulation, Trace, Wired};
 use hpu_farm::{Failed, units};
 use hpu_prove::criteria;
@@ -20,6 +19,7 @@ use super::contestants::{Contestant, named};
 use super::found::{Chart, ContestantResult, Entry, Grade, Speed};
 use super::outputs::{Outputs, driver, simulation, usual, worst};
 use super::profile::Profile;
+use crate::Error;
 use crate::map::SceneText;
 use crate::timing::{LEAST_TURNS, in_turn};
 use crate::watch::watched;
@@ -36,28 +36,6 @@ pub struct Race {
     /// The scene as written.
     pub written: Experiment,
 }
-
-/// Why there is no race.
-#[derive(Clone, PartialEq, Debug)]
-pub enum RaceError {
-    /// The scene is not valid.
-    Scene(SceneError),
-    /// The scene cannot be run, or has nothing to compare.
-    Run(String),
-    /// There is no contestant of this name.
-    Name(String),
-}
-
-impl fmt::Display for RaceError {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        match self {
-            Self::Scene(error) => error.fmt(f),
-            Self::Run(why) | Self::Name(why) => f.write_str(why),
-        }
-    }
-}
-
-impl std::error::Error for RaceError {}
 
 /// How a race is run.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -104,18 +82,18 @@ impl Race {
     ///
     /// # Errors
     ///
-    /// Returns a [`RaceError`].
+    /// Fails for a scene that is not valid, cannot be run or has nothing to compare, and for an unknown name.
     pub fn new(
         text: (&str, &str),
         set: &[(String, String)],
         names: &[String],
         load: &mut dyn FnMut(&str) -> io::Result<Vec<u8>>,
-    ) -> Result<Self, RaceError> {
-        let (scene, written) = SceneText::read(text, set, load).map_err(RaceError::Scene)?;
-        simulation(&written).map_err(RaceError::Run)?;
+    ) -> Result<Self, Error> {
+        let (scene, written) = SceneText::read(text, set, load)?;
+        simulation(&written)?;
         let mut contestants = contestants(&written);
         if !names.is_empty() {
-            contestants = named(&contestants, names).map_err(RaceError::Name)?;
+            contestants = named(&contestants, names)?;
         }
         Ok(Self { scene, set: set.to_vec(), contestants, written })
     }
@@ -125,10 +103,10 @@ impl Race {
         self.set.iter().chain(&contestant.overrides).cloned().collect()
     }
 
-    fn experiment(&self, contestant: &Contestant, shortened_s: Option<f64>) -> Result<Experiment, String> {
+    fn experiment(&self, contestant: &Contestant, shortened_s: Option<f64>) -> Result<Experiment, Error> {
         let mut overrides = self.overrides(contestant);
         overrides.extend(shortened_s.map(|seconds| ("run.duration".to_string(), format!("{seconds:?}"))));
-        self.scene.parse(&overrides).map_err(|error| error.to_string())
+        self.scene.parse(&overrides).map_err(Error::from)
     }
 
     /// Returns the final value of the progress counter. It is roughly the time in ms, so that a share of it is a share
@@ -151,7 +129,7 @@ impl Race {
     /// # Errors
     ///
     /// Returns why the reference cannot be run.
-    pub fn run(&self, plan: Plan, control: &Control) -> Result<Option<Chart>, String> {
+    pub fn run(&self, plan: Plan, control: &Control) -> Result<Option<Chart>, Error> {
         let (reference, _) =
             watched(Duration::MAX, control, |own| Outputs::printed(&self.written, Driver::Events, own)).0?;
         let Some(reference) = reference else { return Ok(None) };
@@ -204,7 +182,7 @@ impl Race {
         outputs: &[Output],
         plan: Plan,
         control: &Control,
-    ) -> Result<Option<Judged>, String> {
+    ) -> Result<Option<Judged>, Error> {
         let contestant = &self.contestants[index];
         if let Some(name) = contestant.criterion {
             return criterion(name, &self.written, reference.outcome, outputs).map(Some);
@@ -227,7 +205,9 @@ impl Race {
                     let run = |own: &Control| Profile::of(own, || Outputs::printed(&experiment, driver, own));
                     let ((run, profile), late) = watched(3 * plan.longest, control, run);
                     match run? {
-                        (None, _) if late => Err(format!("too slow even for {shortened_s} s of motion")),
+                        (None, _) if late => {
+                            Err(Error::new(format_args!("too slow even for {shortened_s} s of motion")))
+                        }
                         (run, _) => Ok(run.map(|run| (run, profile))),
                     }
                 };
@@ -261,9 +241,9 @@ impl Race {
         entrants: &[Entrant],
         plan: Plan,
         control: &Control,
-    ) -> Result<Option<Vec<Speed>>, String> {
+    ) -> Result<Option<Vec<Speed>>, Error> {
         let experiments = entrants.iter().map(|entrant| self.experiment(&entrant.contestant, entrant.shortened_s));
-        let experiments = experiments.collect::<Result<Vec<_>, String>>()?;
+        let experiments = experiments.collect::<Result<Vec<_>, Error>>()?;
         // The memory of the rows is not part of the model's cost: repeated runs take it over from each other.
         let mut memory: Vec<Option<Trace>> = vec![None; entrants.len()];
         let mut timed_s: Vec<Option<f64>> = vec![None; entrants.len()];
@@ -328,7 +308,7 @@ impl Entrant {
         experiment: &Experiment,
         memory: &mut Option<Trace>,
         control: &Control,
-    ) -> Result<(u64, bool), String> {
+    ) -> Result<(u64, bool), Error> {
         if let (Some(name), Experiment::Axis(scene)) = (self.contestant.criterion, experiment) {
             black_box(criteria::named(name, scene));
             return Ok((0, true));
@@ -356,7 +336,7 @@ fn criterion(
     experiment: &Experiment,
     outcome: OutcomeKind,
     outputs: &[Output],
-) -> Result<Judged, String> {
+) -> Result<Judged, Error> {
     let Experiment::Axis(scene) = experiment else { return Err("the criteria speak of an axis".into()) };
     let criterion = criteria::named(name, scene).ok_or("not of this device")?.map_err(|silent| silent.why)?;
     if !outcome.tells() {

@@ -3,6 +3,7 @@
 use hpu_cosim::scene::{Loop, Scene};
 
 use super::{axis, axis_mut};
+use crate::Error;
 use crate::widths::Field;
 use crate::widths::field::{fields, frac, int, width};
 
@@ -21,7 +22,7 @@ pub const ALL: [Field; 10] = [
 ];
 
 /// A law's velocity is as wide as its position.
-fn also_velocity(scene: &mut Scene, _: i32, bits: i32) -> Result<(), String> {
+fn also_velocity(scene: &mut Scene, _: i32, bits: i32) -> Result<(), Error> {
     if let Loop::Law(_) = scene.method.kind { width::set(&mut scene.method.velocity_bits, bits) } else { Ok(()) }
 }
 

@@ -8,6 +8,7 @@ use hpu_cosim::scene::{Datapath, Device as Body, Experiment, Hand, Loop as Close
 use hpu_cosim::{LawConfig, TheLoop, law_as_asked};
 use hpu_signal::Format;
 
+use crate::Error;
 use crate::accuracy::Contestant;
 use crate::device::{Device, ToldTables};
 use crate::fit::Simplifications;
@@ -21,11 +22,11 @@ pub(crate) use search::Axis as Loop;
 /// The message about a scene of another device.
 const OTHER: &str = "the search is over the widths of an axis's loop; this is a scene of another device";
 
-fn axis(scene: &Experiment) -> Result<&Scene, String> {
+fn axis(scene: &Experiment) -> Result<&Scene, Error> {
     if let Experiment::Axis(scene) = scene { Ok(scene) } else { Err(OTHER.into()) }
 }
 
-fn axis_mut(scene: &mut Experiment) -> Result<&mut Scene, String> {
+fn axis_mut(scene: &mut Experiment) -> Result<&mut Scene, Error> {
     if let Experiment::Axis(scene) = scene { Ok(scene) } else { Err(OTHER.into()) }
 }
 
@@ -61,13 +62,13 @@ impl widths::Device for Scene {
         all
     }
 
-    fn in_words(&self) -> Result<(), String> {
+    fn in_words(&self) -> Result<(), Error> {
         let name = match self.model.datapath {
             Datapath::Words => return Ok(()),
             Datapath::Law => "law",
             Datapath::Linear => "linear",
         };
-        Err(format!("model.datapath = \"{name}\" has no words; write \"words\""))
+        Err(Error::new(format_args!("model.datapath = \"{name}\" has no words; write \"words\"")))
     }
 
     fn asked(&self) -> Vec<(&'static str, Asked)> {
@@ -88,11 +89,11 @@ impl widths::Device for Scene {
 
     /// An axis moves as far from the wall, on either side, as its counter can tell, and no faster than its motor
     /// without load.
-    fn reaches(&self) -> Result<Vec<Reach>, String> {
+    fn reaches(&self) -> Result<Vec<Reach>, Error> {
         if matches!(self.hand, Hand::Capture { .. }) {
             return Err("a recording has no device that could move at random".into());
         }
-        let words = self.words().map_err(|error| error.to_string())?;
+        let words = self.words()?;
         let half = f64::from(self.method.position_bits - 1).exp2() - 1.0;
         let surface = Format::signed(self.method.position_bits).wrap(words.reference.into()) as f64;
         let most_per_s = match &self.device {
@@ -104,14 +105,14 @@ impl widths::Device for Scene {
 }
 
 impl widths::search::Device for Scene {
-    fn loops(&self) -> Result<&'static dyn Loops, String> {
+    fn loops(&self) -> Result<&'static dyn Loops, Error> {
         Ok(&Loop)
     }
 }
 
 impl Device for Scene {
     /// Where a block has few inputs, the result of trying all of them replaces the bound.
-    fn bounds(&self) -> Result<Proof, String> {
+    fn bounds(&self) -> Result<Proof, Error> {
         let mut proof = axis_bounds(self)?;
         for tried in exhausted(self, &proof, MOST_INPUTS)? {
             if let Some(bound) = proof.bounds.iter_mut().find(|bound| bound.name == tried.name) {
@@ -121,15 +122,15 @@ impl Device for Scene {
         Ok(proof)
     }
 
-    fn gappa(&self) -> Result<String, String> {
-        gappa(self, &axis_bounds(self)?)
+    fn gappa(&self) -> Result<String, Error> {
+        Ok(gappa(self, &axis_bounds(self)?)?)
     }
 
-    fn limited(&self) -> Result<&Scene, String> {
+    fn limited(&self) -> Result<&Scene, Error> {
         Ok(self)
     }
 
-    fn tables(&self) -> Result<ToldTables, String> {
+    fn tables(&self) -> Result<ToldTables, Error> {
         Err("an axis has no tables; write the scene of a device with three joints".into())
     }
 }

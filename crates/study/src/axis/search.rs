@@ -24,6 +24,7 @@ use hpu_datapath::haptic_wiring;
 use hpu_signal::{Format, SignalUse};
 
 use super::axis;
+use crate::Error;
 use crate::widths::Field;
 use crate::widths::search::climb::Digits;
 use crate::widths::search::knob::{Depth, Key};
@@ -88,12 +89,12 @@ impl Gain {
 }
 
 /// Returns a scene with a design's widths, whether or not its words hold the scene's values.
-fn with(design: &Design, mut scene: Scene) -> Result<Scene, String> {
+fn with(design: &Design, mut scene: Scene) -> Result<Scene, Error> {
     let gain = |(key, (int, frac)): (&str, GainBits)| {
         let format = Format::new(false, design.get(int), design.get(frac)).ok();
-        format
-            .filter(|format| (2..=32).contains(&format.width()))
-            .ok_or_else(|| format!("method.{key}: {}: a gain has 2 to 32 bits", shown(design, (int, frac))))
+        format.filter(|format| (2..=32).contains(&format.width())).ok_or_else(|| {
+            Error::new(format_args!("method.{key}: {}: a gain has 2 to 32 bits", shown(design, (int, frac))))
+        })
     };
     let method = &mut scene.method;
     let [position, velocity, pwm] =
@@ -130,7 +131,7 @@ impl Loops for Axis {
         axis(scene).map_or("", |scene| scene.device.units().stiffness)
     }
 
-    fn searchable(&self, scene: &Experiment) -> Result<(), String> {
+    fn searchable(&self, scene: &Experiment) -> Result<(), Error> {
         let scene = axis(scene)?;
         match scene.model.datapath {
             Datapath::Words => {}
@@ -146,9 +147,9 @@ impl Loops for Axis {
         }
         if let Loop::Law(law) = scene.method.kind {
             let kind = law.name();
-            return Err(format!(
+            return Err(Error::new(format_args!(
                 "method.kind = \"{kind}\": the search is for the kinds \"hybrid\" and \"conventional\""
-            ));
+            )));
         }
         if scene.wall.ramp.is_some() {
             return Err("wall.ramp: the words change while the scene runs; the search is of a wall that stays".into());
@@ -184,30 +185,30 @@ impl Loops for Axis {
             && (&one.run, &one.record) == (&other.run, &other.record)
     }
 
-    fn scene(&self, design: &Design, base: &Experiment) -> Result<Experiment, String> {
+    fn scene(&self, design: &Design, base: &Experiment) -> Result<Experiment, Error> {
         for (Key { name, accepted: (least, most), .. }, bits) in design.widths() {
             if !(least..=most).contains(&bits) {
-                return Err(format!("method.{name}: {bits}: a scene takes {least} to {most}"));
+                return Err(Error::new(format_args!("method.{name}: {bits}: a scene takes {least} to {most}")));
             }
         }
         let scene = with(design, axis(base)?.clone())?;
-        scene.words().map_err(|error| error.to_string())?;
+        scene.words()?;
         Ok(Experiment::Axis(scene))
     }
 
-    fn cost(&self, scene: &Experiment) -> Result<Cost, String> {
+    fn cost(&self, scene: &Experiment) -> Result<Cost, Error> {
         let scene = axis(scene)?;
-        let config = scene.words().map_err(|error| error.to_string())?.config;
+        let config = scene.words()?.config;
         // Some widths are refused by the blocks.
         for is_conventional in [false, true] {
-            haptic_wiring(config, is_conventional).map_err(|error| error.to_string())?;
+            haptic_wiring(config, is_conventional)?;
         }
         Ok(Cost::of_logic(estimate(&config, scene.method.kind == Loop::Conventional)))
     }
 
-    fn standing(&self, design: Design, scene: &Experiment) -> Result<Standing, String> {
+    fn standing(&self, design: Design, scene: &Experiment) -> Result<Standing, Error> {
         let scene = axis(scene)?;
-        let words = scene.words().map_err(|error| error.to_string())?;
+        let words = scene.words()?;
         let (stiffness, own) = (scene.method.stiffness_format, words.stiffness.into());
         let unit = words.realised.torque_quantum_nm / words.realised.count_rad;
         // The scene's damping rounds to the same value in the same word with fewer fraction bits.
@@ -228,9 +229,9 @@ impl Loops for Axis {
         (gain.of(design, STIFFNESS), gain.word)
     }
 
-    fn at(&self, base: &Experiment, design: &Design, wall: i128) -> Result<Experiment, String> {
+    fn at(&self, base: &Experiment, design: &Design, wall: i128) -> Result<Experiment, Error> {
         let base = axis(base)?;
-        let own = base.words().map_err(|error| error.to_string())?.realised;
+        let own = base.words()?.realised;
         let mut scene = with(design, base.clone())?;
         let coarser = f64::from(base.method.pwm.bits) - f64::from(scene.method.pwm.bits);
         let unit = own.torque_quantum_nm / own.count_rad * libm::exp2(coarser);
@@ -238,10 +239,10 @@ impl Loops for Axis {
         Ok(Experiment::Axis(scene))
     }
 
-    fn needs(&self, base: &Experiment, run: &Summary) -> Result<Depth, String> {
-        let used = |name: &str| -> Result<SignalUse, String> {
+    fn needs(&self, base: &Experiment, run: &Summary) -> Result<Depth, Error> {
+        let used = |name: &str| -> Result<SignalUse, Error> {
             let net = run.nets.iter().find(|net| net.signal.name == name);
-            Ok(net.ok_or_else(|| format!("the loop has no net {name}"))?.usage)
+            Ok(net.ok_or_else(|| Error::new(format_args!("the loop has no net {name}")))?.usage)
         };
         let (delta, velocity) = (used("delta")?, used("velocity")?);
         let velocity = (velocity.overflowed == 0).then_some((velocity.min, velocity.max));
@@ -249,7 +250,7 @@ impl Loops for Axis {
     }
 
     /// The modulator's width is always the scene's, because it sets the period of the modulation.
-    fn reference(&self, base: &Experiment, knobs: &[Knob], bits: Option<i32>) -> Result<Design, String> {
+    fn reference(&self, base: &Experiment, knobs: &[Knob], bits: Option<i32>) -> Result<Design, Error> {
         let own = Design::new(&KEYS, base);
         if let Some(bits) = bits {
             return own.wide(bits);
@@ -262,9 +263,9 @@ impl Loops for Axis {
         format!("settles at no stiffness down to the softest that {} holds", shown(reference, STIFFNESS))
     }
 
-    fn limits<'s>(&self, scene: &'s Experiment) -> Result<Limits<'s>, String> {
+    fn limits<'s>(&self, scene: &'s Experiment) -> Result<Limits<'s>, Error> {
         let limits = ranges::Limits::new(axis(scene)?)?;
-        Ok(Box::new(move |scene| limits.held(axis(scene)?)))
+        Ok(Box::new(move |scene| Ok(limits.held(axis(scene)?)?)))
     }
 }
 
@@ -285,11 +286,11 @@ impl Design {
     /// # Errors
     ///
     /// A message when `bits` is too few for the gains' integer bits.
-    pub fn wide(mut self, bits: i32) -> Result<Self, String> {
+    pub fn wide(mut self, bits: i32) -> Result<Self, Error> {
         for (key, (int, frac)) in GAINS {
             if bits < self.get(int) {
                 let needed = format!("{key} has {} integer bits", self.get(int));
-                return Err(format!("{bits} bits are too few: {needed}; write at least as many"));
+                return Err(Error::new(format_args!("{bits} bits are too few: {needed}; write at least as many")));
             }
             self = self.with(frac, bits - self.get(int));
         }

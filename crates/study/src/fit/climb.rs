@@ -10,7 +10,7 @@ use hpu_cosim::Control;
 use hpu_cosim::scene::{Experiment, Output};
 
 use super::Device;
-use super::found::{Fit, FitError, Tried, percent};
+use super::found::{Fit, Tried, percent};
 use super::knobs::{Simplification, models, on_its_own, overrides, worth};
 use super::measured::Measured;
 use super::simplifications;
@@ -18,6 +18,7 @@ use crate::accuracy::usual;
 use crate::map::SceneText;
 use crate::timing::{LEAST_TURNS, Spread, in_turn};
 use crate::watch::watched;
+use crate::{Error, Kind};
 
 type Set = Vec<(String, String)>;
 
@@ -48,8 +49,8 @@ const NOISE: f64 = 0.05;
 /// # Errors
 ///
 /// Returns an error if the scene cannot be run, is a recording, or if `control` stopped it.
-pub fn fit(scene: &SceneText, set: &Set, within: f64, control: &Control) -> Result<Fit, FitError> {
-    let experiment = scene.parse(set).map_err(|error| FitError::Scene(error.to_string()))?;
+pub fn fit(scene: &SceneText, set: &Set, within: f64, control: &Control) -> Result<Fit, Error> {
+    let experiment = scene.parse(set)?;
     let all = simplifications(&experiment);
     let mut climb = Climb {
         scene,
@@ -74,7 +75,7 @@ pub fn fit(scene: &SceneText, set: &Set, within: f64, control: &Control) -> Resu
     let mut least = 1;
     for model in models(&all) {
         if control.stop.load(Ordering::Relaxed) {
-            return Err(FitError::Stopped);
+            return Err(Error::of(Kind::Stopped, "stopped"));
         }
         let worth = worth(&all, &model);
         if worth < least {
@@ -103,7 +104,7 @@ pub fn fit(scene: &SceneText, set: &Set, within: f64, control: &Control) -> Resu
     let left_out = climb.left_out(&model);
     let kept = climb.kept(&model, &reference);
     if control.stop.load(Ordering::Relaxed) {
-        return Err(FitError::Stopped);
+        return Err(Error::of(Kind::Stopped, "stopped"));
     }
     Ok(Fit {
         models: climb.models(&model, &reference),
@@ -135,9 +136,9 @@ struct Climb<'a> {
     outputs: Vec<Output>,
     around: Vec<Neighbour>,
     /// Measured runs of models on the scene itself.
-    seen: BTreeMap<Vec<usize>, Result<Measured, String>>,
+    seen: BTreeMap<Vec<usize>, Result<Measured, Error>>,
     /// Errors of models in the neighbouring scenes.
-    seen_around: BTreeMap<(Vec<usize>, usize), Result<Errors, String>>,
+    seen_around: BTreeMap<(Vec<usize>, usize), Result<Errors, Error>>,
     /// How many times as fast the second of two models is as the first, as they were timed in turn.
     timed: BTreeMap<[Vec<usize>; 2], Spread>,
     /// How long a run of a model may take. A run that diverges can take thousands of times as long as the scene.
@@ -164,7 +165,7 @@ type Errors = Vec<(Output, f64)>;
 
 impl Climb<'_> {
     /// Returns the measured run of a model on the scene itself; a model is run only once.
-    fn told(&mut self, model: &[usize]) -> Result<Measured, String> {
+    fn told(&mut self, model: &[usize]) -> Result<Measured, Error> {
         if let Some(told) = self.seen.get(model) {
             return told.clone();
         }
@@ -175,7 +176,7 @@ impl Climb<'_> {
     }
 
     /// Runs a model once in a neighbouring scene; the wall time of this run is not used.
-    fn once(&mut self, model: &[usize], index: usize) -> Result<Measured, String> {
+    fn once(&mut self, model: &[usize], index: usize) -> Result<Measured, Error> {
         self.runs += 1;
         let experiment = self.experiment(model, &self.around[index].change)?;
         self.waited(Measured::once, &experiment)
@@ -184,9 +185,9 @@ impl Climb<'_> {
     /// Runs an experiment, and gives up when it takes longer than `patience`.
     fn waited(
         &self,
-        run: impl FnOnce(&Experiment, &Control) -> Result<Measured, String>,
+        run: impl FnOnce(&Experiment, &Control) -> Result<Measured, Error>,
         experiment: &Experiment,
-    ) -> Result<Measured, String> {
+    ) -> Result<Measured, Error> {
         let (told, late) = watched(self.patience, self.control, |own| run(experiment, own));
         if late { Err("it takes longer than the scene as written".into()) } else { told }
     }
@@ -200,7 +201,7 @@ impl Climb<'_> {
     }
 
     /// Returns the errors of a model in a neighbouring scene; none if the scene as written cannot be run there.
-    fn errors_there(&mut self, model: &[usize], index: usize) -> Result<Errors, String> {
+    fn errors_there(&mut self, model: &[usize], index: usize) -> Result<Errors, Error> {
         let key = (model.to_vec(), index);
         if let Some(seen) = self.seen_around.get(&key) {
             return seen.clone();
@@ -218,14 +219,14 @@ impl Climb<'_> {
         reference.thin || (0..self.around.len()).any(|index| self.there(index).is_some_and(|there| there.thin))
     }
 
-    fn experiment(&self, model: &[usize], change: &Set) -> Result<Experiment, String> {
+    fn experiment(&self, model: &[usize], change: &Set) -> Result<Experiment, Error> {
         let set: Set = [self.set, change, &overrides(self.all, model)].into_iter().flatten().cloned().collect();
-        self.scene.parse(&set).map_err(|error| error.to_string())
+        self.scene.parse(&set).map_err(Error::from)
     }
 
     /// Returns how many times as fast a model is as another one. Both are run in turn, so that a machine that is slow
     /// for a while is slow for both. Two models are timed only once: one change has one figure.
-    fn speedup(&mut self, before: &[usize], model: &[usize]) -> Result<Spread, String> {
+    fn speedup(&mut self, before: &[usize], model: &[usize]) -> Result<Spread, Error> {
         if before == model {
             return Ok(Spread::ONE);
         }
@@ -261,13 +262,13 @@ impl Climb<'_> {
         self.errors(run, reference).into_iter().map(|(_, error)| error).fold(0.0, f64::max)
     }
 
-    fn error(&self, why: String) -> FitError {
-        if self.control.stop.load(Ordering::Relaxed) { FitError::Stopped } else { FitError::Scene(why) }
+    fn error(&self, why: Error) -> Error {
+        if self.control.stop.load(Ordering::Relaxed) { Error::of(Kind::Stopped, "stopped") } else { why }
     }
 
     /// Returns the models whose runs were measured.
     fn models(&self, chosen: &[usize], reference: &Measured) -> Vec<Tried> {
-        let told = |(model, told): (&Vec<usize>, &Result<Measured, String>)| {
+        let told = |(model, told): (&Vec<usize>, &Result<Measured, Error>)| {
             let measured = told.as_ref().ok()?;
             Some(Tried {
                 set: overrides(self.all, model),

@@ -1,7 +1,5 @@
 //! The result of a fit: a model, the things that it leaves out, and why it leaves out no more.
 
-use std::fmt;
-
 use hpu_cosim::scene::Output;
 
 use crate::timing::Spread;
@@ -73,26 +71,6 @@ pub struct Fit {
     /// Number of runs, of all models and scenes.
     pub runs: usize,
 }
-
-/// Why there is no fit.
-#[derive(Clone, PartialEq, Debug)]
-pub enum FitError {
-    /// The scene itself cannot be run or judged.
-    Scene(String),
-    /// The fit was stopped.
-    Stopped,
-}
-
-impl fmt::Display for FitError {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        match self {
-            Self::Scene(why) => f.write_str(why),
-            Self::Stopped => f.write_str("stopped"),
-        }
-    }
-}
-
-impl std::error::Error for FitError {}
 
 /// Returns a relative error as text for people.
 pub fn percent(error: f64) -> String {

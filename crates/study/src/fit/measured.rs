@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use hpu_cosim::scene::Experiment;
 use hpu_cosim::{Control, PASSIVE_RMS_M, Simulation, Verdict, Wired};
 
+use crate::Error;
 use crate::accuracy::{Outputs, simulation};
 
 /// A run's outputs and its wall time.
@@ -26,16 +27,16 @@ impl Measured {
     /// # Errors
     ///
     /// Returns why the experiment cannot be run, or that `control` stopped it.
-    pub fn of(experiment: &Experiment, control: &Control) -> Result<Self, String> {
+    pub fn of(experiment: &Experiment, control: &Control) -> Result<Self, Error> {
         Self::best_of(5, experiment, control)
     }
 
     /// Runs an experiment once.
-    pub fn once(experiment: &Experiment, control: &Control) -> Result<Self, String> {
+    pub fn once(experiment: &Experiment, control: &Control) -> Result<Self, Error> {
         Self::best_of(1, experiment, control)
     }
 
-    fn best_of(turns: usize, experiment: &Experiment, control: &Control) -> Result<Self, String> {
+    fn best_of(turns: usize, experiment: &Experiment, control: &Control) -> Result<Self, Error> {
         let begin = Instant::now();
         let mut best: Option<Self> = None;
         // The memory of the rows is not part of the model's cost: repeated runs take it over from each other.
@@ -46,7 +47,7 @@ impl Measured {
             let trace = rows.get_or_insert_with(|| simulation.brief_trace());
             let summary = simulation.run(simulation.driver(), trace, &mut (), control);
             if !summary.complete {
-                return Err("stopped".to_string());
+                return Err("stopped".into());
             }
             let wall_s = start.elapsed().as_secs_f64();
             let outputs = Outputs::new(experiment, &summary, trace)?;

@@ -34,7 +34,7 @@ mod measured;
 
 pub use climb::fit;
 pub use device::Device;
-pub use found::{Fit, FitError, Kept, LeftOut, Tried, percent};
+pub use found::{Fit, Kept, LeftOut, Tried, percent};
 pub use knobs::{Simplification, Simplifications, models, overrides};
 
 use hpu_cosim::scene::Experiment;

@@ -9,6 +9,7 @@ mod touch;
 use hpu_cosim::scene::{GimbalScene, Scene};
 use hpu_cosim::{Simulation, Trace};
 
+use crate::Error;
 use crate::accuracy::Contestant;
 use crate::device::{Device, ToldLimits, ToldTables};
 use crate::fit::Simplifications;
@@ -50,7 +51,7 @@ impl map::Device for GimbalScene {
         true
     }
 
-    fn predictions(&self) -> Result<Vec<(&'static str, bool)>, String> {
+    fn predictions(&self) -> Result<Vec<(&'static str, bool)>, Error> {
         Ok(NAMES.into_iter().zip(Criteria::of(self)?.fails()).collect())
     }
 
@@ -61,7 +62,7 @@ impl map::Device for GimbalScene {
 
 impl widths::Device for GimbalScene {
     /// Each servo passes through all its positions.
-    fn reaches(&self) -> Result<Vec<Reach>, String> {
+    fn reaches(&self) -> Result<Vec<Reach>, Error> {
         let half = f64::from(self.method.config.gimbal.count_width - 1).exp2() - 1.0;
         Ok((0..3).map(|_| Reach { counts: [-half, half], most_per_s: f64::INFINITY }).collect())
     }
@@ -72,7 +73,7 @@ impl widths::Device for GimbalScene {
 }
 
 impl widths::search::Device for GimbalScene {
-    fn loops(&self) -> Result<&'static dyn Loops, String> {
+    fn loops(&self) -> Result<&'static dyn Loops, Error> {
         Err("a search varies keys of widths, of which a gimbal's scene has none; hpu widths without --search proves \
              and measures its words"
             .into())
@@ -80,11 +81,11 @@ impl widths::search::Device for GimbalScene {
 }
 
 impl Device for GimbalScene {
-    fn priced(&self) -> Result<(), String> {
+    fn priced(&self) -> Result<(), Error> {
         Err("Yosys takes minutes for the loop of a gimbal".into())
     }
 
-    fn limited(&self) -> Result<&Scene, String> {
+    fn limited(&self) -> Result<&Scene, Error> {
         Err("the limits of stiffness are those of an axis; a gimbal's are the criteria of its touch".into())
     }
 
@@ -93,17 +94,17 @@ impl Device for GimbalScene {
         Some(ToldLimits { of: "a gimbal", page })
     }
 
-    fn bounds(&self) -> Result<Proof, String> {
-        gimbal_proof(self)
+    fn bounds(&self) -> Result<Proof, Error> {
+        Ok(gimbal_proof(self)?)
     }
 
-    fn gappa(&self) -> Result<String, String> {
+    fn gappa(&self) -> Result<String, Error> {
         Err("a gimbal's kinematics are a CORDIC, which takes many edges, and no straight-line code".into())
     }
 
-    fn tables(&self) -> Result<ToldTables, String> {
+    fn tables(&self) -> Result<ToldTables, Error> {
         let config = &self.method.config.gimbal;
-        let sizes = crank_sizes(&self.gimbal, config).map_err(|error| error.to_string())?;
+        let sizes = crank_sizes(&self.gimbal, config)?;
         Ok(crank::told(config, &sizes))
     }
 }

@@ -2,6 +2,7 @@
 
 use hpu_cosim::scene::GimbalScene;
 
+use crate::Error;
 use hpu_prove::criteria::touch::{Criteria, NAMES};
 
 /// Stiffnesses that are looked at, each by as large a factor above the one before.
@@ -25,17 +26,17 @@ impl TouchLimits {
     /// # Errors
     ///
     /// Those of [`Criteria::of`].
-    pub fn of(scene: &GimbalScene) -> Result<Self, String> {
+    pub fn of(scene: &GimbalScene) -> Result<Self, Error> {
         let criteria = Criteria::of(scene)?;
         let format = scene.method.config.impedance.stiffness;
         let word_n_per_m = format.lsb() * scene.force_lsb_n() / scene.method.config.gimbal.length.lsb();
         let range_n_per_m = [1.0, format.max() as f64].map(|word| word * word_n_per_m);
         let fails = |stiffness_n_per_m: f64| {
-            Ok::<_, String>(Criteria::of(&GimbalScene { stiffness_n_per_m, ..scene.clone() })?.fails())
+            Ok::<_, Error>(Criteria::of(&GimbalScene { stiffness_n_per_m, ..scene.clone() })?.fails())
         };
         let [least, most] = range_n_per_m;
         let at = |look: u32| least * libm::pow(most / least, f64::from(look) / f64::from(LOOKS));
-        let looks = (0..=LOOKS).map(at).map(|at| Ok((at, fails(at)?))).collect::<Result<Vec<_>, String>>()?;
+        let looks = (0..=LOOKS).map(at).map(|at| Ok((at, fails(at)?))).collect::<Result<Vec<_>, Error>>()?;
         let mut rests_n_per_m = [const { Vec::new() }; NAMES.len()];
         for (index, stretches) in rests_n_per_m.iter_mut().enumerate() {
             *stretches = stretched(&looks, index, &fails)?;
@@ -55,8 +56,8 @@ type Fails = [bool; NAMES.len()];
 fn stretched(
     looks: &[(f64, Fails)],
     index: usize,
-    fails: &impl Fn(f64) -> Result<Fails, String>,
-) -> Result<Vec<[f64; 2]>, String> {
+    fails: &impl Fn(f64) -> Result<Fails, Error>,
+) -> Result<Vec<[f64; 2]>, Error> {
     let mut stretches: Vec<[f64; 2]> = Vec::new();
     let mut before: Option<(f64, bool)> = None;
     for &(here, failed) in looks {

@@ -5,6 +5,7 @@ use hpu_cosim::scene::{Device, Hand, Scene};
 use toml_edit::{DocumentMut, Item};
 
 use super::{Overrides, Unknown};
+use crate::Error;
 
 /// A published hand: a spring and a damper to ground.
 #[derive(Clone, PartialEq, Debug)]
@@ -49,7 +50,7 @@ pub fn published_hands() -> Vec<PublishedHand> {
 ///
 /// Returns why the scene cannot take these hands: its hand is not a spring and damper, a motor's lever is missing, or a
 /// lever is given for a mass.
-pub fn hands_of(scene: &Scene, lever_m: Option<f64>) -> Result<(Vec<Unknown>, Vec<Overrides>), String> {
+pub fn hands_of(scene: &Scene, lever_m: Option<f64>) -> Result<(Vec<Unknown>, Vec<Overrides>), Error> {
     if !matches!(scene.hand, Hand::SpringDamper { .. }) {
         return Err("the scene's hand is no spring and damper on a path; write hand.kind = \"spring_damper\"".into());
     }

@@ -15,7 +15,8 @@ use hpu_farm::Failed;
 use hpu_farm::units::{self, run_some};
 
 use super::words::{Group, Seen, WordsSet};
-use crate::map::{Cell, CellError, CellLimits, more_events};
+use crate::map::{Cell, CellLimits};
+use crate::{Error, Kind};
 use hpu_prove::linear::unit;
 
 /// How finely the stiffnesses of a scene in fixed-point words are examined.
@@ -71,7 +72,7 @@ impl WordsSet {
         looks: Looks,
         jobs: NonZeroUsize,
         control: &Control,
-    ) -> Result<Self, String> {
+    ) -> Result<Self, Error> {
         let scene = worlds.first().ok_or("no world")?;
         match scene.model.datapath {
             Datapath::Words => {}
@@ -83,7 +84,7 @@ impl WordsSet {
             Hand::Capture { .. } => return Err("a recording stands in the place of the device".into()),
             _ => {}
         }
-        let realised = scene.words().map_err(|error| error.to_string())?.realised;
+        let realised = scene.words()?.realised;
         let format = scene.method.stiffness_format;
         let step = word_step(scene, &realised);
         // The range is rounded to the nearest words.
@@ -98,7 +99,7 @@ impl WordsSet {
         let at = |phase: usize, word: i128| Ok(Experiment::Axis(at_word(&phases[phase], word)));
         let drops = !scene.method.saturate;
         let grid = Grid { at: &at, phases: phases.len() as u32, step, unit: unit(scene), drops };
-        let found = grid.look([least, most], looks, jobs, control).map_err(|error| error.to_string())?;
+        let found = grid.look([least, most], looks, jobs, control)?;
         Ok(Self { worlds: touched.len() as u32, untouched, ..found })
     }
 
@@ -111,12 +112,12 @@ impl WordsSet {
     /// Returns the reason why there is no set: no free motion, no contact in a judged window, a design that cannot be
     /// built or run, or that `control` stopped it.
     pub fn of_design(
-        at: &(dyn Fn(i128) -> Result<DutScene, String> + Sync),
+        at: &(dyn Fn(i128) -> Result<DutScene, Error> + Sync),
         range: [i128; 2],
         looks: Looks,
         jobs: NonZeroUsize,
         control: &Control,
-    ) -> Result<Self, CellError> {
+    ) -> Result<Self, Error> {
         const SPAN_S: f64 = 1e-3;
         if let Hand::Prescribed { .. } = at(range[0])?.hand {
             return Err("the hand imposes the motion".into());
@@ -193,7 +194,7 @@ fn touched<'s>(
     softest: i128,
     jobs: NonZeroUsize,
     control: &Control,
-) -> Result<Vec<&'s Scene>, String> {
+) -> Result<Vec<&'s Scene>, Error> {
     if worlds.len() == 1 {
         return Ok(vec![&worlds[0]]);
     }
@@ -244,7 +245,7 @@ impl Runs {
 
 /// The scenes to run, by phase and word.
 struct Grid<'a> {
-    at: &'a (dyn Fn(usize, i128) -> Result<Experiment, String> + Sync),
+    at: &'a (dyn Fn(usize, i128) -> Result<Experiment, Error> + Sync),
     phases: u32,
     /// Stiffness of one word, in `unit`.
     step: f64,
@@ -261,7 +262,7 @@ impl Grid<'_> {
         looks: Looks,
         jobs: NonZeroUsize,
         control: &Control,
-    ) -> Result<WordsSet, CellError> {
+    ) -> Result<WordsSet, Error> {
         let all = self.phases;
         let mut runs = Runs::default();
         let is_small = !looks.climbs && most - least < looks.most as i128;
@@ -308,7 +309,7 @@ impl Grid<'_> {
     }
 
     /// Runs a word at a phase; `None` when stopped.
-    fn run(&self, phase: usize, word: i128, control: &Control) -> Option<Result<Run, CellError>> {
+    fn run(&self, phase: usize, word: i128, control: &Control) -> Option<Result<Run, Error>> {
         let limits = CellLimits { events: MOST_EVENTS, guard: Duration::MAX };
         let experiment = match (self.at)(phase, word) {
             Ok(experiment) => experiment,
@@ -316,16 +317,16 @@ impl Grid<'_> {
         };
         let cell = match Cell::run(&experiment, limits, control).transpose()? {
             Ok(cell) => cell,
-            Err(CellError::Other(why)) if why == more_events(MOST_EVENTS) => {
+            Err(error) if error.kind() == Kind::Events => {
                 return Some(Ok(Run { end: End::CutShort, is_unheld: false }));
             }
             Err(error) => return Some(Err(error)),
         };
         if cell.outcome == OutcomeKind::HandMoves {
-            return Some(Err(CellError::Unjudged(moving(&experiment, &cell))));
+            return Some(Err(Error::of(Kind::Unjudged, moving(&experiment, &cell))));
         }
         if cell.contact_share == Some(0.0) {
-            return Some(Err(CellError::Unjudged(untouched(&experiment))));
+            return Some(Err(Error::of(Kind::Unjudged, untouched(&experiment))));
         }
         let end = match cell.outcome {
             OutcomeKind::NotTold => End::NotTold(cell.telling_s),
@@ -338,16 +339,16 @@ impl Grid<'_> {
     }
 
     /// Runs these words at every phase, and adds the ends of the runs to `seen`.
-    fn add(&self, words: &[i128], jobs: NonZeroUsize, control: &Control, seen: &mut Runs) -> Result<(), CellError> {
+    fn add(&self, words: &[i128], jobs: NonZeroUsize, control: &Control, seen: &mut Runs) -> Result<(), Error> {
         let phases = self.phases as usize;
         let units: Vec<usize> = (0..words.len() * phases).collect();
         let run = |unit: usize, control: &Control| self.run(unit % phases, words[unit / phases], control).map(Ok);
         let mut done = 0;
         run_some(&units, jobs, control, run, |unit, run| {
-            let run = run.unwrap_or_else(|panicked| Err(panicked.to_string().into()))?;
+            let run = run.unwrap_or_else(|panicked| Err(panicked.into()))?;
             seen.add(words[unit / phases], self.step, &run);
             done += 1;
-            Ok::<(), CellError>(())
+            Ok::<(), Error>(())
         })?;
         if done < units.len() { Err("stopped".into()) } else { Ok(()) }
     }

@@ -15,6 +15,7 @@ use hpu_cosim::scene::{Datapath, Friction, Miss, Scene};
 
 use hpu_prove::linear::{BoxSet, Damping, DrivenSet, NotDriven, Ripple, StableSet};
 
+use crate::Error;
 use hpu_prove::criteria::{self, Criterion, Rigid, Silent};
 
 pub use hands::{PublishedHand, hands_of, published_hands};
@@ -39,16 +40,16 @@ pub struct Limits {
     pub silent: Vec<Silent>,
     /// The stable set of the linear loop with an ideal drive, which waits for nothing but its samples and the linear
     /// law's delay, or the reason why there is none.
-    pub linear: Result<StableSet, String>,
+    pub linear: Result<StableSet, Error>,
     /// The stable set of the linear loop as the scene drives it, or why it is not worked out.
     pub driven: Result<DrivenSet, NotDriven>,
     /// The ripple of the scene's modulator at rest, if pulses drive its device.
     pub ripple: Option<Ripple>,
     /// The stable set of the linear loop with an ideal drive over a box of unknown parameters, or the reason why there
     /// is none; `None` without a box.
-    pub in_box: Option<Result<BoxSet, String>>,
+    pub in_box: Option<Result<BoxSet, Error>>,
     /// The stable set of the scene in fixed-point words, or the reason why there is none.
-    pub in_words: Result<WordsSet, String>,
+    pub in_words: Result<WordsSet, Error>,
     /// The scene's own stiffness, if its fixed-point word misses it by far.
     pub stiffness_miss: Option<Miss>,
     /// Relative error of the word of the scene's damping, if it is more than [`Miss::FLAGGED`]: the runs in words have
@@ -62,8 +63,8 @@ pub struct Limits {
 
 /// Returns the limits of a scene's wall over a range of stiffnesses, with the scene's damping. Calls `in_words` last,
 /// for the set in fixed-point words over the same range: it takes most of the time.
-pub fn limits(scene: &Scene, range: [f64; 2], in_words: impl FnOnce() -> Result<WordsSet, String>) -> Limits {
-    let linear = StableSet::new(scene, Damping::Fixed(scene.wall.damping_nm_s_per_rad), range);
+pub fn limits(scene: &Scene, range: [f64; 2], in_words: impl FnOnce() -> Result<WordsSet, Error>) -> Limits {
+    let linear = StableSet::new(scene, Damping::Fixed(scene.wall.damping_nm_s_per_rad), range).map_err(Error::from);
     let (driven, ripple) = (DrivenSet::new(scene, range), Ripple::new(scene, range));
     let (mut criteria, mut silent) = (vec![], vec![]);
     for criterion in criteria::all(scene) {

@@ -12,6 +12,7 @@ use hpu_cosim::{SplitMix64, number};
 use hpu_prove::linear::{Worlds, corners};
 
 use super::Overrides;
+use crate::Error;
 use crate::map::{Axis, SceneText};
 
 /// A key of a scene that may have any value between two ends.
@@ -19,10 +20,10 @@ use crate::map::{Axis, SceneText};
 pub struct Unknown(Axis);
 
 impl FromStr for Unknown {
-    type Err = String;
+    type Err = Error;
 
     /// Reads `KEY=A..B`, with units as in a scene.
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, Error> {
         const SYNTAX: &str = "write KEY=A..B with A below B, as in 'device.inductance=0.5..0.7 mH'";
         let (key, range) = text.split_once('=').ok_or(SYNTAX)?;
         if range.contains(':') {
@@ -90,22 +91,22 @@ impl Worlds for World<'_> {
         self.unknown.iter().map(Unknown::ends).collect()
     }
 
-    fn at(&self, values: &[f64]) -> Result<Scene, String> {
+    fn at(&self, values: &[f64]) -> Result<Scene, hpu_prove::Error> {
         let point: Vec<_> = self.unknown.iter().zip(values).map(|(unknown, value)| unknown.set(*value)).collect();
-        self.with(&point)
+        self.with(&point).map_err(hpu_prove::Error::new)
     }
 }
 
 impl World<'_> {
     /// Returns the scene with further overrides and the words of the nominal scene.
-    fn with(&self, point: &[(String, String)]) -> Result<Scene, String> {
+    fn with(&self, point: &[(String, String)]) -> Result<Scene, Error> {
         let set = [self.set, point].concat();
         let place = || {
             let all: Vec<String> = point.iter().map(|(key, value)| format!("{key} = {value}")).collect();
             all.join(", ")
         };
-        match self.text.parse(&set).map_err(|error| error.to_string())? {
-            Experiment::Axis(scene) => scene.with_words_of(self.nominal).map_err(|why| format!("{}: {why}", place())),
+        match self.text.parse(&set)? {
+            Experiment::Axis(scene) => scene.with_words_of(self.nominal).map_err(|why| Error::new(why).at(place())),
             _ => Err("limits over a box are those of an axis with a [method]".into()),
         }
     }
@@ -116,14 +117,14 @@ impl World<'_> {
     /// # Errors
     ///
     /// Returns the reason why there is no scene at one of the points.
-    pub fn points(&self) -> Result<Vec<Scene>, String> {
+    pub fn points(&self) -> Result<Vec<Scene>, Error> {
         let sides = self.sides();
         let mut random = SplitMix64::new(1);
         let within = |[low, high]: [f64; 2], random: &mut SplitMix64| {
             low + (high - low) * (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64
         };
         let within = (0..WITHIN).map(|_| sides.iter().map(|side| within(*side, &mut random)).collect::<Vec<f64>>());
-        let points = corners(&sides).into_iter().chain(within).map(|point| self.at(&point));
+        let points = corners(&sides).into_iter().chain(within).map(|point| self.at(&point).map_err(Error::from));
         let named = self.named.iter().map(|set| self.with(set));
         std::iter::once(Ok(self.nominal.clone())).chain(points).chain(named).collect()
     }

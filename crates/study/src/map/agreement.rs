@@ -3,6 +3,7 @@
 use hpu_cosim::scene::OutcomeKind;
 
 use super::{Device, Found, Map, nearest};
+use crate::Error;
 
 /// The agreement of a criterion with the outcomes of a layer, in cells. A touch fails if it does not settle, or if its
 /// control goes on switching in the judged window, however small the motion is.
@@ -21,8 +22,8 @@ pub struct Agreement {
 /// # Errors
 ///
 /// Returns as text why the criteria say nothing of this cell.
-pub fn predicted(map: &Map, index: usize) -> Result<Vec<(&'static str, bool)>, String> {
-    map.experiment(map.point(index)).map_err(|error| error.to_string())?.predictions()
+pub fn predicted(map: &Map, index: usize) -> Result<Vec<(&'static str, bool)>, Error> {
+    map.experiment(map.point(index))?.predictions()
 }
 
 /// Returns whether criteria speak of the device of a layer. Cells of a layer have the same device, so one of them
@@ -38,7 +39,7 @@ pub fn is_predicted(map: &Map, method: usize) -> bool {
 /// # Errors
 ///
 /// Returns the first reason if the criteria say nothing of any cell.
-pub fn agreements(map: &Map, found: &[Found], method: usize) -> Result<Vec<Agreement>, String> {
+pub fn agreements(map: &Map, found: &[Found], method: usize) -> Result<Vec<Agreement>, Error> {
     let mut all: Vec<Agreement> = Vec::new();
     let mut refused = None;
     let mut judged = false;

@@ -8,7 +8,8 @@ use std::sync::{Mutex, PoisonError};
 
 use hpu_cosim::scene::{Datapath, Experiment, Loop, LoopWords, Realised, Scene, Wall};
 
-use super::{Cell, CellError, Displayed, Map};
+use super::{Cell, Displayed, Map};
+use crate::Error;
 
 /// The cells that were run, by the words of their scenes; nothing of a map whose cells hardly share words.
 pub struct Alike(Option<Mutex<Known>>);
@@ -43,8 +44,8 @@ impl Alike {
     pub(super) fn cell(
         &self,
         experiment: &Experiment,
-        run: impl FnOnce() -> Result<Option<Cell>, CellError>,
-    ) -> Result<Option<Cell>, CellError> {
+        run: impl FnOnce() -> Result<Option<Cell>, Error>,
+    ) -> Result<Option<Cell>, Error> {
         let (Some(known), Some((scene, words))) = (&self.0, sharing(experiment)) else { return run() };
         // A cell is whole wherever a thread may have panicked.
         let known = || known.lock().unwrap_or_else(PoisonError::into_inner);

@@ -3,6 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
+use crate::Error;
 use hpu_cosim::{excerpt, number};
 
 /// Smallest number of cells along an axis.
@@ -22,10 +23,10 @@ pub struct Axis {
 }
 
 impl FromStr for Axis {
-    type Err = String;
+    type Err = Error;
 
     /// Reads `KEY=FROM..TO[:CELLS][:log|lin]`, with units as in a scene: `wall.stiffness=0.1..3 N.m/rad:41:log`.
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, Error> {
         const SYNTAX: &str = "write KEY=FROM..TO[:CELLS][:log|lin], as in 'wall.stiffness=0.1..3 N.m/rad:41:log'";
         let (key, rest) = text.split_once('=').ok_or(SYNTAX)?;
         let mut parts = rest.split(':');
@@ -43,7 +44,7 @@ impl FromStr for Axis {
         }
         let ((from, unit), (to, other)) = (quantity(from)?, quantity(to)?);
         if !unit.is_empty() && !other.is_empty() && unit != other {
-            return Err(format!("{unit} and {other}: write both ends in the same unit"));
+            return Err(Error::new(format_args!("{unit} and {other}: write both ends in the same unit")));
         }
         // For a design of the user's own: every whole number, if no number of cells is given.
         let whole = key.trim().starts_with(OF_A_DESIGN) && [from, to].iter().all(|end| end.fract() == 0.0);
@@ -57,14 +58,14 @@ impl FromStr for Axis {
 const OF_A_DESIGN: &str = "dut.";
 
 /// Splits a text into a number and its unit.
-fn quantity(text: &str) -> Result<(f64, &str), String> {
+fn quantity(text: &str) -> Result<(f64, &str), Error> {
     let text = text.trim();
     let ends = (0..=text.len()).rev().filter(|&end| text.is_char_boundary(end));
     let number =
         ends.map(|end| text.split_at(end)).find_map(|(number, unit)| Some((number.parse().ok()?, unit.trim())));
     number
         .filter(|(value, _): &(f64, &str)| value.is_finite())
-        .ok_or_else(|| format!("`{}` is not a number with a unit", excerpt(text)))
+        .ok_or_else(|| Error::new(format_args!("`{}` is not a number with a unit", excerpt(text))))
 }
 
 impl Axis {
@@ -75,8 +76,8 @@ impl Axis {
     /// # Errors
     ///
     /// Returns as text why there is no such axis.
-    pub fn new(key: &str, (from, to): (f64, f64), unit: &str, cells: usize, log: bool) -> Result<Self, String> {
-        let wrong = |why: String| Err(format!("{key}: {why}"));
+    pub fn new(key: &str, (from, to): (f64, f64), unit: &str, cells: usize, log: bool) -> Result<Self, Error> {
+        let wrong = |why: String| Err(Error::new(format_args!("{key}: {why}")));
         if key.is_empty() {
             return Err("no key before the `=`".into());
         }

@@ -1,11 +1,10 @@
 //! A cell: the scene, run and judged.
 
-use std::fmt;
 use std::num::NonZeroU32;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use hpu_cosim::dut::{self, Fault};
+use hpu_cosim::dut;
 use hpu_cosim::scene::{Experiment, OutcomeKind};
 use hpu_cosim::{
     AnySimulation, Control, Driver, Simulation, Verdict, Wired, WiredSimulation, displayed_stiffness, product_wraps,
@@ -18,6 +17,7 @@ use serde::{Deserialize, Serialize};
 
 use super::device::{Device, Switching};
 use crate::watch::limited;
+use crate::{Error, Kind};
 
 /// The result of a cell; positions in rad, of a mass or an arm in m. Its keys as a row are the columns of a sweep.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
@@ -140,43 +140,9 @@ impl Default for CellLimits {
     }
 }
 
-/// The reason why a cell has no result. Its kind decides the exit code of a verb that has no other result.
-#[derive(Debug)]
-pub enum CellError {
-    /// The scene's own design was not built or ended its simulation, or a tool for it is missing or failed.
-    Design(Fault),
-    /// The scene was run, and its run gives no verdict on the wall.
-    Unjudged(String),
-    /// Any other reason.
-    Other(String),
-}
-
-impl fmt::Display for CellError {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        match self {
-            Self::Design(fault) => fault.fmt(f),
-            Self::Unjudged(why) | Self::Other(why) => f.write_str(why),
-        }
-    }
-}
-
-impl std::error::Error for CellError {}
-
-impl From<String> for CellError {
-    fn from(why: String) -> Self {
-        Self::Other(why)
-    }
-}
-
-impl From<&str> for CellError {
-    fn from(why: &str) -> Self {
-        Self::Other(why.into())
-    }
-}
-
-/// Returns the reason of a run that ended because it had too many events.
-pub(crate) fn more_events(most: u64) -> String {
-    format!("more than {most} events")
+/// Returns the error of a run that ended because it had too many events.
+pub(crate) fn more_events(most: u64) -> Error {
+    Error::of(Kind::Events, format_args!("more than {most} events"))
 }
 
 /// Greatest number of rows of a recording that a cell may hold.
@@ -188,12 +154,12 @@ impl Cell {
     /// # Errors
     ///
     /// Returns why the experiment could not be run to its end; too many events are such a reason.
-    pub fn run(experiment: &Experiment, limits: CellLimits, control: &Control) -> Result<Option<Self>, CellError> {
+    pub fn run(experiment: &Experiment, limits: CellLimits, control: &Control) -> Result<Option<Self>, Error> {
         let simulation = any_simulation(experiment)?;
         let rows = simulation.edges() / simulation.stride();
         if rows > MOST_ROWS {
             let most = format!("{rows} rows would be recorded, a cell may have {MOST_ROWS}");
-            return Err(format!("{most}: lower record.plant_rate or run.duration").into());
+            return Err(Error::new(format_args!("{most}: lower record.plant_rate or run.duration")));
         }
         let mut trace = simulation.brief_trace();
         let CellLimits { events, guard } = limits;
@@ -207,13 +173,13 @@ impl Cell {
                 };
                 Ok(ours.run(Driver::Events, &mut trace, observer, own))
             }
-            AnySimulation::Dut(dut) => dut.run(false, &mut trace, &mut (), own).map_err(CellError::Design),
+            AnySimulation::Dut(dut) => dut.run(false, &mut trace, &mut (), own).map_err(Error::design),
         };
         let (summary, late) = limited(Some(events), guard, control, run);
         let summary = summary?;
         if !summary.complete {
             let stopped = late || control.stop.load(Ordering::Relaxed);
-            return if stopped { Ok(None) } else { Err(more_events(events).into()) };
+            return if stopped { Ok(None) } else { Err(more_events(events)) };
         }
         let verdict = summary.verdict.ok_or("a recording has no verdict")?;
         let (rms, amplitude, frequency_hz) = numbers(verdict);
@@ -260,13 +226,13 @@ impl Cell {
 
 /// Returns any scene made ready to run. If it has a design of the user's own, this is built by what the program has
 /// provided.
-pub(super) fn any_simulation(experiment: &Experiment) -> Result<AnySimulation<'_>, CellError> {
+pub(super) fn any_simulation(experiment: &Experiment) -> Result<AnySimulation<'_>, Error> {
     match experiment {
         Experiment::Dut(_) => {
             let made = dut::provided().and_then(|designs| AnySimulation::new(experiment, designs, false));
-            made.map_err(CellError::Design)
+            made.map_err(Error::design)
         }
-        ours => WiredSimulation::new(ours).map(AnySimulation::Ours).map_err(|error| error.to_string().into()),
+        ours => WiredSimulation::new(ours).map(AnySimulation::Ours).map_err(Error::from),
     }
 }
 

@@ -7,6 +7,7 @@ use hpu_cosim::Control;
 use hpu_cosim::scene::{Experiment, Scene};
 
 use super::{Axis, CellIndex, Map};
+use crate::Error;
 use hpu_prove::criteria::{self, Criterion};
 
 /// The key that the criteria limit.
@@ -40,10 +41,10 @@ impl Curves {
     /// # Errors
     ///
     /// Returns as text why there are none.
-    pub fn new(map: &Map, method: usize, control: &Control) -> Result<Self, String> {
+    pub fn new(map: &Map, method: usize, control: &Control) -> Result<Self, Error> {
         let over_x = map.x.key() == KEY;
         if !over_x && map.y.key() != KEY {
-            return Err(format!("the criteria have a limit of {KEY}, which is no axis"));
+            return Err(Error::new(format_args!("the criteria have a limit of {KEY}, which is no axis")));
         }
         let (stiffness, other) = if over_x { (&map.x, &map.y) } else { (&map.y, &map.x) };
         let mut curves: Vec<Curve> = Vec::new();
@@ -55,7 +56,7 @@ impl Curves {
                     let start = scene.wall.stiffness_nm_per_rad;
                     for criterion in criteria::all(&scene) {
                         match criterion {
-                            Err(silent) => refused = Some(silent.why),
+                            Err(silent) => refused = Some(silent.why.into()),
                             Ok(criterion) if criterion.speaks => {
                                 let curve = of(&mut curves, &criterion, other);
                                 curve.limits[cell] = Some(criterion.limit * asked / start);
@@ -84,9 +85,9 @@ impl Curves {
 
 /// Returns the scene at a cell of the other axis, with some stiffness above zero, and this stiffness in the axis's
 /// unit.
-fn scene(map: &Map, method: usize, over_x: bool, cell: usize) -> Result<(Scene, f64), String> {
+fn scene(map: &Map, method: usize, over_x: bool, cell: usize) -> Result<(Scene, f64), Error> {
     let stiffness = if over_x { &map.x } else { &map.y };
-    let mut why = "no cell has a stiffness above zero".to_string();
+    let mut why = Error::from("no cell has a stiffness above zero");
     // If the scene's words cannot hold a cell's values, a neighbouring cell may still be possible.
     for at in 1..stiffness.cells() {
         let (ix, iy) = if over_x { (at, cell) } else { (cell, at) };
@@ -97,7 +98,7 @@ fn scene(map: &Map, method: usize, over_x: bool, cell: usize) -> Result<(Scene, 
             Ok(Experiment::Axis(_)) => {}
             Ok(Experiment::Dut(_)) => return Err("the criteria speak of known laws, not of a design of yours".into()),
             Ok(_) => return Err("the criteria speak of an axis, which this is not".into()),
-            Err(error) => why = error.to_string(),
+            Err(error) => why = error.into(),
         }
     }
     Err(why)

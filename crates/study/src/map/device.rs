@@ -1,5 +1,6 @@
 //! The questions of a map to a device.
 
+use crate::Error;
 use hpu_cosim::Simulation;
 use hpu_farm::form;
 use hpu_signal::Observe;
@@ -35,7 +36,7 @@ pub trait Device {
     }
 
     /// Returns of each criterion its name and whether it predicts, without a run, that a touch fails.
-    fn predictions(&self) -> Result<Vec<(&'static str, bool)>, String> {
+    fn predictions(&self) -> Result<Vec<(&'static str, bool)>, Error> {
         Err("no criterion speaks of a touch of this device".into())
     }
 

@@ -9,6 +9,7 @@ use hpu_cosim::scene::Experiment;
 
 use super::alike::Alike;
 use super::{Cell, CellLimits, Class, Found, Map, Refinement};
+use crate::Error;
 use hpu_farm::{Failed, UnitResult, units};
 
 /// How a map is filled.
@@ -26,7 +27,7 @@ impl Map {
     /// Runs one cell as a unit of work, unless a cell with the same words was run; returns `None` when `control` or the
     /// guard stopped it.
     fn run_cell(&self, index: usize, limits: CellLimits, control: &Control, alike: &Alike) -> Option<UnitResult<Cell>> {
-        let made = self.experiment(self.point(index)).map_err(|error| error.to_string().into());
+        let made = self.experiment(self.point(index)).map_err(Error::from);
         let run = |experiment: Experiment| alike.cell(&experiment, || Cell::run(&experiment, limits, control));
         match made.and_then(run) {
             Ok(cell) => cell.map(Ok),

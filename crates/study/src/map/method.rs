@@ -2,6 +2,7 @@
 
 use std::str::FromStr;
 
+use crate::Error;
 use hpu_cosim::figure;
 use hpu_cosim::method::{Layer, PASSIVE, layers};
 use hpu_cosim::scene::{Device, Scene};
@@ -16,10 +17,10 @@ pub struct Method {
 }
 
 impl FromStr for Method {
-    type Err = String;
+    type Err = Error;
 
     /// Reads `LABEL:KEY=VALUE,KEY=VALUE`; a comma within brackets or quotes does not separate.
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, Error> {
         const SYNTAX: &str =
             "write LABEL:KEY=VALUE,KEY=VALUE, as in 1khz:method.kind=conventional,method.sample_rate='1 kHz'";
         let (label, changes) = text.split_once(':').unwrap_or((text, ""));
@@ -31,7 +32,7 @@ impl FromStr for Method {
             Ok((key.trim().to_string(), value.trim().to_string()))
         };
         let changes = parts(changes).into_iter().filter(|change| !change.trim().is_empty());
-        Ok(Self { label: label.trim().to_string(), set: changes.map(pair).collect::<Result<_, String>>()? })
+        Ok(Self { label: label.trim().to_string(), set: changes.map(pair).collect::<Result<_, Error>>()? })
     }
 }
 

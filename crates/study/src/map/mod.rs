@@ -18,9 +18,9 @@ mod refine;
 mod table;
 
 use std::collections::BTreeMap;
-use std::fmt;
 use std::io;
 
+use crate::{Error, Kind};
 use hpu_cosim::Simulation;
 use hpu_cosim::scene::{Datapath, Experiment, OutcomeKind, SceneError};
 use hpu_farm::UnitResult;
@@ -29,7 +29,7 @@ pub use agreement::{Agreement, agreements, is_predicted, predicted};
 pub use alike::Alike;
 pub use axis::Axis;
 pub(crate) use cell::more_events;
-pub use cell::{Cell, CellError, CellLimits, Displayed, outcome_name};
+pub use cell::{Cell, CellLimits, Displayed, outcome_name};
 pub use class::is_unseen;
 pub use class::{Class, class_name, classes, unheld, unseen, wrapped};
 pub use curves::{Curve, Curves};
@@ -123,37 +123,6 @@ pub enum Found {
     Late,
 }
 
-/// Why there is no such map.
-#[derive(Debug)]
-pub enum MapError {
-    /// Both axes have this key.
-    SameKey(String),
-    /// Two methods have this label.
-    SameLabel(String),
-    /// The method with this label sets this key, which is an axis.
-    AxisSet(String, String),
-    /// The scene is a recording.
-    Recording,
-    /// None of the cells of the method with this label that were tried can run, the first one for this reason.
-    Method(String, CellError),
-}
-
-impl fmt::Display for MapError {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        match self {
-            Self::SameKey(key) => write!(f, "both axes are {key}"),
-            Self::SameLabel(label) => write!(f, "two methods are labelled {label}"),
-            Self::AxisSet(label, key) => write!(f, "method {label} sets {key}, which is an axis"),
-            Self::Recording => write!(f, "a recording has no device whose motion could be judged"),
-            Self::Method(label, why) => {
-                write!(f, "method {label}: neither the corners nor the middle of the map can run: {why}")
-            }
-        }
-    }
-}
-
-impl std::error::Error for MapError {}
-
 impl Map {
     /// Returns a map in which every method can run somewhere: the corners and the middle are tried.
     ///
@@ -161,23 +130,23 @@ impl Map {
     ///
     /// # Errors
     ///
-    /// Returns a [`MapError`].
+    /// Fails for axes or methods that are one key or one label, for a recording, and for a method that can run nowhere.
     pub fn new(
         (name, text): (&str, &str),
         set: &[(String, String)],
         (x, y): (Axis, Axis),
         methods: Vec<Method>,
         load: &mut dyn FnMut(&str) -> io::Result<Vec<u8>>,
-    ) -> Result<Self, MapError> {
+    ) -> Result<Self, Error> {
         if x.key() == y.key() {
-            return Err(MapError::SameKey(x.key().into()));
+            return Err(Error::of(Kind::Usage, format_args!("both axes are {}", x.key())));
         }
         for (index, Method { label, set }) in methods.iter().enumerate() {
             if methods[..index].iter().any(|other| other.label == *label) {
-                return Err(MapError::SameLabel(label.clone()));
+                return Err(Error::of(Kind::Usage, format_args!("two methods are labelled {label}")));
             }
             if let Some((key, _)) = set.iter().find(|(key, _)| [x.key(), y.key()].contains(&key.as_str())) {
-                return Err(MapError::AxisSet(label.clone(), key.clone()));
+                return Err(Error::of(Kind::Usage, format_args!("method {label} sets {key}, which is an axis")));
             }
         }
         let scene = SceneText { name: name.into(), text: text.into(), files: BTreeMap::new() };
@@ -195,7 +164,7 @@ impl Map {
                     Ok(bytes)
                 };
                 let parsed = Experiment::parse(&map.scene.name, &map.scene.text, &overrides, &mut keep);
-                let made = parsed.map_err(|error| error.to_string().into()).and_then(|experiment| {
+                let made = parsed.map_err(Error::from).and_then(|experiment| {
                     if experiment.auto {
                         return Err("model = \"auto\" is chosen for one scene; set what hpu fit chooses for it".into());
                     }
@@ -206,14 +175,19 @@ impl Map {
                 });
                 match made {
                     Ok(true) => runs = true,
-                    Ok(false) => return Err(MapError::Recording),
+                    Ok(false) => {
+                        return Err(Error::of(Kind::Usage, "a recording has no device whose motion could be judged"));
+                    }
                     Err(error) => {
                         refused.get_or_insert(error);
                     }
                 }
             }
             if let (false, Some(why)) = (runs, refused) {
-                return Err(MapError::Method(map.methods[method].label.clone(), why));
+                let label = &map.methods[method].label;
+                return Err(
+                    why.at(format_args!("method {label}: neither the corners nor the middle of the map can run"))
+                );
             }
         }
         Ok(map)

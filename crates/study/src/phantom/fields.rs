@@ -3,6 +3,7 @@
 use hpu_signal::Rounding;
 
 use super::{Scene, arm, arm_mut};
+use crate::Error;
 use crate::widths::Field;
 use crate::widths::field::{fields, frac, int, width};
 
@@ -23,11 +24,13 @@ pub const ALL: [Field; 11] = [
 
 /// The fraction bits of a word, from none on.
 mod bits {
+    use super::Error;
+
     pub fn get(bits: &u32) -> i32 {
         bits.cast_signed()
     }
 
-    pub fn set(word: &mut u32, bits: i32) -> Result<(), String> {
+    pub fn set(word: &mut u32, bits: i32) -> Result<(), Error> {
         *word = u32::try_from(bits).map_err(|_| format!("{bits} bits are none"))?;
         Ok(())
     }
@@ -59,22 +62,22 @@ fields! { arm, arm_mut:
     SAMPLE_PERIOD = "period_bits", ["period"], "period", width method.config.period_width then holds_period;
 }
 
-fn also_lengths(scene: &mut Scene, old: i32, new: i32) -> Result<(), String> {
+fn also_lengths(scene: &mut Scene, old: i32, new: i32) -> Result<(), Error> {
     let lengths = &mut scene.method.config.lengths;
     *lengths = lengths.map(|word| rescaled(word, old - new));
     Ok(())
 }
 
-fn also_limit(scene: &mut Scene, old: i32, new: i32) -> Result<(), String> {
+fn also_limit(scene: &mut Scene, old: i32, new: i32) -> Result<(), Error> {
     let limit = &mut scene.method.config.force_limit;
     *limit = rescaled(*limit, old - new);
     Ok(())
 }
 
-fn holds_period(scene: &mut Scene, _: i32, bits: i32) -> Result<(), String> {
+fn holds_period(scene: &mut Scene, _: i32, bits: i32) -> Result<(), Error> {
     let period = scene.period_clocks();
     if period >> bits.min(63) > 0 {
-        return Err(format!("a period of {period} clocks does not fit {bits} bits"));
+        return Err(Error::new(format_args!("a period of {period} clocks does not fit {bits} bits")));
     }
     Ok(())
 }

@@ -15,6 +15,7 @@ use hpu_cosim::scene::{
 use hpu_datapath::phantom::{self as datapath, Config};
 use hpu_signal::Format;
 
+use crate::Error;
 use crate::accuracy::Contestant;
 use crate::device::{Device, ToldTables};
 use crate::fit::Simplifications;
@@ -37,17 +38,17 @@ fn of_scene(scene: Scene) -> Experiment {
     Experiment::Phantom(scene)
 }
 
-fn arm(scene: &Experiment) -> Result<&Scene, String> {
+fn arm(scene: &Experiment) -> Result<&Scene, Error> {
     match scene {
         Experiment::Phantom(scene) => Ok(scene),
-        _ => Err(format!("this is no scene of {A_DEVICE}")),
+        _ => Err(Error::new(format_args!("this is no scene of {A_DEVICE}"))),
     }
 }
 
-fn arm_mut(scene: &mut Experiment) -> Result<&mut Scene, String> {
+fn arm_mut(scene: &mut Experiment) -> Result<&mut Scene, Error> {
     match scene {
         Experiment::Phantom(scene) => Ok(scene),
-        _ => Err(format!("this is no scene of {A_DEVICE}")),
+        _ => Err(Error::new(format_args!("this is no scene of {A_DEVICE}"))),
     }
 }
 
@@ -92,36 +93,39 @@ impl widths::Device for Scene {
     }
 
     /// Each joint passes through all counts that its tables hold.
-    fn reaches(&self) -> Result<Vec<Reach>, String> {
+    fn reaches(&self) -> Result<Vec<Reach>, Error> {
         let half = f64::from(self.method.config.depth_width - 1).exp2() - 1.0;
         Ok((0..3).map(|_| Reach { counts: [-half, half], most_per_s: f64::INFINITY }).collect())
     }
 }
 
 impl widths::search::Device for Scene {
-    fn loops(&self) -> Result<&'static dyn Loops, String> {
+    fn loops(&self) -> Result<&'static dyn Loops, Error> {
         Ok(&Loop)
     }
 }
 
 impl Device for Scene {
-    fn bounds(&self) -> Result<Proof, String> {
-        phantom_proof(self)
+    fn bounds(&self) -> Result<Proof, Error> {
+        Ok(phantom_proof(self)?)
     }
 
-    fn gappa(&self) -> Result<String, String> {
-        script(self)
+    fn gappa(&self) -> Result<String, Error> {
+        Ok(script(self)?)
     }
 
-    fn priced(&self) -> Result<(), String> {
-        Err(format!("Yosys takes minutes for each loop of {A_DEVICE}"))
+    fn priced(&self) -> Result<(), Error> {
+        Err(Error::new(format_args!("Yosys takes minutes for each loop of {A_DEVICE}")))
     }
 
-    fn limited(&self) -> Result<&AxisScene, String> {
-        Err(format!("limits are those of an axis; {A_DEVICE}'s are found by trials: hpu reproduce {}", TABLE_2))
+    fn limited(&self) -> Result<&AxisScene, Error> {
+        Err(Error::new(format_args!(
+            "limits are those of an axis; {A_DEVICE}'s are found by trials: hpu reproduce {}",
+            TABLE_2
+        )))
     }
 
-    fn tables(&self) -> Result<ToldTables, String> {
-        Ok(tables::tables(&self.method.config).map_err(|error| error.to_string())?.told())
+    fn tables(&self) -> Result<ToldTables, Error> {
+        Ok(tables::tables(&self.method.config)?.told())
     }
 }

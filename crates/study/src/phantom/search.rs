@@ -10,11 +10,11 @@
 
 use hpu_cosim::Summary;
 use hpu_cosim::scene::{Experiment, OutcomeKind};
-use hpu_datapath::ConfigError;
 use hpu_prove::arms::bounds;
 
 use super::cost::{ESTIMATE_ERROR, cells, rams};
 use super::{A_DEVICE, Law, arm, datapath, of_scene};
+use crate::Error;
 use crate::widths::Field;
 use crate::widths::search::climb::Rungs;
 use crate::widths::search::knob::{Depth, Key};
@@ -66,7 +66,7 @@ impl Loops for Arm {
         "N/m"
     }
 
-    fn searchable(&self, scene: &Experiment) -> Result<(), String> {
+    fn searchable(&self, scene: &Experiment) -> Result<(), Error> {
         let scene = arm(scene)?;
         if scene.platform.is_host() {
             let why = "a host computes the force in floats; write one of the platforms FPGA-20, FPGA-100, FPGA-400";
@@ -74,7 +74,7 @@ impl Loops for Arm {
         }
         if scene.model.law != Law::Words {
             let law = scene.model.law.name();
-            return Err(format!("model.law = \"{law}\" is computed in floats; write \"words\""));
+            return Err(Error::new(format_args!("model.law = \"{law}\" is computed in floats; write \"words\"")));
         }
         if scene.room.stiffness_n_per_m == 0.0 {
             return Err("room.stiffness = 0: without a wall there is no stable stiffness".into());
@@ -98,28 +98,29 @@ impl Loops for Arm {
         (hardware(first) != hardware(other)).then(|| "other words, or another platform".into())
     }
 
-    fn scene(&self, design: &Design, base: &Experiment) -> Result<Experiment, String> {
+    fn scene(&self, design: &Design, base: &Experiment) -> Result<Experiment, Error> {
         let own = Design::new(&KEYS, base);
         let changed = design.widths().filter(|(key, bits)| own.get(key.field) != *bits);
-        let made = changed.into_iter().try_fold(base.clone(), |made, (key, bits)| {
-            key.field.with(&made, bits).map_err(|why| format!("{}: {why}", key.name))
-        })?;
+        let made = changed
+            .into_iter()
+            .try_fold(base.clone(), |made, (key, bits)| key.field.with(&made, bits).map_err(|why| why.at(key.name)))?;
         let scene = arm(&made)?;
-        scene.check_reach().map_err(|error| format!("depth_bits {}: {error}", design.get(Field::DEPTH)))?;
-        scene.words().map_err(|error| error.to_string())?;
+        scene
+            .check_reach()
+            .map_err(|error| Error::new(error).at(format_args!("depth_bits {}", design.get(Field::DEPTH))))?;
+        scene.words()?;
         Ok(made)
     }
 
-    fn cost(&self, scene: &Experiment) -> Result<Cost, String> {
+    fn cost(&self, scene: &Experiment) -> Result<Cost, Error> {
         let scene = arm(scene)?;
         let config = scene.method.config;
-        let words = |error: ConfigError| error.to_string();
-        datapath::wiring(config, scene.method.shared).map_err(words)?;
+        datapath::wiring(config, scene.method.shared)?;
         let logic = (!scene.method.shared).then(|| cells(&config).iter().sum());
-        Ok(Cost { rams: rams(&config).map_err(words)?, logic })
+        Ok(Cost { rams: rams(&config)?, logic })
     }
 
-    fn standing(&self, design: Design, scene: &Experiment) -> Result<Standing, String> {
+    fn standing(&self, design: Design, scene: &Experiment) -> Result<Standing, Error> {
         let mut scene = arm(scene)?.clone();
         let own = scene.room.stiffness_n_per_m;
         let held = |step: u32| {
@@ -131,13 +132,13 @@ impl Loops for Arm {
         Ok(Standing { design, own: 0, climb: Box::new(Rungs::new(rungs)), alike })
     }
 
-    fn at(&self, base: &Experiment, design: &Design, wall: i128) -> Result<Experiment, String> {
+    fn at(&self, base: &Experiment, design: &Design, wall: i128) -> Result<Experiment, Error> {
         let mut scene = arm(&self.scene(design, base)?)?.clone();
         scene.room.stiffness_n_per_m *= rung(wall as u32);
         Ok(of_scene(scene))
     }
 
-    fn needs(&self, base: &Experiment, run: &Summary) -> Result<Depth, String> {
+    fn needs(&self, base: &Experiment, run: &Summary) -> Result<Depth, Error> {
         let counters = run.nets.iter().filter(|net| ["count1", "count2", "count3"].contains(&net.signal.name));
         let counts = counters.fold((0, 0), |(least, most), net| (net.usage.min.min(least), net.usage.max.max(most)));
         let spare = arm(base)?.period_clocks() as i64 + 2;
@@ -145,9 +146,9 @@ impl Loops for Arm {
     }
 
     /// Its tables are the deepest that hold the scene's walls.
-    fn reference(&self, base: &Experiment, knobs: &[Knob], bits: Option<i32>) -> Result<Design, String> {
+    fn reference(&self, base: &Experiment, knobs: &[Knob], bits: Option<i32>) -> Result<Design, Error> {
         if bits.is_some() {
-            return Err(format!("the reference of {A_DEVICE} is the widest design; widen a range"));
+            return Err(Error::new(format_args!("the reference of {A_DEVICE} is the widest design; widen a range")));
         }
         let own = Design::new(&KEYS, base);
         let wide = knobs.iter().fold(own, |wide, knob| wide.with(knob.key.field, knob.to));
@@ -168,11 +169,11 @@ impl Loops for Arm {
 /// # Errors
 ///
 /// Why there is no such datapath.
-pub fn proved(base: &Experiment, design: &Design) -> Result<(f64, f64), String> {
+pub fn proved(base: &Experiment, design: &Design) -> Result<(f64, f64), Error> {
     let scene = design.scene(base)?;
     let scene = arm(&scene)?;
     let config = &scene.method.config;
-    let bounds = bounds(config, scene.room.stiffness_n_per_m).map_err(|error| error.to_string())?;
+    let bounds = bounds(config, scene.room.stiffness_n_per_m)?;
     let error = |name: &str| bounds.iter().find(|bound| bound.name == name).map_or(f64::INFINITY, |bound| bound.error);
     let tip_m = ["x", "y", "z"].into_iter().map(error).fold(0.0, f64::max);
     let full = f64::from(1u32 << (config.gain_frac + config.command_width - 1));

@@ -3,6 +3,7 @@
 use hpu_cosim::{LawConfig, TheLoop};
 
 use super::{Asked, Field};
+use crate::Error;
 
 /// The counts between which an encoder moves in random motion, and its greatest speed.
 pub struct Reach {
@@ -26,7 +27,7 @@ pub trait Device {
     }
 
     /// Checks that the scene's law is computed in words; else returns why it is not.
-    fn in_words(&self) -> Result<(), String> {
+    fn in_words(&self) -> Result<(), Error> {
         Ok(())
     }
 
@@ -42,7 +43,7 @@ pub trait Device {
     }
 
     /// Returns how far and how fast each encoder can move, in the order of their pins. Fails where no device moves.
-    fn reaches(&self) -> Result<Vec<Reach>, String> {
+    fn reaches(&self) -> Result<Vec<Reach>, Error> {
         Err("a design of yours has words of its own".into())
     }
 }

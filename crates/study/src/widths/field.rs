@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use crate::Error;
 use hpu_cosim::scene::Experiment;
 use hpu_signal::Format;
 
@@ -15,7 +16,7 @@ pub struct Field {
     /// The net that stands for the width on a page; a review shows the field at it.
     pub shown_at: &'static str,
     pub(crate) get: fn(&Experiment) -> i32,
-    pub(crate) set: fn(&mut Experiment, i32) -> Result<(), String>,
+    pub(crate) set: fn(&mut Experiment, i32) -> Result<(), Error>,
 }
 
 impl Field {
@@ -29,7 +30,7 @@ impl Field {
     /// # Errors
     ///
     /// When no word has that many.
-    pub fn with(self, experiment: &Experiment, bits: i32) -> Result<Experiment, String> {
+    pub fn with(self, experiment: &Experiment, bits: i32) -> Result<Experiment, Error> {
         let mut other = experiment.clone();
         (self.set)(&mut other, bits)?;
         Ok(other)
@@ -52,11 +53,13 @@ impl fmt::Debug for Field {
 
 /// The bits of a word that has at least two.
 pub(crate) mod width {
+    use super::Error;
+
     pub fn get(word: &u32) -> i32 {
         word.cast_signed()
     }
 
-    pub fn set(word: &mut u32, bits: i32) -> Result<(), String> {
+    pub fn set(word: &mut u32, bits: i32) -> Result<(), Error> {
         let width = u32::try_from(bits).ok().filter(|bits| *bits >= 2);
         *word = width.ok_or(format!("{bits} bits are no word"))?;
         Ok(())
@@ -65,32 +68,32 @@ pub(crate) mod width {
 
 /// The integer bits of a format.
 pub(crate) mod int {
-    use super::{Format, changed};
+    use super::{Error, Format, changed};
 
     pub fn get(format: &Format) -> i32 {
         format.int()
     }
 
-    pub fn set(format: &mut Format, bits: i32) -> Result<(), String> {
+    pub fn set(format: &mut Format, bits: i32) -> Result<(), Error> {
         changed(format, (bits, format.frac()))
     }
 }
 
 /// The fraction bits of a format.
 pub(crate) mod frac {
-    use super::{Format, changed};
+    use super::{Error, Format, changed};
 
     pub fn get(format: &Format) -> i32 {
         format.frac()
     }
 
-    pub fn set(format: &mut Format, bits: i32) -> Result<(), String> {
+    pub fn set(format: &mut Format, bits: i32) -> Result<(), Error> {
         changed(format, (format.int(), bits))
     }
 }
 
-fn changed(format: &mut Format, (int, frac): (i32, i32)) -> Result<(), String> {
-    *format = Format::new(format.is_signed(), int, frac).map_err(|error| error.to_string())?;
+fn changed(format: &mut Format, (int, frac): (i32, i32)) -> Result<(), Error> {
+    *format = Format::new(format.is_signed(), int, frac)?;
     Ok(())
 }
 

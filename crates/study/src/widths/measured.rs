@@ -7,6 +7,7 @@ use hpu_signal::{Cycle, Format, Signal, SignalUse};
 use super::Device;
 use super::noise::Beside;
 use super::{Loss, SignalRow};
+use crate::Error;
 
 /// Ranges and losses of every signal.
 #[derive(Clone, PartialEq, Debug)]
@@ -30,9 +31,9 @@ pub struct Measured {
 /// # Errors
 ///
 /// Why the scene cannot be run, or that its loop is not in words.
-pub(super) fn simulation(experiment: &Experiment) -> Result<WiredSimulation<'_>, String> {
+pub(super) fn simulation(experiment: &Experiment) -> Result<WiredSimulation<'_>, Error> {
     experiment.in_words()?;
-    WiredSimulation::new(experiment).map_err(|error| error.to_string())
+    WiredSimulation::new(experiment).map_err(Error::from)
 }
 
 /// Runs a scene and returns the ranges and losses of every signal; `None` when `control` stopped it.
@@ -40,7 +41,7 @@ pub(super) fn simulation(experiment: &Experiment) -> Result<WiredSimulation<'_>,
 /// # Errors
 ///
 /// Why the scene cannot be run, or that its loop is not in words.
-pub fn measured(experiment: &Experiment, control: &Control) -> Result<Option<Measured>, String> {
+pub fn measured(experiment: &Experiment, control: &Control) -> Result<Option<Measured>, Error> {
     let simulation = simulation(experiment)?;
     let mut beside = beside(experiment, &simulation);
     let mut trace = simulation.brief_trace();
@@ -154,23 +155,23 @@ fn first_losses(simulation: &WiredSimulation, rows: &mut [SignalRow], last: u64)
 /// # Errors
 ///
 /// When the runs have different wirings or widths.
-pub fn together(names: &[String], runs: Vec<Measured>) -> Result<Measured, String> {
+pub fn together(names: &[String], runs: Vec<Measured>) -> Result<Measured, Error> {
     let mut runs = runs.into_iter().zip(names);
     let (mut all, first_name) = runs.next().ok_or("no run")?;
     for (run, name) in runs {
         if run.wiring != all.wiring {
-            return Err(format!(
+            return Err(Error::new(format_args!(
                 "{first_name} is a {}, {name} a {}: write scenes of one wiring",
                 all.wiring, run.wiring
-            ));
+            )));
         }
         for (row, other) in all.rows.iter_mut().zip(run.rows) {
             if row.format != other.format {
                 let (name_1, name_2) = (first_name, name);
-                return Err(format!(
+                return Err(Error::new(format_args!(
                     "{} is {} in {name_1} and {} in {name_2}: give them the same widths by --set",
                     row.name, row.format, other.format
-                ));
+                )));
             }
             join(row, other);
         }

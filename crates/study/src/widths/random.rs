@@ -9,6 +9,7 @@ use hpu_signal::{Cycle, Observe, SignalUse};
 
 use super::measured::{Measured, beside, rows, simulation};
 use super::{Device, Reach};
+use crate::Error;
 
 /// The highest frequency of a walk, in hertz: a hand can follow it.
 const BAND_HZ: f64 = 10.0;
@@ -66,7 +67,7 @@ impl Walk {
 /// # Errors
 ///
 /// Why the scene cannot be run, or that its loop is not in words or no device could move.
-pub fn random(experiment: &Experiment, seconds: f64, seed: u64, control: &Control) -> Result<Option<Measured>, String> {
+pub fn random(experiment: &Experiment, seconds: f64, seed: u64, control: &Control) -> Result<Option<Measured>, Error> {
     let simulation = simulation(experiment)?;
     let mut random = SplitMix64::new(seed);
     let slowest = simulation.clock().frequency_hz() as f64 / 8.0;

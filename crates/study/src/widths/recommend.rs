@@ -11,6 +11,7 @@ use hpu_signal::Format;
 use super::Device;
 use super::field::Field;
 use super::measured::{Measured, simulation};
+use crate::Error;
 use crate::accuracy::{Outputs, driver, usual, worst};
 use crate::fit::percent;
 use crate::map::outcome_name;
@@ -66,7 +67,7 @@ pub fn recommend(
     within: f64,
     jobs: NonZeroUsize,
     control: &Control,
-) -> Result<Option<Recommended>, String> {
+) -> Result<Option<Recommended>, Error> {
     let made = simulation(experiment)?;
     if !made.has_device() {
         return Err("a recording has no outputs that a width could break".into());
@@ -100,11 +101,12 @@ struct Trial<'a> {
 
 impl Trial<'_> {
     /// Runs a variant of the scene. Returns the worst error of its outputs, or a text that says how it fails.
-    fn run(&self, scene: Result<Experiment, String>) -> Result<f64, String> {
+    fn run(&self, scene: Result<Experiment, Error>) -> Result<f64, Error> {
         self.runs.fetch_add(1, Ordering::Relaxed);
         self.control.progress.fetch_add(1, Ordering::Relaxed);
-        let scene = scene.map_err(|why| format!("refused: {why}"))?;
-        let run = Outputs::of(&scene, driver(&[]), self.control).map_err(|why| format!("refused: {}", reason(&why)))?;
+        let scene = scene.map_err(|why| why.at("refused"))?;
+        let run = Outputs::of(&scene, driver(&[]), self.control)
+            .map_err(|why| Error::new(reason(&why.to_string())).at("refused"))?;
         let outputs = run.0.ok_or("stopped")?;
         let errors = outputs.errors(self.reference);
         let broken = errors.iter().find(|(output, error)| self.outputs.contains(output) && *error > self.within);
@@ -112,9 +114,9 @@ impl Trial<'_> {
             None => Ok(worst(&errors, self.outputs)),
             Some(_) if outputs.outcome != self.reference.outcome => {
                 let [from, to] = [self.reference.outcome, outputs.outcome].map(|outcome| outcome_name(Some(outcome)));
-                Err(format!("{from} becomes {to}"))
+                Err(Error::new(format_args!("{from} becomes {to}")))
             }
-            Some((output, error)) => Err(format!("{} off by {}", output.name(), percent(*error))),
+            Some((output, error)) => Err(Error::new(format_args!("{} off by {}", output.name(), percent(*error)))),
         }
     }
 
@@ -133,14 +135,14 @@ impl Trial<'_> {
         if let Some(idle) = idle.filter(|idle| *idle > 0) {
             match run(bits - idle) {
                 Ok(found) => (least, error) = (bits - idle, found),
-                Err(why) => (low, breaks) = (bits - idle, why),
+                Err(why) => (low, breaks) = (bits - idle, why.to_string()),
             }
         }
         while least - low > 1 && !self.stopped() {
             let probe = (least + low).div_euclid(2);
             match run(probe) {
                 Ok(found) => (least, error) = (probe, found),
-                Err(why) => (low, breaks) = (probe, why),
+                Err(why) => (low, breaks) = (probe, why.to_string()),
             }
         }
         (!self.stopped()).then_some(Needed { field, bits, least, error, breaks })
@@ -186,7 +188,7 @@ impl Recommended {
     ///
     /// When `scene` cannot have these widths.
     /// When there are no such words.
-    pub fn and(self, other: Self, scene: &Experiment) -> Result<Self, String> {
+    pub fn and(self, other: Self, scene: &Experiment) -> Result<Self, Error> {
         let pairs = self.needed.into_iter().zip(other.needed);
         let needed: Vec<_> = pairs.map(|(one, two)| if two.least > one.least { two } else { one }).collect();
         let together: Vec<i32> = self.together.iter().zip(&other.together).map(|(one, two)| *one.max(two)).collect();

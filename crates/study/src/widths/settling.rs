@@ -8,6 +8,7 @@ use std::num::NonZeroUsize;
 use hpu_cosim::Control;
 use hpu_cosim::scene::{Datapath, Experiment, Loop, OutcomeKind, Output, Scene};
 
+use crate::Error;
 use crate::accuracy::{Outputs, driver, usual};
 use crate::limits::{Looks, WordsSet};
 use hpu_prove::linear::usual_range;
@@ -22,7 +23,7 @@ pub struct Settling {
     /// The relative errors of the delayed run, for the outputs that the verdict makes worth comparing.
     pub errors: Vec<(Output, f64)>,
     /// The set of stable stiffnesses in words of both, or why there is none.
-    pub limits: [Result<WordsSet, String>; 2],
+    pub limits: [Result<WordsSet, Error>; 2],
     /// The damping that the delay takes from the wall, in the scene's unit.
     pub lost_damping: f64,
 }
@@ -44,7 +45,7 @@ impl Settling {
 /// # Errors
 ///
 /// Why it cannot be run: only the hybrid and the conventional loop in words can be delayed.
-pub fn settling(scene: &Scene, clocks: u32, control: &Control) -> Result<Option<Settling>, String> {
+pub fn settling(scene: &Scene, clocks: u32, control: &Control) -> Result<Option<Settling>, Error> {
     if !matches!(scene.method.kind, Loop::Hybrid | Loop::Conventional) || scene.model.datapath != Datapath::Words {
         return Err("only the hybrid and the conventional loop in words have method.settling".into());
     }

@@ -11,6 +11,7 @@ use hpu_chart::{self as chart, Picture};
 use hpu_cosim::Control;
 use hpu_cosim::scene::{Direction, Platform};
 use hpu_farm::{UnitResult, typed, units};
+use hpu_papers::Error;
 use hpu_papers::phantom::{self as study, Class, Outcomes, RUNGS, Rung, Study, Tables, Trial, TrialSetup, ladder};
 
 use crate::journal;
@@ -247,7 +248,7 @@ fn fill(
                 |place, control| trials.trial(place, control),
                 |place, row| {
                     keep(place, &row)?;
-                    outcomes.insert(place, row.map_err(|failed| failed.to_string()));
+                    outcomes.insert(place, row.map_err(Error::from));
                     Ok::<(), Failure>(())
                 },
             )
@@ -258,7 +259,7 @@ fn fill(
 
 /// Reads the trials of these rows.
 fn outcomes(rows: BTreeMap<usize, UnitResult<Trial>>) -> Outcomes {
-    rows.into_iter().map(|(place, row)| (place, row.map_err(|failed| failed.to_string()))).collect()
+    rows.into_iter().map(|(place, row)| (place, row.map_err(Error::from))).collect()
 }
 
 /// A complete study.

@@ -15,9 +15,10 @@ use hpu_cosim::scene::Experiment;
 use hpu_farm::{Points, Schema, UnitResult, typed, untyped};
 use hpu_page::Value;
 use hpu_rtl::{Cache, Counts, Setup};
+use hpu_study::Kind;
 use hpu_study::map::SceneText;
 use hpu_study::widths::search::{
-    Design, Ended, Found, Knob, Plan, Progress, Ran, RatedDesign, SearchError, schema, search, search_wave,
+    Design, Ended, Found, Knob, Plan, Progress, Ran, RatedDesign, schema, search, search_wave,
 };
 
 use crate::page::show;
@@ -215,7 +216,7 @@ fn finish(args: &Search, asked: &Asked, cases: &[Case], gathered: Option<Rows>) 
     progress::note("");
     let found = match ended {
         Ok(found) => found,
-        Err(Ended::Refused(error @ SearchError::OfAnother(_))) => return Err(Failure::usage(error)),
+        Err(Ended::Refused(error)) if error.kind() == Kind::Usage => return Err(Failure::usage(error)),
         Err(Ended::Refused(error)) => return Err(Failure::file(format!("{}: {error}", text.name))),
         Err(Ended::Kept(failure)) => return Err(failure),
         Err(Ended::Stopped | Ended::Wave(_)) => {

@@ -2,10 +2,10 @@
 
 use hpu_cosim::scene::{Experiment, Output};
 
-use super::device;
+use super::Device;
 use super::knob::Knob;
 use super::loops::Loops;
-use super::refused::SearchError;
+use crate::{Error, Kind};
 
 /// A scene on which every design is run.
 pub(super) struct Case {
@@ -31,12 +31,12 @@ impl Cases {
     /// # Errors
     ///
     /// When a scene has nothing to search, or when the scenes need different hardware at equal widths.
-    pub fn new(named: &[(String, Experiment)]) -> Result<Self, SearchError> {
-        let (_, first) = named.first().ok_or_else(|| SearchError::Scene("no scene to search".into()))?;
-        let loops = device::loops(first)?;
+    pub fn new(named: &[(String, Experiment)]) -> Result<Self, Error> {
+        let (_, first) = named.first().ok_or("no scene to search")?;
+        let loops = first.loops()?;
         let mut all: Vec<Case> = Vec::new();
         for (name, scene) in named {
-            let of = |why: String| SearchError::Scene(if named.len() > 1 { format!("{name}: {why}") } else { why });
+            let of = |why: Error| if named.len() > 1 { why.at(name) } else { why };
             if scene.auto {
                 return Err(of("model = \"auto\" is chosen for one design; set what hpu fit chooses".into()));
             }
@@ -44,8 +44,10 @@ impl Cases {
             if let Some(first) = all.first()
                 && let Some(why) = loops.difference(&first.scene, scene)
             {
-                let why = format!("{} and {name} have {why}: one search takes scenes of one hardware", first.name);
-                return Err(SearchError::Scene(why));
+                return Err(Error::new(format_args!(
+                    "{} and {name} have {why}: one search takes scenes of one hardware",
+                    first.name
+                )));
             }
             let climbs = !all.iter().any(|before| loops.same_but_for_stiffness(&before.scene, scene));
             let outputs = scene.accuracy.outputs.clone();
@@ -60,30 +62,34 @@ impl Cases {
     }
 
     /// Returns a message about a scene, with its name where there are several.
-    pub fn of(&self, case: &Case, why: String) -> String {
-        if self.all.len() > 1 { format!("{}: {why}", case.name) } else { why }
+    pub fn of(&self, case: &Case, why: Error) -> Error {
+        if self.all.len() > 1 { why.at(&case.name) } else { why }
     }
 
     /// Refuses knobs that make no grid; returns the number of designs.
-    pub fn grid(&self, knobs: &[Knob]) -> Result<usize, SearchError> {
+    pub fn grid(&self, knobs: &[Knob]) -> Result<usize, Error> {
         if knobs.is_empty() {
-            return Err(SearchError::NothingToVary);
+            return Err("nothing to vary".into());
         }
         let loops = self.loops;
         for (index, knob) in knobs.iter().enumerate() {
             if !loops.keys().all.contains(&knob.key) {
                 let (device, names) = (loops.keys().device, loops.keys().names());
                 let why = format!("this is a scene of {device}, which has no such width; write one of {names}");
-                return Err(SearchError::OfAnother(format!("--vary {knob}: {why}")));
+                return Err(Error::of(Kind::Usage, why).at(format_args!("--vary {knob}")));
             }
             if knobs[..index].iter().any(|other| other.key == knob.key) {
-                return Err(SearchError::Twice(knob.key.name));
+                return Err(Error::new(format_args!("{} is varied twice", knob.key.name)));
             }
             if let Some(why) = loops.refuses(self.base(), knob) {
-                return Err(SearchError::Scene(why));
+                return Err(why.into());
             }
         }
-        let (designs, most) = (knobs.iter().map(|knob| knob.values() as u128).product(), loops.keys().most_designs);
-        if designs > most { Err(SearchError::TooMany(designs, most)) } else { Ok(designs as usize) }
+        let designs: u128 = knobs.iter().map(|knob| knob.values() as u128).product();
+        let most = loops.keys().most_designs;
+        if designs > most {
+            return Err(Error::new(format_args!("{designs} designs; at most {most} are searched: narrow a range")));
+        }
+        Ok(designs as usize)
     }
 }

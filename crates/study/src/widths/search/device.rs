@@ -4,7 +4,7 @@ use hpu_cosim::scene::Experiment;
 
 use super::knob::{Design, Knob};
 use super::loops::Loops;
-use super::refused::SearchError;
+use crate::Error;
 
 /// The reason why a study of widths does not take a design of the user's own.
 pub(crate) const OF_YOURS: &str = "the words of a design of yours are its own";
@@ -12,20 +12,14 @@ pub(crate) const OF_YOURS: &str = "the words of a design of yours are its own";
 /// A `Device` has the loops whose widths are searched. Implemented by the scene of each kind of device.
 pub trait Device {
     /// Returns the loops that a search of widths varies, or why there are none.
-    fn loops(&self) -> Result<&'static dyn Loops, String> {
+    fn loops(&self) -> Result<&'static dyn Loops, Error> {
         Err(OF_YOURS.into())
     }
 }
-
-/// Returns the loops of a scene's device.
-pub(super) fn loops(scene: &Experiment) -> Result<&'static dyn Loops, SearchError> {
-    scene.loops().map_err(SearchError::Scene)
-}
-
 impl Knob {
     /// Returns the knobs of a scene when none is named; none for a scene that no search takes.
     pub fn usual(scene: &Experiment) -> Vec<Self> {
-        loops(scene).map_or(Vec::new(), |loops| loops.usual(scene))
+        scene.loops().map_or(Vec::new(), |loops| loops.usual(scene))
     }
 }
 
@@ -35,8 +29,8 @@ impl Design {
     /// # Errors
     ///
     /// When no search takes its device.
-    pub fn of(scene: &Experiment) -> Result<Self, SearchError> {
-        Ok(Self::new(loops(scene)?.keys(), scene))
+    pub fn of(scene: &Experiment) -> Result<Self, Error> {
+        Ok(Self::new(scene.loops()?.keys(), scene))
     }
 
     /// Returns the scene with this loop.
@@ -44,7 +38,7 @@ impl Design {
     /// # Errors
     ///
     /// Why no scene can have it: a width beyond the range of scenes, or words that do not hold the scene's values.
-    pub fn scene(&self, base: &Experiment) -> Result<Experiment, String> {
-        loops(base).map_err(|error| error.to_string())?.scene(self, base)
+    pub fn scene(&self, base: &Experiment) -> Result<Experiment, Error> {
+        base.loops()?.scene(self, base)
     }
 }

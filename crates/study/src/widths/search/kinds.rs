@@ -10,6 +10,7 @@ use super::front::{Cost, Merit};
 use super::knob::{Design, Knob};
 use super::loops::{Limits, Loops, Standing};
 use super::memory::{Memory, Run};
+use crate::Error;
 use hpu_prove::ranges::ProvedRanges;
 
 /// The knowledge about a kind on one scene.
@@ -57,7 +58,7 @@ impl Kind {
     /// # Errors
     ///
     /// Why no scene can have the design, or which scene cannot.
-    pub fn new(cases: &Cases, design: Design) -> Result<Self, String> {
+    pub fn new(cases: &Cases, design: Design) -> Result<Self, Error> {
         let loops = cases.loops;
         let (mut alike, mut on, mut cost) = (Vec::new(), Vec::new(), None);
         for case in &cases.all {
@@ -175,10 +176,10 @@ impl Kind {
     /// # Errors
     ///
     /// The scene whose proved range the words do not hold, and why.
-    pub fn held(&self, cases: &Cases, limits: &[Limits]) -> Result<Vec<ProvedRanges>, String> {
+    pub fn held(&self, cases: &Cases, limits: &[Limits]) -> Result<Vec<ProvedRanges>, Error> {
         let held = cases.all.iter().zip(limits).map(|(case, limits)| {
             let held = self.loops.scene(&self.designs[0], &case.scene).and_then(|scene| limits(&scene));
-            held.map_err(|why| format!("{}: {why}", case.name))
+            held.map_err(|why| why.at(&case.name))
         });
         held.collect()
     }
@@ -204,7 +205,7 @@ pub(super) fn kinds(
         let mut kind = match Kind::new(cases, design) {
             Ok(kind) => kind,
             Err(why) => {
-                *refused.entry(why).or_default() += 1;
+                *refused.entry(why.to_string()).or_default() += 1;
                 continue;
             }
         };
@@ -217,7 +218,7 @@ pub(super) fn kinds(
         all.retain(|_, kind| match kind.held(cases, limits) {
             Ok(_) => true,
             Err(why) => {
-                *refused.entry(why).or_default() += kind.count;
+                *refused.entry(why.to_string()).or_default() += kind.count;
                 false
             }
         });

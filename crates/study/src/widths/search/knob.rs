@@ -5,6 +5,7 @@ use std::fmt;
 
 use hpu_cosim::scene::{Experiment, OutcomeKind};
 
+use crate::Error;
 use crate::widths::Field;
 
 /// A width that a search may vary.
@@ -74,25 +75,31 @@ impl Knob {
     }
 
     /// Reads the values of a key, `FROM..TO`; the key must accept each of them. `name` is the key as it is written.
-    pub(crate) fn read(key: Key, name: &str, range: &str) -> Result<Self, String> {
+    pub(crate) fn read(key: Key, name: &str, range: &str) -> Result<Self, Error> {
         let bits = |text: &str| text.trim().parse::<i32>().ok();
         let Some((from, to)) = range.split_once("..") else {
             return Err(match bits(range) {
-                Some(bits) => format!("{name} takes one value only, {bits}; write KEY=FROM..TO, or set it by --set"),
+                Some(bits) => Error::new(format_args!(
+                    "{name} takes one value only, {bits}; write KEY=FROM..TO, or set it by --set"
+                )),
                 None => SYNTAX.into(),
             });
         };
         let (Some(from), Some(to)) = (bits(from), bits(to)) else {
-            return Err(format!("`{}` is no range of bits; {SYNTAX}", range.trim()));
+            return Err(Error::new(format_args!("`{}` is no range of bits; {SYNTAX}", range.trim())));
         };
         let (least, most) = key.accepted;
         if let Some(bits) = [from, to].into_iter().find(|bits| !(least..=most).contains(bits)) {
-            return Err(format!("{name} cannot be {bits}: a scene takes {least} to {most}"));
+            return Err(Error::new(format_args!("{name} cannot be {bits}: a scene takes {least} to {most}")));
         }
         match from.cmp(&to) {
             Ordering::Less => Ok(Self { key, from, to }),
-            Ordering::Equal => Err(format!("{name}={from}..{to} takes one value only; widen it, or set it by --set")),
-            Ordering::Greater => Err(format!("{name}={from}..{to} is reversed; write the smaller value first")),
+            Ordering::Equal => {
+                Err(Error::new(format_args!("{name}={from}..{to} takes one value only; widen it, or set it by --set")))
+            }
+            Ordering::Greater => {
+                Err(Error::new(format_args!("{name}={from}..{to} is reversed; write the smaller value first")))
+            }
         }
     }
 }

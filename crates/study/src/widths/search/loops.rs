@@ -6,6 +6,7 @@ use hpu_cosim::scene::Experiment;
 use super::climb::Climb;
 use super::front::Cost;
 use super::knob::{Depth, Design, Keys, Knob};
+use crate::Error;
 use crate::widths::Field;
 use hpu_prove::ranges::ProvedRanges;
 
@@ -37,7 +38,7 @@ pub trait Loops: Sync {
     fn unit(&self, scene: &Experiment) -> &'static str;
 
     /// Checks that the widths of a scene's loop can be searched; else returns why not.
-    fn searchable(&self, scene: &Experiment) -> Result<(), String>;
+    fn searchable(&self, scene: &Experiment) -> Result<(), Error>;
 
     /// Returns why the loop of a scene is not searched over a knob of the device, if it is not.
     fn refuses(&self, _scene: &Experiment, _knob: &Knob) -> Option<String> {
@@ -53,13 +54,13 @@ pub trait Loops: Sync {
     }
 
     /// Returns the scene with a design's widths, or why no scene can have them.
-    fn scene(&self, design: &Design, base: &Experiment) -> Result<Experiment, String>;
+    fn scene(&self, design: &Design, base: &Experiment) -> Result<Experiment, Error>;
 
     /// Returns the cost of a scene's loop, or why there is no such loop.
-    fn cost(&self, scene: &Experiment) -> Result<Cost, String>;
+    fn cost(&self, scene: &Experiment) -> Result<Cost, Error>;
 
     /// Returns the place of a design on a scene that has its widths, or why the scene has no words.
-    fn standing(&self, design: Design, scene: &Experiment) -> Result<Standing, String>;
+    fn standing(&self, design: Design, scene: &Experiment) -> Result<Standing, Error>;
 
     /// Returns the design and the wall that stand for all designs and walls with the same run.
     fn run(&self, design: Design, wall: i128) -> (Design, i128) {
@@ -67,28 +68,28 @@ pub trait Loops: Sync {
     }
 
     /// Returns the scene of a run, or why no scene can have it.
-    fn at(&self, base: &Experiment, design: &Design, wall: i128) -> Result<Experiment, String>;
+    fn at(&self, base: &Experiment, design: &Design, wall: i128) -> Result<Experiment, Error>;
 
     /// Returns the fewest bits of each width that holds values (`Key::holds`) with which the run is proved to be the
     /// same; `i32::MAX` where no narrower word is. Fails when the run does not tell its ranges.
-    fn needs(&self, base: &Experiment, run: &Summary) -> Result<Depth, String>;
+    fn needs(&self, base: &Experiment, run: &Summary) -> Result<Depth, Error>;
 
     /// Returns the design that errors are measured against: the widest one of the knobs, or one of so many bits. Fails
     /// when there is none.
-    fn reference(&self, base: &Experiment, knobs: &[Knob], bits: Option<i32>) -> Result<Design, String>;
+    fn reference(&self, base: &Experiment, knobs: &[Knob], bits: Option<i32>) -> Result<Design, Error>;
 
     /// Returns the reason why a reference has no stable wall.
     fn never_stable(&self, reference: &Design) -> String;
 
     /// Returns the check of a scene with other widths: whether its words hold the ranges that are proved for every
     /// motion within this scene's limits. Fails where no limits are proved.
-    fn limits<'s>(&self, _scene: &'s Experiment) -> Result<Limits<'s>, String> {
-        Err(format!("of {} the page tells it", self.keys().device))
+    fn limits<'s>(&self, _scene: &'s Experiment) -> Result<Limits<'s>, Error> {
+        Err(Error::new(format_args!("of {} the page tells it", self.keys().device)))
     }
 }
 
 /// Checks the words of a scene against proved ranges.
-pub type Limits<'s> = Box<dyn Fn(&Experiment) -> Result<ProvedRanges, String> + 's>;
+pub type Limits<'s> = Box<dyn Fn(&Experiment) -> Result<ProvedRanges, Error> + 's>;
 
 /// Returns the knob of a width from so many bits below a scene's own up to it, but from `least` on.
 pub(crate) fn below(own: &Design, field: Field, bits: i32, least: i32) -> Option<Knob> {

@@ -40,7 +40,6 @@ mod kinds;
 pub(crate) mod knob;
 pub(crate) mod loops;
 mod memory;
-mod refused;
 mod runner;
 mod wave;
 
@@ -55,7 +54,6 @@ pub use loops::Loops;
 pub use memory::Ran;
 #[cfg(not(target_family = "wasm"))]
 pub use memory::schema;
-pub use refused::SearchError;
 pub use wave::{Ended, Plan, Progress, search, search_wave};
 
 use hpu_prove::ranges::ProvedRanges;

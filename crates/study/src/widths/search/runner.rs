@@ -8,6 +8,7 @@ use hpu_cosim::{Control, Driver, Simulation, Summary, Wired};
 
 use super::loops::Loops;
 use super::memory::{Ran, Run};
+use crate::Error;
 use crate::accuracy::{Outputs, simulation, worst};
 use crate::map::{CellLimits, more_events};
 use crate::watch::limited;
@@ -22,7 +23,7 @@ pub(super) struct Runner<'a> {
 }
 
 /// Runs a scene; `None` when stopped.
-pub(super) fn run(experiment: &Experiment, control: &Control) -> Result<Option<(Outputs, Summary)>, String> {
+pub(super) fn run(experiment: &Experiment, control: &Control) -> Result<Option<(Outputs, Summary)>, Error> {
     let simulation = simulation(experiment)?;
     let mut trace = simulation.brief_trace();
     let most = CellLimits::default().events;
@@ -36,7 +37,7 @@ pub(super) fn run(experiment: &Experiment, control: &Control) -> Result<Option<(
 
 impl Runner<'_> {
     /// Does a run; `None` when stopped.
-    pub fn run(&self, asked: &Run, control: &Control) -> Result<Option<Ran>, String> {
+    pub fn run(&self, asked: &Run, control: &Control) -> Result<Option<Ran>, Error> {
         let scene = self.loops.at(self.scene, &asked.design, asked.wall)?;
         let Some((outputs, summary)) = run(&scene, control)? else { return Ok(None) };
         let settled = outputs.outcome == self.loops.keys().stable;

@@ -15,9 +15,9 @@ use super::kinds::{Kind, kinds};
 use super::knob::{Depth, Design, Key, Knob};
 use super::loops::Limits;
 use super::memory::{Memory, Ran, Run};
-use super::refused::SearchError;
 use super::runner::{Runner, run};
 use super::{Found, Line, On, RatedDesign};
+use crate::Error;
 use crate::accuracy::usual;
 
 /// The options of a search.
@@ -62,7 +62,7 @@ struct Search<'a, E> {
 #[derive(Debug)]
 pub enum Ended<E> {
     /// The search was refused.
-    Refused(SearchError),
+    Refused(Error),
     /// It was stopped.
     Stopped,
     /// A row could not be kept.
@@ -71,8 +71,8 @@ pub enum Ended<E> {
     Wave(Vec<usize>),
 }
 
-impl<E> From<SearchError> for Ended<E> {
-    fn from(error: SearchError) -> Self {
+impl<E> From<Error> for Ended<E> {
+    fn from(error: Error) -> Self {
         Self::Refused(error)
     }
 }
@@ -227,11 +227,11 @@ fn search_part<E>(
     let designs = cases.grid(knobs)?;
     let (mut kinds, refused) = kinds(&cases, knobs, designs, limits.as_deref());
     if kinds.is_empty() {
-        return Err(SearchError::AllRefused(designs, refused).into());
+        return Err(all_refused(designs, &refused).into());
     }
 
-    let wide = loops.reference(cases.base(), knobs, plan.against).map_err(SearchError::Reference)?;
-    let no_reference = |why: String| SearchError::Reference(format!("the reference, {wide}: {why}"));
+    let wide = loops.reference(cases.base(), knobs, plan.against)?;
+    let no_reference = |why: Error| why.at(format_args!("the reference, {wide}"));
     let mut first = Kind::new(&cases, wide).map_err(no_reference)?;
     let (mut runners, mut touches) = (Vec::new(), Vec::new());
     for case in &cases.all {
@@ -271,7 +271,7 @@ fn search_part<E>(
     let proved = limits.as_deref().and_then(|limits| first.held(&cases, limits).ok());
     let first = point(&first, wide);
     if first.merit.stiffness == 0.0 {
-        return Err(no_reference(loops.never_stable(&wide)).into());
+        return Err(no_reference(loops.never_stable(&wide).into()).into());
     }
     search.settle(&mut around, unknown, look(f64::INFINITY), &mut told)?;
     search.settle(&mut kinds, unknown, look(plan.within), &mut told)?;
@@ -307,9 +307,15 @@ fn search_part<E>(
     })
 }
 
+/// Returns the error of a grid whose designs no scene can have: the most frequent reasons with their numbers.
+fn all_refused(designs: usize, reasons: &[(String, usize)]) -> Error {
+    let shown = reasons.iter().take(3).map(|(why, count)| format!("\n{count} of them: {why}"));
+    Error::new(format_args!("no scene has any of the {designs} designs{}", shown.collect::<String>()))
+}
+
 /// Returns the limits of every motion of each scene.
-fn limits(cases: &Cases) -> Result<Vec<Limits<'_>>, SearchError> {
-    let refused = |case: &Case, why| SearchError::Scene(format!("{}: no range is proved: {why}", case.name));
+fn limits(cases: &Cases) -> Result<Vec<Limits<'_>>, Error> {
+    let refused = |case: &Case, why: Error| why.at(format_args!("{}: no range is proved", case.name));
     cases.all.iter().map(|case| cases.loops.limits(&case.scene).map_err(|why| refused(case, why))).collect()
 }
 
