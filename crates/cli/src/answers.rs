@@ -6,13 +6,15 @@
 use clap::Args;
 use serde_json::Value;
 
+use crate::shell::modes;
+use crate::{fit as fits, keys as all_keys, limits as sets, map as maps, widths as bits};
+
 pub use crate::page::Answer;
 pub use crate::run::{Finished, Recorded, finished as run, table, unseen};
 pub use crate::scene::{Named, first_sentence};
 pub use crate::shell::exit::Failure;
 pub use crate::shell::progress::Watch;
 pub use crate::waves::layout;
-use crate::{fit as fits, keys as all_keys, limits as sets, map as maps, shell::modes, widths as bits};
 pub use hpu_page::summary::energies;
 
 /// Maps a scene over two of its keys, as `hpu map`; `None` when stopped. `words` are the options.
@@ -54,13 +56,13 @@ pub fn widths(scenes: &[Named], words: &[String], watch: Watch) -> Result<Option
     bits::answer(&read("widths", words, &names)?, scenes, watch)
 }
 
-/// Returns the keys of a section of a scene, or of all sections, as `hpu keys --json`.
+/// Returns the keys of a section of a scene, those with a word in name or meaning, or all, as `hpu keys --json`.
 ///
 /// # Errors
 ///
-/// The sections that there are, when it is none of them.
-pub fn keys(section: Option<&str>) -> Result<Value, Failure> {
-    all_keys::of_section(section).map(|found| all_keys::as_data(&found))
+/// The sections that there are, when the word finds no key.
+pub fn keys(word: Option<&str>) -> Result<Value, Failure> {
+    all_keys::matching(word).map(|found| all_keys::as_data(&found))
 }
 
 /// Reads the options of a verb, and the names of its scenes.
@@ -80,6 +82,6 @@ pub(crate) fn read_words<A: Args>(verb: &'static str, words: &[impl AsRef<str>])
         Failure::usage(said.trim_start_matches("error: "))
     };
     let matches = command.try_get_matches_from(words).map_err(refused)?;
-    modes::unread(verb, &matches).map_err(Failure::usage)?;
+    modes::unread(verb, &matches)?;
     A::from_arg_matches(&matches).map_err(refused)
 }

@@ -11,12 +11,8 @@ use hpu_papers::studies::summing::Sum;
 use serde_json::{Value, json};
 
 use crate::journal;
-use crate::pictures::put;
-use crate::shell::exit::{Exit, Failure};
-use crate::shell::files::Folder;
-use crate::shell::interrupt;
-use crate::shell::jobs::Jobs;
-use crate::shell::terminal::{print, print_json, tell, with_progress};
+use crate::page::give;
+use crate::shell::{Exit, Failure, Folder, Jobs, interrupt, tell, with_progress};
 use crate::work::Rows;
 
 /// Where to.
@@ -50,7 +46,7 @@ pub fn run(
     let lines = comparison.lines.len();
     let parts: Vec<String> = comparison.lines.iter().map(|line| format!("{}/{}", line.group, line.what)).collect();
     let parts = parts.iter().map(String::as_bytes).chain(files.iter().map(Vec::as_slice));
-    let mut folder = args.out.as_deref().map(Folder::open).transpose()?;
+    let folder = args.out.as_deref().map(Folder::open).transpose()?;
     // The rows of a sweep are kept in its own folder.
     let kept = args.out.as_deref().filter(|_| gathered.is_none());
     let (mut journal, done) = journal::resume(kept, lines, ("study", command), parts)?;
@@ -73,27 +69,16 @@ pub fn run(
     };
     let rows: Vec<_> = rows.into_iter().map(|row| row.map_err(Error::from)).collect();
     let text = format!("{}\n$ {command}\n\n{}", comparison.title, beside_text(comparison, &rows));
-    let mut places = Vec::new();
-    if let Some(mut folder) = folder.take() {
-        folder.write(&format!("{}.txt", comparison.name), &text)?;
-        folder.write(&format!("{}.csv", comparison.name), beside_csv(comparison, &rows, command))?;
-        if let Some(picture) = picture(comparison, command, control)? {
-            put(&picture, &mut folder)?;
-        }
-        places = folder.places().map(PathBuf::from).collect();
-        folder.commit()?;
-    }
-    if args.json {
-        print_json(&object(comparison, command, &rows, &places))?;
-    } else {
-        let files: String = places.iter().map(|place| format!("file       {}\n", place.display())).collect();
-        print(&format!("{text}{files}"))?;
-    }
+    give((&text, object(comparison, command, &rows)), folder, args.json, || {
+        let files = [("txt", text.clone()), ("csv", beside_csv(comparison, &rows, command))];
+        let files = files.map(|(ending, content)| (format!("{}.{ending}", comparison.name), content));
+        Ok((files.into(), picture(comparison, command, control)?.into_iter().collect()))
+    })?;
     Ok(Exit::when(rows.iter().all(Result::is_ok)))
 }
 
 /// Returns the results of a comparison as JSON.
-pub fn object(comparison: &Comparison, command: &str, rows: &[Result<Found, Error>], files: &[PathBuf]) -> Value {
+pub fn object(comparison: &Comparison, command: &str, rows: &[Result<Found, Error>]) -> Value {
     let lines = comparison.lines.iter().zip(rows).map(|(line, row)| {
         json!({
             "group": line.group,
@@ -110,7 +95,7 @@ pub fn object(comparison: &Comparison, command: &str, rows: &[Result<Found, Erro
         "lines": lines.collect::<Vec<_>>(),
         "claims": sums(comparison, rows).iter().map(claim).collect::<Vec<_>>(),
         "notes": comparison.notes,
-        "files": files,
+        "files": [],
     })
 }
 

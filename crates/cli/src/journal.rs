@@ -12,10 +12,9 @@ use hpu_rtl::temporary::{self, Temporary};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use crate::shell::exit::{Failure, refused};
+use crate::shell::exit::refused;
 use crate::shell::files::not_a_link;
-use crate::shell::program;
-use crate::shell::terminal;
+use crate::shell::{Failure, program, terminal};
 
 /// The result of a unit, as a journal keeps it.
 pub trait Row: Serialize + DeserializeOwned + PartialEq {}

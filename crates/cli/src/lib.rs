@@ -9,6 +9,7 @@ mod beside;
 mod block;
 mod chart;
 mod check;
+mod command;
 mod cost;
 mod diff;
 mod document;
@@ -22,13 +23,12 @@ mod new;
 mod notation;
 mod page;
 mod parameters;
-mod pictures;
 mod price;
 mod report;
 mod reproduce;
 mod run;
 mod scene;
-mod show;
+mod scenes;
 mod study;
 mod sweep;
 mod vectors;
@@ -40,12 +40,13 @@ use std::env;
 use std::ffi::OsString;
 use std::process::ExitCode;
 
+use clap::error::ErrorKind;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use hpu_page::quantities as units;
+use hpu_rtl::temporary;
 
 use crate::shell::exit::{Exit, Failure, refused};
 use crate::shell::{interrupt, manual, modes, progress, terminal};
-use hpu_page::quantities as units;
-use hpu_rtl::temporary;
 
 /// Cycle-accurate emulator of haptic FPGA datapaths.
 ///
@@ -69,8 +70,7 @@ struct Command {
 #[derive(Subcommand)]
 enum Verb {
     Run(run::Args),
-    Scenes(scene::ListArgs),
-    Scene(show::Args),
+    Scenes(scenes::Args),
     New(new::Args),
     Keys(keys::Args),
     Block(block::Args),
@@ -114,8 +114,7 @@ impl Verb {
     fn call(self) -> Result<Exit, Failure> {
         match self {
             Self::Run(args) => run::run(&args),
-            Self::Scenes(args) => scene::scenes(&args),
-            Self::Scene(args) => show::run(&args),
+            Self::Scenes(args) => scenes::run(&args),
             Self::New(args) => new::run(&args),
             Self::Keys(args) => keys::run(&args),
             Self::Block(args) => block::run(&args),
@@ -151,17 +150,54 @@ impl Verb {
     }
 }
 
+/// The verbs of the first page of help, under their headings.
+const HEADINGS: [(&str, &[&str]); 4] = [
+    ("Scenes", &["run", "scenes", "new", "keys", "diff", "report", "explore"]),
+    ("Questions about a scene", &["limits", "map", "chart", "fit", "widths"]),
+    ("Blocks and their VHDL", &["block", "vectors", "check", "cost"]),
+    ("Many runs", &["study", "sweep", "reproduce"]),
+];
+
 /// Returns the description of the command, with all verbs and options.
 pub fn description() -> clap::Command {
-    Command::command()
+    let command = Command::command();
+    let header = command.get_styles().get_header();
+    let about = |verb: &str| command.find_subcommand(verb).and_then(clap::Command::get_about).cloned();
+    let line = |verb: &&str| format!("  {verb:<10} {}\n", about(verb).expect("every verb has a line"));
+    let headings = HEADINGS.map(|(heading, verbs)| {
+        format!("{header}{heading}:{header:#}\n{}\n", verbs.iter().map(line).collect::<String>())
+    });
+    let template = format!(
+        "{{about-with-newline}}\n{{usage-heading}} {{usage}}\n\n{}{header}Options:{header:#}\n{{options}}",
+        headings.concat()
+    );
+    command.help_template(template)
 }
 
-/// Reads a command. Options that its mode does not read are refused.
+/// Reads a command. Options that its mode does not read are refused; of what earlier versions had, the refusal says
+/// what to use instead.
 fn parsed(words: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> Result<Command, clap::Error> {
+    let words: Vec<OsString> = words.into_iter().map(Into::into).collect();
     let mut description = description();
-    let matches = description.try_get_matches_from_mut(words)?;
+    let matches = description.try_get_matches_from_mut(&words).map_err(|refusal| match instead(&words) {
+        Some(why) if refusal.use_stderr() => description.error(ErrorKind::InvalidSubcommand, why),
+        _ => refusal,
+    })?;
     modes::check(&mut description, &matches)?;
     Command::from_arg_matches(&matches)
+}
+
+/// Returns what to write in the place of a command that is no more.
+fn instead(words: &[OsString]) -> Option<&'static str> {
+    let words = || words.iter().skip(1).filter_map(|word| word.to_str());
+    match words().filter(|word| !word.starts_with('-')).collect::<Vec<_>>()[..] {
+        ["scene", ..] => Some("no verb `scene`; write hpu scenes show SCENE"),
+        ["scenes", ..] if words().any(|word| word.starts_with("--template")) => {
+            Some("no --template; hpu new NAME --dut writes a scene of your own HDL, hpu new NAME --ci its workflow")
+        }
+        ["run"] => Some("name a SCENE to run; hpu scenes lists the shipped ones"),
+        _ => None,
+    }
 }
 
 /// Reads a command that a study's file makes, to be called later.

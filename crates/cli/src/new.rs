@@ -8,9 +8,7 @@ use hpu_cosim::scene::{BEGINNINGS, Begin, Experiment, Resolved, ValueSource, WRI
 use hpu_cosim::{PlainName, excerpt};
 
 use crate::scene::quoted;
-use crate::shell::exit::{Exit, Failure};
-use crate::shell::files::Folder;
-use crate::shell::terminal::print;
+use crate::shell::{Exit, Failure, Folder, print};
 
 /// Write a scene to begin with
 ///
@@ -38,6 +36,10 @@ pub(crate) struct Args {
     /// Close the loop by a design of your own, in the place of a method
     #[arg(long)]
     dut: bool,
+    /// Write NAME.yml instead: a workflow that checks designs of your own in continuous integration, for GitHub
+    /// Actions, which others read too
+    #[arg(long, conflicts_with_all = ["device", "counts", "clock", "method", "dut"])]
+    ci: bool,
 }
 
 /// Returns the devices, by `device.kind`: those of an axis, then the others.
@@ -56,6 +58,9 @@ fn beginning(args: &Args) -> Option<&'static Begin> {
 const DESIGN: &str = hpu_assets::text("testbench/dut/begin.vhd");
 const ENTITY: &str = "begin_wall";
 
+/// The workflow of a design's continuous integration.
+const WORKFLOW: &str = include_str!("../../../testbench/dut/ci.yml");
+
 /// Returns the methods, by the row of `method.kind`.
 fn methods() -> Vec<&'static str> {
     match rows().find(|row| (row.section, row.key) == ("method", "kind")).map(|row| row.takes) {
@@ -70,7 +75,7 @@ type Given = Vec<(String, String)>;
 /// Runs `hpu new`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     let name = args.name.trim_end_matches('/');
-    let name = name.strip_suffix(".toml").unwrap_or(name);
+    let name = name.strip_suffix(if args.ci { ".yml" } else { ".toml" }).unwrap_or(name);
     let stem = name.rsplit('/').next().unwrap_or(name);
     let plain: Result<PlainName, _> = stem.parse();
     if let Err(why) = plain {
@@ -82,14 +87,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     if args.device != "motor" && args.dut {
         return Err(Failure::usage("the design to begin with drives a motor; leave --device out"));
     }
-    let design = format!("{stem}.vhd");
-    let (all, _) = begin(args, &design)?;
-    let text = format!("{WRITTEN_BY_NEW}{}`.\n# Run it: `hpu run {stem}.toml -o out`\n", options(args, stem))
-        + &as_scene(&all, line);
-    let mut files = vec![(format!("{stem}.toml"), text)];
-    if args.dut {
-        files.push((design, DESIGN.to_string()));
-    }
+    let files = if args.ci { vec![(format!("{stem}.yml"), WORKFLOW.to_string())] } else { scene_files(args, stem)? };
     let dir = Path::new(name).parent().filter(|dir| !dir.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let mut folder = Folder::open(dir)?;
     let mut said = String::new();
@@ -104,6 +102,19 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     folder.commit()?;
     print(&said)?;
     Ok(Exit::Fine)
+}
+
+/// Returns the scene, and its design if it has one, with the names of their files.
+fn scene_files(args: &Args, stem: &str) -> Result<Vec<(String, String)>, Failure> {
+    let design = format!("{stem}.vhd");
+    let (all, _) = begin(args, &design)?;
+    let text = format!("{WRITTEN_BY_NEW}{}`.\n# Run it: `hpu run {stem}.toml -o out`\n", options(args, stem))
+        + &as_scene(&all, line);
+    let mut files = vec![(format!("{stem}.toml"), text)];
+    if args.dut {
+        files.push((design, DESIGN.to_string()));
+    }
+    Ok(files)
 }
 
 /// Returns the name and the options, as they stand behind `hpu new`.

@@ -8,8 +8,7 @@ use hpu_rtl::Around;
 use hpu_signal::{Clock, Cycle, Observe, UNKNOWN};
 use hpu_wave::{Layout, WaveFile, fst_aside, gtkw, mismatch_gtkw, mismatch_vcd, sucl, vcd_aside};
 
-use crate::shell::exit::Failure;
-use crate::shell::files::Folder;
+use crate::shell::{Failure, Folder};
 
 const FST: &str = "wave.fst";
 const VCD: &str = "wave.vcd";
@@ -32,13 +31,18 @@ pub fn waveform(around: &Around, number: u64, name: &str, folder: Option<&mut Fo
 pub struct Waves {
     layout: Layout,
     clock: Clock,
-    /// The dumps with the files for GTKWave and for Surfer, which are written at the end.
-    saves: Vec<(&'static str, File, File)>,
+    dumps: Vec<Dump>,
     /// The net that shows contact, and the first edge at which it did.
     contact: Option<usize>,
     touched: Option<Cycle>,
-    fst: Box<dyn WaveFile>,
-    vcd: Option<Box<dyn WaveFile>>,
+}
+
+/// A waveform, and the files for GTKWave and for Surfer, which are written at its end.
+struct Dump {
+    name: &'static str,
+    file: Box<dyn WaveFile>,
+    save: File,
+    commands: File,
 }
 
 impl Waves {
@@ -51,19 +55,19 @@ impl Waves {
     ) -> Result<Self, Failure> {
         let clock = simulation.clock();
         let layout = layout(simulation, of_vhdl);
-        let fst_file = folder.create(FST)?;
-        let fst = fst_aside(fst_file, &layout, clock).map_err(failed(folder, FST))?;
-        let vcd = if with_vcd {
-            let vcd_file = folder.create(VCD)?;
-            Some(vcd_aside(vcd_file, &layout, clock).map_err(failed(folder, VCD))?)
-        } else {
-            None
-        };
-        let dumps = [FST].into_iter().chain(with_vcd.then_some(VCD));
-        let saves =
-            dumps.map(|dump| Ok((dump, folder.create(&save_name(dump))?, folder.create(&commands_name(dump))?)));
-        let saves = saves.collect::<Result<_, Failure>>()?;
-        Ok(Self { layout, clock, saves, contact: simulation.contact_net(), touched: None, fst, vcd })
+        let names = || [FST].into_iter().chain(with_vcd.then_some(VCD));
+        let begun = names().map(|name| {
+            let file = folder.create(name)?;
+            let begun = if name == FST { fst_aside(file, &layout, clock) } else { vcd_aside(file, &layout, clock) };
+            begun.map_err(failed(folder, name))
+        });
+        let files = begun.collect::<Result<Vec<_>, Failure>>()?;
+        let dumps = names().zip(files).map(|(name, file)| {
+            let (save, commands) = (folder.create(&save_name(name))?, folder.create(&commands_name(name))?);
+            Ok(Dump { name, file, save, commands })
+        });
+        let dumps = dumps.collect::<Result<_, Failure>>()?;
+        Ok(Self { layout, clock, dumps, contact: simulation.contact_net(), touched: None })
     }
 
     /// Completes the files of a run that ends at `end`. Marks the edge `mark`, if it is given, the first contact, the
@@ -79,14 +83,14 @@ impl Waves {
         let touched = self.touched.map(|edge| (edge, "first contact".to_string()));
         let faults = faults.iter().map(|mark| (Cycle(mark.edge), mark.what.to_string()));
         let named: Vec<_> = touched.into_iter().chain(named).chain(faults).collect();
-        for (dump, mut save, mut commands) in self.saves {
-            let text = gtkw(&self.layout, dump, self.clock, Cycle(0)..end, mark, &named);
-            save.write_all(text.as_bytes()).map_err(failed(folder, &save_name(dump)))?;
-            let text = sucl(&self.layout, dump, self.clock, &named);
-            commands.write_all(text.as_bytes()).map_err(failed(folder, &commands_name(dump)))?;
+        for Dump { name, file, mut save, mut commands } in self.dumps {
+            let text = gtkw(&self.layout, name, self.clock, Cycle(0)..end, mark, &named);
+            save.write_all(text.as_bytes()).map_err(failed(folder, &save_name(name)))?;
+            let text = sucl(&self.layout, name, self.clock, &named);
+            commands.write_all(text.as_bytes()).map_err(failed(folder, &commands_name(name)))?;
+            file.complete(end).map_err(failed(folder, name))?;
         }
-        self.fst.complete(end).map_err(failed(folder, FST))?;
-        self.vcd.map_or(Ok(()), |vcd| vcd.complete(end).map_err(failed(folder, VCD)))
+        Ok(())
     }
 }
 
@@ -126,28 +130,19 @@ impl Observe for Waves {
         if self.touched.is_none() && self.contact.is_some_and(|net| words[net] != 0 && words[net] != UNKNOWN) {
             self.touched = Some(cycle);
         }
-        self.fst.nets(cycle, words);
-        if let Some(vcd) = &mut self.vcd {
-            vcd.nets(cycle, words);
-        }
+        self.dumps.iter_mut().for_each(|dump| dump.file.nets(cycle, words));
     }
 
     fn watches_overflows(&self) -> bool {
-        self.fst.watches_overflows()
+        self.dumps.iter().any(|dump| dump.file.watches_overflows())
     }
 
     fn overflows(&mut self, cycle: Cycle, nets: u64) {
-        self.fst.overflows(cycle, nets);
-        if let Some(vcd) = &mut self.vcd {
-            vcd.overflows(cycle, nets);
-        }
+        self.dumps.iter_mut().for_each(|dump| dump.file.overflows(cycle, nets));
     }
 
     #[inline]
     fn reals(&mut self, cycle: Cycle, values: &[f64]) {
-        self.fst.reals(cycle, values);
-        if let Some(vcd) = &mut self.vcd {
-            vcd.reals(cycle, values);
-        }
+        self.dumps.iter_mut().for_each(|dump| dump.file.reals(cycle, values));
     }
 }

@@ -11,7 +11,7 @@ use hpu_page::Value;
 use hpu_study::map::SceneText;
 
 use crate::scene;
-use crate::shell::exit::Failure;
+use crate::shell::Failure;
 
 /// Rows by the numbers of their points.
 pub type Rows = BTreeMap<usize, UnitResult>;
@@ -29,11 +29,15 @@ pub trait Work: Sync {
     fn command(&self) -> String;
     /// Returns the scenes that rows depend on, as the command names them.
     fn scenes(&self) -> Vec<(String, SceneText)>;
-    /// Returns the place of a point, as values for the columns.
-    fn place(&self, point: usize) -> Vec<Value>;
+    /// Returns the place of a point, as values for the columns; none of a search.
+    fn place(&self, _point: usize) -> Vec<Value> {
+        Vec::new()
+    }
     /// Returns the number of all points, which are numbered from 0; `None` for a search, which numbers its runs as they
     /// come up.
-    fn count(&self) -> Option<u64>;
+    fn count(&self) -> Option<u64> {
+        None
+    }
     /// Whether the points of a wave depend on the rows of the waves before it.
     fn is_adaptive(&self) -> bool;
     /// Returns the points of the next wave when these rows are done; none when the sweep is complete.

@@ -106,6 +106,18 @@ impl Column {
         self.only(&[Place::Text])
     }
 
+    /// Leaves the column out of all renderings but JSON.
+    #[must_use]
+    pub fn in_json(self) -> Self {
+        self.only(&[Place::Json])
+    }
+
+    /// Leaves the column out of all renderings but CSV and Parquet.
+    #[must_use]
+    pub fn in_files(self) -> Self {
+        self.only(&[Place::File])
+    }
+
     /// Joins the column with the function that takes its cell out of a row's item.
     pub fn of<'a, T, C: Into<Cell>>(self, cell: impl Fn(&T) -> C + 'a) -> Field<'a, T> {
         Field { column: self, cell: Box::new(move |item| cell(item).into()) }

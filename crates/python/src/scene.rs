@@ -169,9 +169,9 @@ pub fn scenes(py: Python) -> PyResult<Bound<PyDict>> {
 }
 
 /// Returns the keys of a scene, as `hpu keys --json`: a dict for each, with section, key, unit, default, accepted
-/// values and meaning. `section` is one such as `"method.pwm"`.
+/// values and meaning. `section` is one such as `"method.pwm"`, or a word of names and meanings, as `"friction"`.
 ///
-/// Raises `hpu.ArgumentError` when there is no such section.
+/// Raises `hpu.ArgumentError` when no key has it.
 #[pyfunction]
 #[pyo3(signature = (section = None))]
 pub fn keys<'py>(py: Python<'py>, section: Option<&str>) -> PyResult<Bound<'py, PyAny>> {

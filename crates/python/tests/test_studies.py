@@ -53,7 +53,7 @@ class Studies(unittest.TestCase):
         self.assertEqual(hpu.keys("method.pwm"), told("keys", "method.pwm")["keys"])
         self.assertEqual(list(hpu.scenes()), [scene["name"] for scene in told("scenes")["scenes"]])
         with self.assertRaises(hpu.ArgumentError) as refusal:
-            hpu.keys("wal")
+            hpu.keys("wlal")
         self.assertIn("did you mean wall?", str(refusal.exception))
 
     def test_bad_options_are_refused_with_what_is_accepted(self):

@@ -25,6 +25,12 @@ impl From<String> for Refusal {
     }
 }
 
+impl From<hpu_study::Error> for Refusal {
+    fn from(error: hpu_study::Error) -> Self {
+        error.to_string().into()
+    }
+}
+
 impl From<SceneError> for Refusal {
     fn from(error: SceneError) -> Self {
         Self(error.all().map(|error| (error.key().to_string(), error.to_string())).collect())

@@ -6,7 +6,7 @@ use hpu_datapath::AnyBlock;
 use hpu_page::csv_line;
 use hpu_signal::Signal;
 
-use crate::shell::exit::Failure;
+use crate::shell::Failure;
 
 /// A table with its columns.
 #[derive(Debug)]

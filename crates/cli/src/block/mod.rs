@@ -4,25 +4,24 @@ mod csv;
 
 use std::path::Path;
 
-use hpu_cosim::did_you_mean;
+use csv::Ticked;
+use hpu_cosim::{SceneFile, did_you_mean};
 use hpu_datapath::{AnyBlock, Generic, block_names, proved_variants_of, registry, variants_of};
 use hpu_page::{Cell, Column, Page, Table};
 use hpu_rtl::{Hdl, differs_from_the_hardware, literal};
 use hpu_signal::{Notation, Signal};
 use serde_json::{Value, json};
 
+use crate::keys::has_word;
 use crate::notation::{Written, triple};
 use crate::page::show;
-use crate::shell::exit::{Exit, Failure};
-use crate::shell::input::{read_stdin, read_text};
-use crate::shell::terminal::{print_file, print_json};
+use crate::scene::quoted;
+use crate::shell::{Exit, Failure, print_file, print_json, read_stdin, read_text};
 
-use csv::Ticked;
-
-/// List the blocks, show the ports of one, or tick it
+/// List the blocks, find some by a word, show the ports of one, or tick it
 #[derive(clap::Args)]
-pub(crate) struct Args {
-    /// The block
+pub struct Args {
+    /// The block, or a word of blocks, their ports and meanings, as in `velocity`
     name: Option<String>,
     /// Configuration of the block, of those that `hpu block NAME` lists
     #[arg(long, value_name = "LABEL", default_value = "default", requires = "name")]
@@ -39,18 +38,38 @@ pub(crate) struct Args {
 
 /// Runs `hpu block`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
-    let Some(name) = &args.name else {
-        if args.notation.asked().is_some() {
-            return Err(Failure::usage("the list of blocks shows no formats; name a block beside --notation"));
-        }
-        return list(args.json);
-    };
-    let mut block = find(name, &args.variant)?;
-    match &args.inputs {
-        Some(file) => tick(&mut *block, file, args.json)?,
-        None => show(&described(&*block, args.notation.get()), args.json)?,
+    match Plan::new(args)? {
+        Plan::List(blocks) => list(blocks, args.json)?,
+        Plan::Describe(block) => show(&described(&*block, args.notation.get()), args.json)?,
+        Plan::Tick(mut block, file) => tick(&mut *block, file, args.json)?,
     }
     Ok(Exit::Fine)
+}
+
+/// A validated command.
+enum Plan<'a> {
+    /// Some blocks listed.
+    List(Vec<Box<dyn AnyBlock>>),
+    /// The ports of a block shown.
+    Describe(Box<dyn AnyBlock>),
+    /// A block ticked, by the rows of this file.
+    Tick(Box<dyn AnyBlock>, &'a str),
+}
+
+impl<'a> Plan<'a> {
+    fn new(args: &'a Args) -> Result<Self, Failure> {
+        let is_plain = args.variant == "default" && args.inputs.is_none() && args.notation.asked().is_none();
+        let word = args.name.as_ref().filter(|name| !block_names().contains(&name.as_str()));
+        let found = |word: &String| registry().into_iter().filter(|block| has_word(&meaning(&**block), word)).collect();
+        let found: Vec<_> = word.filter(|_| is_plain).map_or(Vec::new(), found);
+        match (&args.name, &args.inputs) {
+            (None, _) if is_plain => Ok(Self::List(registry())),
+            (None, _) => Err(Failure::usage("the list of blocks shows no formats; name a block beside --notation")),
+            _ if !found.is_empty() => Ok(Self::List(found)),
+            (Some(name), Some(file)) => Ok(Self::Tick(find(name, &args.variant)?, file)),
+            (Some(name), None) => Ok(Self::Describe(find(name, &args.variant)?)),
+        }
+    }
 }
 
 /// Returns the block of that name in the configuration with that label.
@@ -72,11 +91,23 @@ fn among(name: &str, variant: &str, all: Vec<(String, Box<dyn AnyBlock>)>) -> Re
         .ok_or_else(|| Failure::usage(format!("{name} has no variant `{variant}`; there are {}", labels.join(", "))))
 }
 
-/// Returns an error when no block has this name.
+/// Returns the name of a block, the first line of its VHDL, and the names and meanings of its ports.
+fn meaning(block: &dyn AnyBlock) -> String {
+    let ports = block.inputs().into_iter().chain(block.outputs());
+    let ports: String = ports.map(|port| format!("{} {}\n", port.name, port.doc)).collect();
+    let title = carried(block).lines().next().unwrap_or_default().to_string();
+    format!("{title}\n{ports}")
+}
+
+/// Returns an error when no block has this name, with the option for scenes where a scene has it.
 pub fn known(name: &str) -> Result<(), Failure> {
     let names = block_names();
     if names.contains(&name) {
         return Ok(());
+    }
+    if SceneFile::find(name).is_ok() {
+        let place = format!("check and cost take it as --scene {}", quoted(name));
+        return Err(Failure::usage(format!("no block `{name}`; it is a scene: {place}")));
     }
     let near = did_you_mean(name, names);
     Err(Failure::usage(format!("no block `{name}`; there are {}{near}", names.join(", "))))
@@ -87,8 +118,7 @@ pub fn labels(name: &str) -> Vec<String> {
     variants_of(|block| block == name).into_iter().map(|(label, _)| label).collect()
 }
 
-fn list(as_json: bool) -> Result<Exit, Failure> {
-    let blocks = registry();
+fn list(blocks: Vec<Box<dyn AnyBlock>>, as_json: bool) -> Result<(), Failure> {
     let names = |ports: Vec<Signal>| ports.iter().map(|port| port.name).collect::<Vec<_>>().join(", ");
     let mut table = Table::new("", [Column::text("", "").least(22), Column::text("", "")]).gap(1);
     for block in &blocks {
@@ -98,8 +128,7 @@ fn list(as_json: bool) -> Result<Exit, Failure> {
     let all = blocks.iter().map(|block| described(&**block, Notation::Triple).json());
     let mut page = Page::default();
     page.data("blocks", Value::Array(all.collect())).table(table);
-    show(&page, as_json)?;
-    Ok(Exit::Fine)
+    show(&page, as_json)
 }
 
 /// Returns the page of a block: its ports, with formats in a notation, its generics and its variants.
@@ -147,8 +176,11 @@ fn described(block: &dyn AnyBlock, notation: Notation) -> Page {
 
 /// Returns how the block differs from the hardware, from the header of its VHDL, which this program carries.
 fn differs(block: &dyn AnyBlock) -> String {
-    let vhdl = Hdl::Carried.text(block.name()).expect("the program carries the VHDL of every block");
-    differs_from_the_hardware(&vhdl).expect("every header says it")
+    differs_from_the_hardware(&carried(block)).expect("every header says it")
+}
+
+fn carried(block: &dyn AnyBlock) -> String {
+    Hdl::Carried.text(block.name()).expect("the program carries the VHDL of every block").to_string()
 }
 
 fn tick(block: &mut dyn AnyBlock, file: &str, as_json: bool) -> Result<(), Failure> {

@@ -11,12 +11,11 @@ use serde_json::json;
 
 use crate::chart::Args;
 use crate::chart::page::{named, speed};
+use crate::command::out_option;
 use crate::journal;
+use crate::page;
 use crate::page::show;
-use crate::shell::exit::{Exit, Failure};
-use crate::shell::files::Folder;
-use crate::shell::terminal::with_progress;
-use crate::{page, pictures, shell::interrupt};
+use crate::shell::{Exit, Failure, Folder, interrupt, with_progress};
 
 /// Runs `hpu chart --x --y`.
 pub fn run(args: &Args, source: &SceneFile, race: Race, axes: (Axis, Axis)) -> Result<Exit, Failure> {
@@ -44,7 +43,7 @@ pub fn run(args: &Args, source: &SceneFile, race: Race, axes: (Axis, Axis)) -> R
         show(&page, args.json)?;
         return Ok(Exit::Interrupted);
     };
-    let toured = Toured { tour, shares, command: command + &args.out_option(), files: Vec::new() };
+    let toured = Toured { tour, shares, command: command + &out_option(args.out.as_deref()), files: Vec::new() };
     toured.tell(folder, args.json)
 }
 
@@ -61,9 +60,8 @@ impl Toured {
         if let Some(mut folder) = folder {
             folder.write("chart.csv", self.page().tables().next().expect("its table").csv(&[&self.command]))?;
             let name = &self.tour.race.written.name;
-            pictures::put(&chart::shares(name, &self.tour.map, &self.shares, &self.command), &mut folder)?;
-            self.files = folder.places().map(PathBuf::from).collect();
-            folder.commit()?;
+            folder.draw(&chart::shares(name, &self.tour.map, &self.shares, &self.command))?;
+            self.files = folder.commit()?;
         }
         show(&self.page(), as_json)?;
         Ok(Exit::Fine)

@@ -10,13 +10,10 @@ use hpu_cosim::SceneFile;
 use hpu_study::accuracy::{Chart, Entry, Plan, Race};
 use hpu_study::map::Axis;
 
+use crate::command::{CommandLine, out_option};
 use crate::page::show;
 use crate::scene::{self, quoted, set_options};
-use crate::shell::exit::{Exit, Failure};
-use crate::shell::files::Folder;
-use crate::shell::jobs::Jobs;
-use crate::shell::terminal::with_progress;
-use crate::{pictures, shell::interrupt};
+use crate::shell::{Exit, Failure, Folder, Jobs, interrupt, with_progress};
 
 /// Chart speed against accuracy for every way to run a scene
 ///
@@ -24,6 +21,7 @@ use crate::{pictures, shell::interrupt};
 /// time. Wall times are medians of runs one by one, in turn; long runs by edges or fixed steps are timed over the first
 /// part of the motion and scaled to the whole, and the chart says so. A scene of 2 s at 50 MHz takes about a minute on
 /// two cores. Over a map of two keys (--x, --y) the error is the share of cells with the wrong verdict.
+/// To choose the least model within a tolerance: hpu fit.
 #[derive(clap::Args)]
 pub(crate) struct Args {
     /// A scene's file, or the name of a shipped scene
@@ -52,21 +50,9 @@ pub(crate) struct Args {
 impl Args {
     /// Returns the command, without the folder.
     pub fn command(&self) -> String {
-        let mut command = format!("hpu chart {}", quoted(&self.scene));
-        for (name, axis) in [("x", &self.x), ("y", &self.y)] {
-            if let Some(axis) = axis {
-                command += &format!(" --{name} {}", quoted(&axis.to_string()));
-            }
-        }
-        if !self.contestants.is_empty() {
-            command += &format!(" --contestants {}", quoted(&self.contestants.join(",")));
-        }
-        command + &set_options(&self.set.set)
-    }
-
-    /// Returns the folder as an option.
-    pub(crate) fn out_option(&self) -> String {
-        self.out.as_ref().map_or(String::new(), |out| format!(" -o {}", quoted(&out.display().to_string())))
+        let command = CommandLine::new("chart").words([&self.scene]).option("--x", &self.x).option("--y", &self.y);
+        let contestants = (!self.contestants.is_empty()).then(|| self.contestants.join(","));
+        command.option("--contestants", contestants).set(&self.set.set).text()
     }
 
     /// Returns the race of the contestants that are to run the scene.
@@ -98,9 +84,9 @@ impl Charted {
 
     fn write(&mut self, mut folder: Folder) -> Result<(), Failure> {
         folder.write("chart.csv", page::page(self).tables().next().expect("its table").csv(&[&self.command]))?;
-        pictures::put(&chart::speed(&self.race.written.name, &self.chart, &self.command), &mut folder)?;
-        self.files = folder.places().map(PathBuf::from).collect();
-        folder.commit()
+        folder.draw(&chart::speed(&self.race.written.name, &self.chart, &self.command))?;
+        self.files = folder.commit()?;
+        Ok(())
     }
 }
 
@@ -119,7 +105,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         show(&page::interrupted(&race), args.json)?;
         return Ok(Exit::Interrupted);
     };
-    let command = args.command() + &args.out_option();
+    let command = args.command() + &out_option(args.out.as_deref());
     let mut charted = Charted { race, chart, command, scene: args.scene.clone(), files: Vec::new() };
     if let Some(folder) = folder {
         charted.write(folder)?;

@@ -1,7 +1,7 @@
 //! A chart of speed against accuracy, for text, JSON and CSV.
 
 use hpu_cosim::scene::Output;
-use hpu_page::{Cell, Column, Field, Page, Place, Table, Value};
+use hpu_page::{Cell, Column, Field, Page, Table, Value};
 use hpu_study::accuracy::{Chart, Contestant, ContestantResult, Entry, Grade, Race, grade_name, outputs_of};
 use hpu_study::map::outcome_name;
 use serde_json::{Map, Value as Json, json};
@@ -107,95 +107,113 @@ fn ratio(chart: &Chart, of: usize) -> Option<String> {
     is_other.then(|| format!(", {}", ratio.said("x the speed of events")))
 }
 
+/// A contestant, with its number.
+type Row<'a> = (usize, &'a Entry);
+
+/// Joins a column with a figure of contestants; one that was refused has no figures.
+fn of<'a>(column: Column, cell: impl Fn(&ContestantResult) -> Cell + 'a) -> Field<'a, Row<'a>> {
+    column.of(move |(_, entry): &Row| entry.row.as_ref().map_or(Cell::absent(), &cell))
+}
+
 /// Returns the contestants. Errors are relative numbers; CSV has an infinite error as `inf`. Text leaves out those that
 /// cannot run the scene.
 fn table(charted: &Charted) -> Table {
-    // A contestant that was refused has no figures.
-    fn of<'a>(column: Column, cell: impl Fn(&ContestantResult) -> Cell + 'a) -> Field<'a, (usize, &'a Entry)> {
-        column.of(move |(_, entry): &(usize, &Entry)| entry.row.as_ref().map_or(Cell::absent(), &cell))
-    }
     let Charted { race, chart, .. } = charted;
-    let (files, json) = ([Place::File], [Place::Json]);
     let front = chart.front();
-    let in_front = |(index, _): &(usize, &Entry)| front.contains(index);
-    let mut fields = Vec::from(named(|(_, entry): &(usize, &Entry)| &entry.contestant, in_front));
-    fields.push(Column::text("overrides", "").only(&json).of(|(_, entry): &(usize, &Entry)| {
+    let in_front = |(index, _): &Row| front.contains(index);
+    let mut fields = Vec::from(named(|(_, entry): &Row| &entry.contestant, in_front));
+    fields.extend(grades());
+    for &output in outputs_of(&race.written) {
+        fields.push(error_of(output, chart.outputs.contains(&output)));
+    }
+    fields.extend(runs());
+    fields.extend([
+        Column::flag("front", "")
+            .data()
+            .of(|item: &Row| if item.1.row.is_ok() { Value::from(in_front(item)) } else { Value::Absent }),
+        Column::text("refused", "")
+            .data()
+            .of(|(_, entry): &Row| entry.row.as_ref().err().map_or(Value::Absent, |failed| failed.why().into())),
+        // A criterion is no run.
+        Column::text("replay", "").data().of(|(_, entry): &Row| match entry.contestant.criterion {
+            None => Value::from(charted.replay(entry)),
+            Some(_) => Value::Absent,
+        }),
+    ]);
+    let refused = |index: usize| chart.entries[index].row.is_err();
+    Table::of("contestants", chart.entries.iter().enumerate(), fields).without(refused)
+}
+
+/// Returns the columns of grades and speeds.
+fn grades<'a>() -> [Field<'a, Row<'a>>; 9] {
+    let error = |row: &ContestantResult| match row.grade {
+        Grade::Exact => "0: every register edge equal".into(),
+        Grade::Off(error) => percent(error).into(),
+        Grade::VerdictOnly => "right verdict, and no more".into(),
+        Grade::Wrong => "wrong".into(),
+    };
+    let overrides = |(_, entry): &Row| {
         let set = entry.contestant.overrides.iter().map(|(key, value)| (key.clone(), json!(value)));
         Json::Object(set.collect::<Map<_, _>>())
-    }));
-    fields.push(
-        Column::text("grade", "")
-            .only(&files)
-            .of(|(_, entry): &(usize, &Entry)| entry.row.as_ref().map_or("refused", |row| grade_name(row.grade))),
-    );
-    fields.extend([
-        of(Column::text("grade", "").only(&json), |row| grade_name(row.grade).into()),
-        of(Column::number("motion_per_wall", "motion/wall").only(&[Place::Text]), |row| {
-            speed(Some(row.speed.motion_per_wall()))
-        }),
-        of(Column::number("edges_per_s", "edges/s").only(&[Place::Text]), |row| speed(Some(row.speed.edges_per_s()))),
-        of(Column::text("timed", "timed").only(&[Place::Text]), |row| row.speed.timed().into()),
+    };
+    let grade = |(_, entry): &Row| entry.row.as_ref().map_or("refused", |row| grade_name(row.grade));
+    let per_wall = |row: &ContestantResult| speed(Some(row.speed.motion_per_wall()));
+    [
+        Column::text("overrides", "").in_json().of(overrides),
+        Column::text("grade", "").in_files().of(grade),
+        of(Column::text("grade", "").in_json(), |row| grade_name(row.grade).into()),
+        of(Column::number("motion_per_wall", "motion/wall").said(), per_wall),
+        of(Column::number("edges_per_s", "edges/s").said(), |row| speed(Some(row.speed.edges_per_s()))),
+        of(Column::text("timed", "timed").said(), |row| row.speed.timed().into()),
         of(Column::number("error", "").data(), |row| row.grade.error().into()),
-        of(Column::text("", "error").said(), |row| match row.grade {
-            Grade::Exact => "0: every register edge equal".into(),
-            Grade::Off(error) => percent(error).into(),
-            Grade::VerdictOnly => "right verdict, and no more".into(),
-            Grade::Wrong => "wrong".into(),
-        }),
-        of(Column::text("errors", "").only(&json), |_| json!({}).into()),
-    ]);
-    for &output in outputs_of(&race.written) {
-        let is_judged = chart.outputs.contains(&output);
-        let column = Column::number(&format!("errors.{}", output.name()), output.name());
-        let column = column.file(&format!("{}_error", output.name()));
-        let column = if is_judged { column } else { column.data() };
-        fields.push(column.of(move |(_, entry): &(usize, &Entry)| {
-            let Ok(row) = &entry.row else { return Cell::absent() };
-            let error = row.errors.iter().find(|(of, _)| *of == output).map(|(_, error)| *error);
-            let cell = error.map_or(Cell::absent(), Cell::new);
-            match (row.grade, error) {
-                (Grade::Exact | Grade::VerdictOnly, _) => cell.shown(""),
-                _ if entry.contestant.criterion.is_some() => cell.shown(""),
-                (_, None) => cell.shown("-"),
-                (_, Some(0.0)) if output == Output::Verdict => cell.shown("right"),
-                (_, Some(error)) => cell.shown(percent(error)),
-            }
-        }));
-    }
+        of(Column::text("", "error").said(), error),
+        of(Column::text("errors", "").in_json(), |_| json!({}).into()),
+    ]
+}
+
+/// Returns the column of the errors of an output, which stand in text if the output is judged.
+fn error_of<'a>(output: Output, is_judged: bool) -> Field<'a, Row<'a>> {
+    let column = Column::number(&format!("errors.{}", output.name()), output.name());
+    let column = column.file(&format!("{}_error", output.name()));
+    let column = if is_judged { column } else { column.data() };
+    column.of(move |(_, entry): &Row| {
+        let Ok(row) = &entry.row else { return Cell::absent() };
+        let error = row.errors.iter().find(|(of, _)| *of == output).map(|(_, error)| *error);
+        let cell = error.map_or(Cell::absent(), Cell::new);
+        match (row.grade, error) {
+            (Grade::Exact | Grade::VerdictOnly, _) => cell.shown(""),
+            _ if entry.contestant.criterion.is_some() => cell.shown(""),
+            (_, None) => cell.shown("-"),
+            (_, Some(0.0)) if output == Output::Verdict => cell.shown("right"),
+            (_, Some(error)) => cell.shown(percent(error)),
+        }
+    })
+}
+
+/// Returns the columns of outcomes and times.
+fn runs<'a>() -> [Field<'a, Row<'a>>; 13] {
     let outcome = |row: &ContestantResult| row.outcome.map(|outcome| outcome_name(Some(outcome))).into();
-    fields.extend([
+    let between = |row: &ContestantResult| {
+        let wall_s = row.speed.wall_s();
+        json!([wall_s.low, wall_s.high]).into()
+    };
+    let slow = |row: &ContestantResult| {
+        let slow = |shortened_s| format!("(slow: over {shortened_s} s of motion, as its reference)");
+        row.shortened_s.map_or(String::new(), slow).into()
+    };
+    [
         of(Column::text("outcome", "").data(), outcome),
         of(Column::number("motion_s", "").data(), |row| row.speed.motion_s.into()),
         of(Column::number("wall_s", "").data(), |row| row.speed.wall_s().median.into()),
-        of(Column::text("wall_between_s", "").only(&json), |row| {
-            let wall_s = row.speed.wall_s();
-            json!([wall_s.low, wall_s.high]).into()
-        }),
+        of(Column::text("wall_between_s", "").in_json(), between),
         of(Column::number("motion_per_wall", "").data(), |row| row.speed.motion_per_wall().into()),
         of(Column::integer("edges", "").data(), |row| row.speed.edges.into()),
         of(Column::number("edges_per_s", "").data(), |row| row.speed.edges_per_s().into()),
         of(Column::integer("runs", "").data(), |row| (row.speed.walls_s.len() as u64).into()),
         of(Column::text("timed", "").data(), |row| row.speed.timed().into()),
-        of(Column::number("timed_s", "").only(&json), |row| row.speed.timed_s.into()),
-        of(Column::number("shortened_s", "").only(&json), |row| row.shortened_s.into()),
-        of(Column::flag("shortened", "").only(&files), |row| row.shortened_s.is_some().into()),
-        of(Column::text("", "").said(), |row| {
-            let slow = |shortened_s| format!("(slow: over {shortened_s} s of motion, as its reference)");
-            row.shortened_s.map_or(String::new(), slow).into()
-        }),
-    ]);
-    fields.push(
-        Column::flag("front", "")
-            .data()
-            .of(|item: &(usize, &Entry)| if item.1.row.is_ok() { Value::from(in_front(item)) } else { Value::Absent }),
-    );
-    fields.push(Column::text("refused", "").data().of(|(_, entry): &(usize, &Entry)| {
-        entry.row.as_ref().err().map_or(Value::Absent, |failed| failed.why().into())
-    }));
-    // A criterion is no run.
-    fields.push(Column::text("replay", "").data().of(|(_, entry): &(usize, &Entry)| {
-        if entry.contestant.criterion.is_none() { Value::from(charted.replay(entry)) } else { Value::Absent }
-    }));
-    let refused = |index: usize| chart.entries[index].row.is_err();
-    Table::of("contestants", chart.entries.iter().enumerate(), fields).without(refused)
+        of(Column::number("timed_s", "").in_json(), |row| row.speed.timed_s.into()),
+        of(Column::number("shortened_s", "").in_json(), |row| row.shortened_s.into()),
+        of(Column::flag("shortened", "").in_files(), |row| row.shortened_s.is_some().into()),
+        of(Column::text("", "").said(), slow),
+    ]
 }

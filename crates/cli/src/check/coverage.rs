@@ -9,7 +9,7 @@ use hpu_rtl::formal::Proofs;
 use hpu_rtl::{CheckReport, CheckRow, Moved, Setup};
 
 use crate::document::{Content, Document, Section};
-use crate::shell::cache::cache_folder;
+use crate::shell::cache_folder;
 
 /// The names of blocks and configurations that are proved for all inputs and states, with the solvers; or why that is
 /// not known.

@@ -9,10 +9,7 @@ use hpu_rtl::CheckReport;
 use hpu_rtl::entity::{Entity, EntityError, Link};
 
 use crate::check::{Args, Shown, fields};
-use crate::scene::pair;
-use crate::shell::exit::{Exit, Failure};
-use crate::shell::interrupt;
-use crate::shell::terminal::tell;
+use crate::shell::{Failure, interrupt, tell, values};
 
 /// A block of your own, held against one of these: its files stand in the place of BLOCKS
 #[derive(clap::Args)]
@@ -31,10 +28,10 @@ pub struct Theirs {
     as_block: Option<String>,
     /// Connect a port of it: THEIRS=OURS, an input also THEIRS=NUMBER, an output also THEIRS=open; open=OURS for an
     /// output that it does not have; ports of the same name need none; may be repeated
-    #[arg(long, value_name = "THEIRS=OURS", value_parser = pair, requires = "entity")]
+    #[arg(long, value_name = "THEIRS=OURS", value_parser = values::pair, requires = "entity")]
     port: Vec<(String, String)>,
     /// Set a generic or parameter of it: THEIRS=OURS takes the value of ours, THEIRS=VALUE stays; may be repeated
-    #[arg(long, value_name = "THEIRS=OURS", value_parser = pair, requires = "entity")]
+    #[arg(long, value_name = "THEIRS=OURS", value_parser = values::pair, requires = "entity")]
     generic: Vec<(String, String)>,
     /// Its clock [default: clk]
     #[arg(long, value_name = "PORT", requires = "entity")]
@@ -49,7 +46,7 @@ pub struct Theirs {
     latency: i64,
     /// With --formal, a register or signal of it and the register here that it is: THEIRS=OURS; those of the same name
     /// need none; may be repeated
-    #[arg(long, value_name = "THEIRS=OURS", value_parser = pair, requires_all = ["entity", "formal"])]
+    #[arg(long, value_name = "THEIRS=OURS", value_parser = values::pair, requires_all = ["entity", "formal"])]
     state: Vec<(String, String)>,
     /// With --formal, what holds in every state of it, in Verilog, over its signals: 'busy == (left != 0)'. It is
     /// proved, too; may be repeated
@@ -193,9 +190,7 @@ pub fn checked(args: &Args, shown: &mut Shown) -> Result<(CheckReport, String), 
     let (mut report, mut engine) = (CheckReport::default(), String::new());
     for mut configuration in entity.configurations().map_err(failure)? {
         let compared = entity.compare(&mut configuration, &simulators).map_err(failure)?;
-        if interrupt::pressed() {
-            return Err(Failure::new(Exit::Interrupted, "interrupted"));
-        }
+        interrupt::check()?;
         if report.rows.is_empty() {
             let block = &entity.block;
             if !compared.not_taken.is_empty() {

@@ -10,18 +10,17 @@ use hpu_cosim::scene::{Experiment, shipped};
 use hpu_datapath::block_names;
 use hpu_page::{Cell, Column, Field, Page, Table};
 use hpu_rtl::{
-    Check, CheckOptions, CheckReport, CheckRow, Contact, Coverage, GhdlError, Late, Setup, comparison_edges, junit,
+    Check, CheckOptions, CheckReport, CheckRow, Contact, Coverage, GhdlError, Late, comparison_edges, junit,
 };
 use serde_json::{Value, json};
 
 use crate::block::{find, known, known_to_proofs};
+use crate::command::CommandLine;
 use crate::scene::{self, Loaded};
-use crate::shell::exit::{Exit, Failure};
-use crate::shell::files::{Folder, Single};
-use crate::shell::jobs::Jobs;
-use crate::shell::terminal::{print, print_json, tell, verdict, with_progress};
+use crate::shell::{
+    Exit, Failure, Folder, Jobs, Single, hdl, interrupt, print, print_json, tell, verdict, with_progress,
+};
 use crate::waves::waveform;
-use crate::{shell::hdl, shell::interrupt};
 
 use entity::Theirs;
 
@@ -91,29 +90,60 @@ pub(crate) struct Args {
     pub json: bool,
 }
 
+/// A validated command.
+enum Plan {
+    /// Blocks and scenes compared in GHDL.
+    Compare(CheckOptions),
+    /// Blocks and scenes proved.
+    Prove,
+    /// A block of the user's own compared.
+    CompareTheirs,
+    /// A block of the user's own proved.
+    ProveTheirs,
+}
+
+impl Plan {
+    fn new(args: &Args) -> Result<Self, Failure> {
+        if args.theirs.is_asked() {
+            return Ok(if args.formal { Self::ProveTheirs } else { Self::CompareTheirs });
+        }
+        args.blocks.iter().try_for_each(|name| known(name))?;
+        for name in &args.blocks {
+            let known = |label: &String| match args.formal {
+                true => known_to_proofs(name, label),
+                false => find(name, label).map(drop),
+            };
+            args.variants.iter().try_for_each(known)?;
+        }
+        Ok(if args.formal { Self::Prove } else { Self::Compare(options(args)?) })
+    }
+}
+
 /// Runs `hpu check`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
-    if args.theirs.is_asked() {
-        return if args.formal { prove::theirs(args) } else { theirs(args) };
+    match Plan::new(args)? {
+        Plan::Compare(options) => {
+            compare(args, |shown| Ok((checked(&options, shown)?, format!("{VHDL}{}", options.setup.hdl))))
+        }
+        Plan::Prove => prove::run(args),
+        Plan::CompareTheirs => compare(args, |shown| entity::checked(args, shown)),
+        Plan::ProveTheirs => prove::theirs(args),
     }
-    args.blocks.iter().try_for_each(|name| known(name))?;
-    for name in &args.blocks {
-        let known = |label: &String| match args.formal {
-            true => known_to_proofs(name, label),
-            false => find(name, label).map(drop),
-        };
-        args.variants.iter().try_for_each(known)?;
-    }
-    if args.formal {
-        return prove::run(args);
-    }
-    let options = options(args)?;
+}
+
+/// Words before the source of VHDL of ours, where a line tells what was compared.
+const VHDL: &str = "VHDL ";
+
+/// Compares by `checked`, which returns the report and what was compared, and shows and writes the result.
+fn compare(
+    args: &Args,
+    checked: impl FnOnce(&mut Shown) -> Result<(CheckReport, String), Failure>,
+) -> Result<Exit, Failure> {
     let folder = args.out.as_deref().map(Folder::open).transpose()?;
     let junit_file = args.junit.as_deref().map(Single::open).transpose()?;
     let mut shown = Shown { quiet: args.json, text: String::new(), fields: Vec::new(), folder };
-    let Some(report) = uninterrupted(checked(&options, &mut shown))? else { return Ok(Exit::Interrupted) };
-    let hdl = &options.setup.hdl;
-    shown.end(&report, &format!("VHDL {hdl}"), object(&report, hdl), junit_file, args, &options.setup)
+    let Some((report, of)) = uninterrupted(checked(&mut shown))? else { return Ok(Exit::Interrupted) };
+    shown.end(&report, &of, junit_file, args)
 }
 
 /// Returns the page of a comparison, without its rows one by one, and the bits of its signals as HTML; `None` when
@@ -126,7 +156,7 @@ pub fn answer(args: &Args) -> Result<Option<(Page, String)>, Failure> {
 }
 
 /// Returns the report; `None` when interrupted.
-fn uninterrupted(report: Result<CheckReport, Failure>) -> Result<Option<CheckReport>, Failure> {
+fn uninterrupted<T>(report: Result<T, Failure>) -> Result<Option<T>, Failure> {
     match report {
         Err(failure) if interrupt::pressed() || failure.exit() == Exit::Interrupted => Ok(None),
         report => report.map(|report| (!interrupt::pressed()).then_some(report)),
@@ -153,30 +183,16 @@ fn options(args: &Args) -> Result<CheckOptions, Failure> {
 
 /// Returns the command, without options that change no figure.
 fn command(args: &Args) -> String {
-    let mut command = "hpu check".to_string();
-    let mut add = |option: &str, value: &str| command += &format!("{option} {}", scene::quoted(value));
-    args.blocks.iter().for_each(|block| add("", block));
-    args.variants.iter().for_each(|label| add(" --variant", label));
-    args.scenes.iter().for_each(|scene| add(" --scene", scene));
-    args.theirs.options().iter().for_each(|(option, value)| add(&format!(" --{option}"), value));
-    command += &scene::set_options(&args.set.set);
-    command += &args.edges.map_or(String::new(), |edges| format!(" --edges {edges}"));
-    command += if args.exhaustive { " --exhaustive" } else { "" };
-    let rows = format!(" --rows {} --seed {}", args.rows, args.seed);
-    if args.blocks.is_empty() && !args.scenes.is_empty() { command } else { command + &rows }
-}
-
-/// Runs `hpu check --entity`.
-fn theirs(args: &Args) -> Result<Exit, Failure> {
-    let folder = args.out.as_deref().map(Folder::open).transpose()?;
-    let junit_file = args.junit.as_deref().map(Single::open).transpose()?;
-    let mut shown = Shown { quiet: args.json, text: String::new(), fields: Vec::new(), folder };
-    let (report, engine) = match entity::checked(args, &mut shown) {
-        Err(failure) if interrupt::pressed() || failure.exit() == Exit::Interrupted => return Ok(Exit::Interrupted),
-        compared => compared?,
-    };
-    let json = object(&report, &engine);
-    shown.end(&report, &engine, json, junit_file, args, &args.hdl.setup())
+    let command = CommandLine::new("check").words(&args.blocks).option("--variant", &args.variants);
+    let theirs = args.theirs.options().into_iter();
+    let command = theirs.fold(command.option("--scene", &args.scenes), |command, (option, value)| {
+        command.option(&format!("--{option}"), [value])
+    });
+    let command = command.set(&args.set.set).option("--edges", args.edges).flag("--exhaustive", args.exhaustive);
+    if args.blocks.is_empty() && !args.scenes.is_empty() {
+        return command.text();
+    }
+    command.option("--rows", [args.rows]).option("--seed", [args.seed]).text()
 }
 
 /// Returns the number of edges of a scene to compare.
@@ -270,16 +286,8 @@ pub struct Shown {
 
 impl Shown {
     /// Shows the total, and writes the files that were asked for.
-    fn end(
-        mut self,
-        report: &CheckReport,
-        of: &str,
-        json: Value,
-        junit_file: Option<Single>,
-        args: &Args,
-        setup: &Setup,
-    ) -> Result<Exit, Failure> {
-        let total = total(report, of);
+    fn end(mut self, report: &CheckReport, of: &str, junit_file: Option<Single>, args: &Args) -> Result<Exit, Failure> {
+        let (total, json) = (total(report, of), object(report, of.strip_prefix(VHDL).unwrap_or(of)));
         self.line(&total)?;
         if let Some(file) = junit_file {
             file.write(&junit(report))?;
@@ -290,7 +298,7 @@ impl Shown {
             let command = command(args);
             let proved = match args.theirs.is_asked() {
                 true => Err("a block of your own is proved by hpu check --formal --entity".to_string()),
-                false => coverage::proved(report, setup),
+                false => coverage::proved(report, &args.hdl.setup()),
             };
             let document = coverage::document(report, &total, &command, &proved);
             folder.write("coverage.html", document.html())?;
@@ -429,7 +437,7 @@ fn page(report: &CheckReport, hdl: &impl ToString) -> Page {
     page
 }
 
-fn object(report: &CheckReport, hdl: &impl ToString) -> Value {
+fn object(report: &CheckReport, hdl: &str) -> Value {
     let names = report.rows.iter().map(|row| &row.block).fold(Vec::new(), |mut names: Vec<&String>, name| {
         if !names.contains(&name) {
             names.push(name);
@@ -450,7 +458,7 @@ fn object(report: &CheckReport, hdl: &impl ToString) -> Value {
     });
     json!({
         "ok": report.ok(),
-        "hdl": hdl.to_string(),
+        "hdl": hdl,
         "blocks": blocks.collect::<Vec<_>>(),
         "loops": Table::of("", &report.loops, loops()).json(),
     })

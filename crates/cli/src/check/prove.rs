@@ -16,11 +16,8 @@ use serde_json::{Value, json};
 use crate::check::Args;
 use crate::check::entity;
 use crate::scene::Loaded;
-use crate::shell::cache::{cache_folder, path};
-use crate::shell::exit::{Exit, Failure};
-use crate::shell::files::Folder;
-use crate::shell::interrupt;
-use crate::shell::terminal::{print, print_json, tell, verdict, with_progress};
+use crate::shell::cache::path;
+use crate::shell::{Exit, Failure, Folder, cache_folder, interrupt, print, print_json, tell, verdict, with_progress};
 use crate::waves::waveform;
 
 /// The time that a solver has for a question, unless another time for tools is given.

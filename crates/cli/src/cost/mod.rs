@@ -14,12 +14,9 @@ use crate::block::{find, known, labels};
 use crate::page::show;
 use crate::price::{self, placed};
 use crate::scene::{self, Loaded};
-use crate::shell::cache::{Remember, or_reason};
-use crate::shell::exit::{Exit, Failure};
-use crate::shell::files::Folder;
-use crate::shell::jobs::Jobs;
-use crate::shell::terminal::{print, print_json, verdict, with_progress};
-use crate::{shell::hdl, shell::interrupt};
+use crate::shell::{
+    Exit, Failure, Folder, Jobs, Remember, hdl, interrupt, or_reason, print, print_json, verdict, with_progress,
+};
 
 /// Synthesise a block with Yosys and place it with nextpnr: cells and speed in an iCE40 HX8K
 ///
@@ -85,7 +82,7 @@ fn write(folder: Option<Folder>, json: &Value, text: &str) -> Result<(), Failure
     let Some(mut folder) = folder else { return Ok(()) };
     folder.write("cost.json", format!("{json:#}\n"))?;
     folder.write("cost.txt", text)?;
-    folder.commit()
+    folder.commit().map(drop)
 }
 
 fn of_scene(args: &Args, scene: &str) -> Result<Exit, Failure> {

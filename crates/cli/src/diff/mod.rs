@@ -8,9 +8,8 @@ use hpu_study::fit::percent;
 use serde_json::Value as Json;
 
 use crate::page::show;
-use crate::shell::exit::{Exit, Failure};
-use crate::shell::input::read_text;
-use crate::{fit, run};
+use crate::run;
+use crate::shell::{Exit, Failure, read_text, values};
 
 /// Compare two results, value by value
 ///
@@ -28,7 +27,7 @@ pub(crate) struct Args {
     #[arg(value_name = "B")]
     second: String,
     /// Take numbers for equal whose difference is at most this share of the greater one, as in 1% [default: 0]
-    #[arg(long, value_name = "SHARE", value_parser = fit::share)]
+    #[arg(long, value_name = "SHARE", value_parser = values::share)]
     tolerance: Option<f64>,
     /// Print the differences as one JSON object
     #[arg(long)]

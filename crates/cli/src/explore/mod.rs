@@ -9,9 +9,7 @@ use hpu_study::map::SceneText;
 use serde_json::{Map, Value, json};
 
 use crate::scene::{self, Set};
-use crate::shell::exit::{Exit, Failure};
-use crate::shell::files::Single;
-use crate::shell::terminal::print;
+use crate::shell::{Exit, Failure, Single, print};
 
 /// Write a page that runs scenes in a browser
 ///

@@ -14,12 +14,8 @@ use serde_json::{Value, json};
 use crate::page::{self as pages, show};
 use crate::parameters::{missed_object, stiffness_missed};
 use crate::scene::{self, set_options};
-use crate::shell::exit::{Exit, Failure};
-use crate::shell::files::Folder;
-use crate::shell::progress::{self, Watch};
-use crate::shell::terminal::{print, print_json, verdict};
+use crate::shell::{Exit, Failure, Folder, Watch, interrupt, print, print_json, progress, values, verdict};
 use crate::units::si;
-use crate::{pictures, shell::interrupt};
 
 /// Find the least model of a scene whose outputs stay within a tolerance of the scene's own
 ///
@@ -32,12 +28,13 @@ use crate::{pictures, shell::interrupt};
 /// = "auto" is run so. Runs go one by one, for their wall times count: two models run in turn, and the median of their
 /// ratios is told with its quartiles.
 /// It takes about as long as a hundred runs of the scene: seconds; all shipped scenes take two minutes.
+/// To see speed and error of every way to run a scene: hpu chart.
 #[derive(clap::Args)]
 pub(crate) struct Args {
     /// A scene's file, or the name of a shipped scene; without one, all shipped scenes in a table
     scene: Option<String>,
     /// The tolerance, as in 1% [default: the scene's accuracy.within, else 1%]
-    #[arg(long, value_name = "SHARE", value_parser = share)]
+    #[arg(long, value_name = "SHARE", value_parser = values::share)]
     within: Option<f64>,
     #[command(flatten)]
     set: scene::Set,
@@ -47,18 +44,6 @@ pub(crate) struct Args {
     /// One JSON object
     #[arg(long)]
     json: bool,
-}
-
-/// Reads a share, as in 1% or 0.01.
-pub fn share(text: &str) -> Result<f64, String> {
-    let (number, unit) = match text.trim().strip_suffix('%') {
-        Some(number) => (number, 0.01),
-        None => (text, 1.0),
-    };
-    let share = number.trim().parse::<f64>().ok().map(|number| number * unit);
-    share
-        .filter(|share| *share > 0.0 && *share < 1.0)
-        .ok_or_else(|| "write a share between 0 and 1, as in 1% or 0.01".into())
 }
 
 /// Runs `hpu fit`.
@@ -73,7 +58,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     };
     if let Some(mut folder) = folder {
         let command = format!("hpu fit {}{}", scene::quoted(name), set_options(&args.set.set));
-        pictures::put(&hpu_chart::fit(name, &found, &command), &mut folder)?;
+        folder.draw(&hpu_chart::fit(name, &found, &command))?;
         folder.write("fit.csv", tried(name, &found, &args.set.set).csv(&[command]))?;
         folder.write("fit.txt", page.text())?;
         let json = folder.place("fit.json");

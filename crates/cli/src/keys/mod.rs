@@ -5,31 +5,29 @@ mod schema;
 use hpu_cosim::did_you_mean;
 use hpu_cosim::scene::keys::{KeyRow, Otherwise, Takes, grouped, markdown, rows};
 use hpu_page::{Cell, Column, Field, Page, Table};
+use schema::schema;
 use serde_json::{Value, json};
 
 use crate::page::show;
 use crate::parameters::as_json;
-use crate::shell::exit::{Exit, Failure};
-use crate::shell::terminal::{print_file, print_json};
-
-use schema::schema;
+use crate::shell::{Exit, Failure, print_file, print_json};
 
 /// List the keys of a scene: unit, default, accepted values and meaning
 ///
 /// For an editor that checks scenes while they are written: `hpu keys --schema > scene.schema.json`, and
 /// `#:schema scene.schema.json` as the first line of a scene.
 #[derive(clap::Args)]
-pub(crate) struct Args {
-    /// Section, as in `device`, `method` or `method.pwm` [default: all]
-    section: Option<String>,
+pub struct Args {
+    /// Section, as in `device` or `method.pwm`, or a word of keys and their meanings, as in `friction` [default: all]
+    word: Option<String>,
     /// Print the keys as one JSON object
     #[arg(long)]
     json: bool,
     /// Print a JSON Schema of scenes (draft 2020-12)
-    #[arg(long, conflicts_with_all = ["json", "section"])]
+    #[arg(long, conflicts_with_all = ["json", "word"])]
     schema: bool,
     /// Print the tables of the documentation, in Markdown
-    #[arg(long, conflicts_with_all = ["json", "section", "schema"])]
+    #[arg(long, conflicts_with_all = ["json", "word", "schema"])]
     markdown: bool,
 }
 
@@ -43,7 +41,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         print_json(&schema())?;
         return Ok(Exit::Fine);
     }
-    let found = of_section(args.section.as_deref())?;
+    let found = matching(args.word.as_deref())?;
     let mut page = Page::default();
     page.data("keys", as_data(&found));
     for (index, group) in grouped(found.into_iter()).into_iter().enumerate() {
@@ -60,19 +58,31 @@ pub(crate) fn as_data(found: &[KeyRow]) -> Value {
     Table::of("", found, fields()).json()
 }
 
-/// Returns the keys of a section, or of all.
-pub(crate) fn of_section(section: Option<&str>) -> Result<Vec<KeyRow>, Failure> {
-    let mut found: Vec<KeyRow> = rows().collect();
-    if let Some(section) = section {
-        let mut names: Vec<_> = found.iter().map(|row| row.section).filter(|name| !name.is_empty()).collect();
-        names.dedup();
-        if !names.contains(&section) {
-            let near = did_you_mean(section, &names);
-            return Err(Failure::usage(format!("no section `{section}`; there are {}{near}", names.join(", "))));
-        }
-        found.retain(|row| row.section == section);
+/// Returns all keys, those of the section of this name, or else those with this word in their name or meaning.
+///
+/// # Errors
+///
+/// The sections that there are, and the nearest name, when the word finds no key.
+pub fn matching(word: Option<&str>) -> Result<Vec<KeyRow>, Failure> {
+    let Some(word) = word else { return Ok(rows().collect()) };
+    let mut sections: Vec<_> = rows().map(|row| row.section).filter(|name| !name.is_empty()).collect();
+    sections.dedup();
+    if sections.contains(&word) {
+        return Ok(rows().filter(|row| row.section == word).collect());
+    }
+    let has = |row: &KeyRow| has_word(&format!("{}.{} {}", row.section, row.key, row.meaning), word);
+    let found: Vec<_> = rows().filter(has).collect();
+    if found.is_empty() {
+        let names: Vec<_> = sections.iter().copied().chain(rows().map(|row| row.key)).collect();
+        let (near, all) = (did_you_mean(word, &names), sections.join(", "));
+        return Err(Failure::usage(format!("no key has `{word}` in its name or meaning; sections are {all}{near}")));
     }
     Ok(found)
+}
+
+/// Returns whether a text has a word, or a part of one, in large or small letters.
+pub fn has_word(text: &str, word: &str) -> bool {
+    text.to_lowercase().contains(&word.to_lowercase())
 }
 
 /// Returns the columns of keys. In text, the meaning stands below each key.

@@ -14,13 +14,10 @@ use hpu_study::map::SceneText;
 use hpu_study::{Error, Kind};
 use hpu_study::{ToldLimits, device};
 
+use crate::command::CommandLine;
 use crate::page::{self as pages, Answer, show};
 use crate::scene::{self, quoted, set_options};
-use crate::shell::exit::{Exit, Failure};
-use crate::shell::files::Folder;
-use crate::shell::jobs::Jobs;
-use crate::shell::progress::Watch;
-use crate::{pictures, shell::hdl, shell::interrupt};
+use crate::shell::{Exit, Failure, Folder, Jobs, Watch, hdl, interrupt, values};
 
 /// Tell at which stiffnesses a scene's wall settles: by its linear loop, in words, and by published criteria
 ///
@@ -56,7 +53,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "KEY=A..B")]
     over: Vec<Unknown>,
     /// Hands from none to the firmest of those published, and each of them; on a motor, at this radius of its wheel
-    #[arg(long, value_name = "RADIUS", num_args = 0..=1, value_parser = length)]
+    #[arg(long, value_name = "RADIUS", num_args = 0..=1, value_parser = values::length)]
     hands: Option<Option<f64>>,
     /// Phases of the contact at each stiffness
     #[arg(
@@ -88,7 +85,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         return Ok(Exit::Interrupted);
     };
     if let Some(mut folder) = folder {
-        pictures.iter().try_for_each(|picture| pictures::put(picture, &mut folder))?;
+        pictures.iter().try_for_each(|picture| folder.draw(picture))?;
         folder.write("limits.txt", page.text())?;
         let json = folder.place("limits.json");
         pages::files(&mut page, &folder.places().map(Into::into).chain([json]).collect::<Vec<PathBuf>>());
@@ -257,27 +254,14 @@ fn points(world: &World) -> Result<Vec<Scene>, Failure> {
     world.points().map_err(|error| usage(error.to_string()))
 }
 
-/// Reads a length in metres.
-fn length(text: &str) -> Result<f64, String> {
-    let units = [("mm", 1e-3), ("cm", 1e-2), ("m", 1.0)];
-    let read = |(unit, by): (&str, f64)| Some(text.trim().strip_suffix(unit)?.trim().parse::<f64>().ok()? * by);
-    let length = units.into_iter().find_map(read).filter(|length| *length > 0.0 && *length <= 10.0);
-    length.ok_or_else(|| "write a radius up to 10 m, as in 50mm".into())
-}
-
 /// Returns the command, without options that change no figure.
 fn command(args: &Args) -> String {
-    let over: String = args.over.iter().map(|over| format!(" --over {}", quoted(&over.to_string()))).collect();
-    let range = args.range.as_ref().map_or(String::new(), |range| format!(" --range {}", quoted(range)));
-    let hands = match args.hands {
-        None => String::new(),
-        Some(None) => " --hands".into(),
-        Some(Some(lever_m)) => format!(" --hands {}mm", figure(1e3 * lever_m)),
-    };
-    let words = args.words.map_or(String::new(), |words| format!(" --words {words}"));
-    let phases =
-        if args.phases == Looks::default().phases { String::new() } else { format!(" --phases {}", args.phases) };
-    format!("hpu limits {}{}{range}{over}{hands}{words}{phases}", args.scene, set_options(&args.set.set))
+    let radius = args.hands.flatten().map(|lever_m| format!("{}mm", figure(1e3 * lever_m)));
+    let is_bare = args.hands.is_some() && radius.is_none();
+    let phases = Some(args.phases).filter(|phases| *phases != Looks::default().phases);
+    let command = CommandLine::new("limits").words([&args.scene]).set(&args.set.set).option("--range", &args.range);
+    let command = command.option("--over", &args.over).option("--hands", radius).flag("--hands", is_bare);
+    command.option("--words", args.words).option("--phases", phases).text()
 }
 
 /// Returns the scene, if it is one whose limits are found here.

@@ -8,7 +8,7 @@ use hpu_page::Value;
 use hpu_study::map::{self, Alike, Map, Plan, SceneText};
 
 use super::Args;
-use crate::shell::exit::Failure;
+use crate::shell::Failure;
 use crate::work::{Find, Rows, Take, Work};
 
 /// The cells of a map.

@@ -17,15 +17,12 @@ use hpu_cosim::scene::{Experiment, Loop};
 use hpu_farm::{UnitResult, typed};
 use hpu_study::map::{self as study, Axis, CellLimits, Curves, Found, Map, Method, Plan};
 
+use crate::command::{CommandLine, out_option};
 use crate::journal;
 use crate::page::{Answer, show};
 use crate::scene::{self, quoted, set_options};
-use crate::shell::exit::{Exit, Failure};
-use crate::shell::files::Folder;
-use crate::shell::jobs::Jobs;
-use crate::shell::progress::Watch;
+use crate::shell::{Exit, Failure, Folder, Jobs, Watch, hdl, interrupt, values};
 use crate::work::Rows;
-use crate::{pictures, shell::hdl, shell::interrupt};
 
 pub use cells::Cells;
 
@@ -69,7 +66,7 @@ pub(crate) struct Args {
     )]
     cell_events: u64,
     /// How long a cell may take. One that takes longer is not run: the same command runs it again
-    #[arg(long, value_name = "TIME", default_value = "30min", value_parser = time)]
+    #[arg(long, value_name = "TIME", default_value = "30min", value_parser = values::time)]
     cell_timeout: Duration,
     #[command(flatten)]
     jobs: Jobs,
@@ -81,17 +78,6 @@ pub(crate) struct Args {
     /// One JSON object
     #[arg(long)]
     json: bool,
-}
-
-/// Reads a time above zero.
-pub fn time(text: &str) -> Result<Duration, String> {
-    let text = text.trim();
-    let units = [("ms", 1e-3), ("min", 60.0), ("s", 1.0), ("", 1.0)];
-    let read = units.into_iter().find_map(|(unit, scale)| {
-        let seconds = text.strip_suffix(unit)?.trim().parse::<f64>().ok()? * scale;
-        Duration::try_from_secs_f64(seconds).ok().filter(|time| !time.is_zero())
-    });
-    read.ok_or_else(|| "write a time above zero, as in 60s, 500ms or 5min".into())
 }
 
 impl Args {
@@ -121,31 +107,23 @@ impl Args {
 
     /// Returns the command, without options that change no cell.
     fn command(&self) -> String {
-        let mut command = format!("hpu map {}", quoted(self.scene()));
         let [x, y] = self.axes();
-        for (name, axis) in [("x", x), ("y", y)] {
-            command += &format!(" --{name} {}", quoted(&axis.to_string()));
-        }
-        for Method { label, set } in &self.method {
+        let method = |Method { label, set }: &Method| {
             let set: Vec<String> = set.iter().map(|(key, value)| format!("{key}={value}")).collect();
-            command += &format!(" --method {}", quoted(&format!("{label}:{}", set.join(","))));
-        }
-        if self.all_methods {
-            command += " --all-methods";
-        }
-        command + &set_options(&self.set.set)
+            format!("{label}:{}", set.join(","))
+        };
+        let command = CommandLine::new("map").words([self.scene()]).option("--x", [x]).option("--y", [y]);
+        let command = command.option("--method", self.method.iter().map(method));
+        command.flag("--all-methods", self.all_methods).set(&self.set.set).text()
     }
 
     /// Returns the other options that are needed to make the same map.
     fn options(&self) -> String {
         let full = if self.full { " --full" } else { "" };
-        let events = if self.cell_events == CellLimits::default().events {
-            String::new()
-        } else {
-            format!(" --cell-events {}", self.cell_events)
-        };
-        let out = self.out.as_ref().map_or(String::new(), |out| format!(" -o {}", quoted(&out.display().to_string())));
-        format!("{full}{events}{out}")
+        let events = self.cell_events;
+        let is_usual = events == CellLimits::default().events;
+        let events = if is_usual { String::new() } else { format!(" --cell-events {events}") };
+        format!("{full}{events}{}", out_option(self.out.as_deref()))
     }
 
     /// Returns the map of a scene. `load` reads the data files that the scene names.
@@ -248,9 +226,9 @@ impl Mapped {
         let parquet = folder.create("map.parquet")?;
         study::parquet(parquet, &self.map, &self.found, &self.command, replay)
             .map_err(|error| Failure::at(&folder.place("map.parquet"), error))?;
-        self.pictures().iter().try_for_each(|picture| pictures::put(picture, &mut folder))?;
-        self.files = folder.places().map(PathBuf::from).collect();
-        folder.commit()
+        self.pictures().iter().try_for_each(|picture| folder.draw(picture))?;
+        self.files = folder.commit()?;
+        Ok(())
     }
 }
 

@@ -21,9 +21,7 @@ const WIDEST: usize = 120;
 
 /// Returns the page of an interrupted map: how many cells are done.
 pub fn interrupted(map: &Map, done: usize, out: Option<&Path>) -> Page {
-    let kept = out.map_or("none is kept; with -o DIR they would be".to_string(), |dir| {
-        format!("kept in {}; the same command goes on from there", dir.display())
-    });
+    let kept = page::kept(out);
     let mut page = Page::default();
     page.data("scene", &map.scene.name).data("complete", false).data("done", done).data("cells", map.len());
     page.note(format!("interrupted after {done} cells, of {} at most, {kept}", map.len()));
@@ -153,7 +151,7 @@ pub fn page(mapped: &Mapped) -> Page {
 
 /// Returns the page of a method's cells.
 fn layer(mapped: &Mapped, method: usize) -> Page {
-    let Mapped { map, found, .. } = mapped;
+    let map = &mapped.map;
     let label = &map.methods[method].label;
     let runs = mapped.layer(method).filter(|index| mapped.was_run(*index)).count();
     let mut page = Page::default();
@@ -162,6 +160,29 @@ fn layer(mapped: &Mapped, method: usize) -> Page {
     if map.x.cells() <= WIDEST {
         page.note(letters(mapped, method));
     }
+    outcomes(&mut page, mapped, method);
+    warnings(&mut page, mapped, method);
+    let reasons = mapped.reasons(method);
+    for (reason, count) in reasons.iter().take(5) {
+        page.line("failed", format!("{count} times: {reason}"));
+    }
+    if reasons.len() > 5 {
+        page.line("failed", format!("and {} reasons more", reasons.len() - 5));
+    }
+    let found = mapped.edge(method);
+    page.data("edge", edge(&found));
+    if let Some(said) = found.text() {
+        page.line("edge", said);
+    }
+    match agreements(map, &mapped.found, method) {
+        Ok(all) => predictions(&mut page, all),
+        Err(_) => criteria(&mut page, &mapped.curves[method]),
+    }
+    page
+}
+
+/// Adds how many cells have each outcome, with a run of each.
+fn outcomes(page: &mut Page, mapped: &Mapped, method: usize) {
     let columns = [Column::text("", "").least(18), Column::integer("", "").least(5), Column::text("", "")];
     let mut outcomes = Table::new("", columns);
     for class in classes() {
@@ -187,33 +208,32 @@ fn layer(mapped: &Mapped, method: usize) -> Page {
         outcomes.add(["? not_run".into(), late.into(), why.into()]);
     }
     page.table(outcomes);
-    let through = wrapped(found, mapped.layer(method));
-    page.data("product_wrapped", through);
-    if through > 0 {
-        page.line(
-            "warning",
-            format!(
-                "in {through} settled cells the hand is through the wall: the spring's product has wrapped \
-                 (product_wraps in the table)"
-            ),
-        );
-    }
-    let past = unseen(found, mapped.layer(method));
-    if past > 0 {
-        page.line(
-            "warning",
-            format!(
-                "in {past} cells of wall_not_reached the device was past its wall and the datapath saw no contact: the \
-                 position counter has wrapped (contact_unseen in the table)"
-            ),
-        );
-    }
-    let lost = unheld(found, mapped.layer(method));
-    page.data("position_wrapped", lost);
-    if lost > 0 {
-        let said = "cells the position counter wrapped under the device, and the loop read another place \
-                    (position_lost_share in the table): write a greater method.position_bits";
-        page.line("warning", format!("in {lost} {said}"));
+}
+
+/// Adds warnings about cells whose words wrapped, or miss the stiffness.
+fn warnings(page: &mut Page, mapped: &Mapped, method: usize) {
+    let (found, cells) = (&mapped.found, || mapped.layer(method));
+    let [through, past, lost] = [wrapped(found, cells()), unseen(found, cells()), unheld(found, cells())];
+    page.data("product_wrapped", through).data("position_wrapped", lost);
+    let said = [
+        (
+            through,
+            "settled cells the hand is through the wall: the spring's product has wrapped (product_wraps in the \
+                   table)",
+        ),
+        (
+            past,
+            "cells of wall_not_reached the device was past its wall and the datapath saw no contact: the position \
+                counter has wrapped (contact_unseen in the table)",
+        ),
+        (
+            lost,
+            "cells the position counter wrapped under the device, and the loop read another place \
+                (position_lost_share in the table): write a greater method.position_bits",
+        ),
+    ];
+    for (count, said) in said.into_iter().filter(|(count, _)| *count > 0) {
+        page.line("warning", format!("in {count} {said}"));
     }
     match mapped.missed(method) {
         None => page.data("stiffness_missed", Value::Null),
@@ -224,57 +244,45 @@ fn layer(mapped: &Mapped, method: usize) -> Page {
             format!("in {count} cells the {}", missed(&miss, key)),
         ),
     };
-    let reasons = mapped.reasons(method);
-    for (reason, count) in reasons.iter().take(5) {
-        page.line("failed", format!("{count} times: {reason}"));
+}
+
+/// Adds how often each criterion predicts a cell's verdict.
+fn predictions(page: &mut Page, all: Vec<Agreement>) {
+    for Agreement { name, failing: [failing, failing_predicted], holding: [holding, holding_predicted] } in all {
+        page.fact(
+            &format!("predictions.{name}"),
+            "criterion",
+            json!({
+                "failing": failing,
+                "failing_predicted": failing_predicted,
+                "holding": holding,
+                "holding_predicted": holding_predicted,
+            }),
+            format!(
+                "{name}: predicts {failing_predicted} of {failing} cells that fail or go on switching, and \
+                 {holding_predicted} of {holding} that hold"
+            ),
+        );
     }
-    if reasons.len() > 5 {
-        page.line("failed", format!("and {} reasons more", reasons.len() - 5));
-    }
-    let found = mapped.edge(method);
-    page.data("edge", edge(&found));
-    if let Some(said) = found.text() {
-        page.line("edge", said);
-    }
-    if let Ok(agreements) = agreements(&mapped.map, &mapped.found, method) {
-        for Agreement { name, failing, holding } in agreements {
-            page.fact(
-                &format!("predictions.{name}"),
-                "criterion",
-                json!({
-                    "failing": failing[0],
-                    "failing_predicted": failing[1],
-                    "holding": holding[0],
-                    "holding_predicted": holding[1],
-                }),
-                format!(
-                    "{name}: predicts {} of {} cells that fail or go on switching, and {} of {} that hold",
-                    failing[1], failing[0], holding[1], holding[0]
-                ),
-            );
-        }
-        return page;
-    }
-    match &mapped.curves[method] {
-        Err(why) => page
-            .data("curves", json!({ "reason": why.to_string(), "over": null, "criteria": [] }))
-            .note(format!("no curves: {why}")),
-        Ok(Curves { curves, over_x, .. }) => {
-            let criteria = curves.iter().map(|Curve { name, assumptions, met, limits }| {
-                json!({ "name": name, "limits": limits, "assumptions": assumptions, "assumptions_met_at": met })
-            });
-            let over = if *over_x { "y" } else { "x" };
-            let met =
-                curves.iter().map(|Curve { name, met, limits, .. }| format!("{name} ({met} of {})", limits.len()));
-            page.fact(
-                "curves",
-                "curves",
-                json!({ "reason": null, "over": over, "criteria": criteria.collect::<Vec<_>>() }),
-                met.collect::<Vec<_>>().join(", "),
-            )
+}
+
+/// Adds the curves of the criteria, or why there are none.
+fn criteria(page: &mut Page, curves: &Result<Curves, hpu_study::Error>) {
+    let Curves { curves, over_x, .. } = match curves {
+        Ok(curves) => curves,
+        Err(why) => {
+            page.data("curves", json!({ "reason": why.to_string(), "over": null, "criteria": [] }));
+            page.note(format!("no curves: {why}"));
+            return;
         }
     };
-    page
+    let criteria = curves.iter().map(|Curve { name, assumptions, met, limits }| {
+        json!({ "name": name, "limits": limits, "assumptions": assumptions, "assumptions_met_at": met })
+    });
+    let over = if *over_x { "y" } else { "x" };
+    let met = curves.iter().map(|Curve { name, met, limits, .. }| format!("{name} ({met} of {})", limits.len()));
+    let data = json!({ "reason": null, "over": over, "criteria": criteria.collect::<Vec<_>>() });
+    page.fact("curves", "curves", data, met.collect::<Vec<_>>().join(", "));
 }
 
 /// Returns a layer in letters, with the last row on top.

@@ -14,9 +14,7 @@ use hpu_rtl::{Cache, Cost, Counts, Hdl, Placed, Setup};
 use hpu_signal::Format;
 use hpu_study::widths::settling::{Settling, settling};
 
-use crate::shell::cache::or_reason;
-use crate::shell::exit::Failure;
-use crate::shell::terminal::with_progress;
+use crate::shell::{Failure, or_reason, with_progress};
 
 /// The price of a loop in the widths of its scene.
 pub(crate) struct Price {

@@ -8,8 +8,7 @@ use hpu_page::escaped;
 use serde_json::{Value, json};
 
 use crate::document::{Content, Document, Section, data, picture};
-use crate::shell::exit::Failure;
-use crate::shell::input::read_text;
+use crate::shell::{Failure, read_text};
 
 /// Most rows of a table that is shown.
 const ROWS: usize = 5000;

@@ -10,13 +10,10 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 
 use crate::scene::{Named, Set, source};
-use crate::shell::exit::{Exit, Failure};
-use crate::shell::files::Single;
-use crate::shell::interrupt;
-use crate::shell::terminal::print;
 use crate::units::si;
 
 use crate::document::Document;
+use crate::shell::{Exit, Failure, Single, interrupt, print};
 use scene::SceneReport;
 
 /// Make one page of a scene: to look at, to mail, to print

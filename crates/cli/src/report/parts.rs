@@ -14,8 +14,8 @@ use crate::answers;
 use crate::document::Content;
 use crate::page::Answer;
 use crate::scene::quoted;
-use crate::shell::exit::Failure;
-use crate::shell::progress::{Watch, doing};
+use crate::shell::progress::doing;
+use crate::shell::{Failure, Watch};
 use crate::{check, cost};
 
 /// Returns the parts of a scene: those in the folder, and those that were asked for; `None` when interrupted.

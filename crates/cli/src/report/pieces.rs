@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 
 use crate::run::drawn_nets;
 use crate::run::overflow::Overflows;
-use crate::shell::progress::Watch;
+use crate::shell::Watch;
 
 /// Most changes of a signal that a report holds.
 const CHANGES: usize = 60_000;

@@ -14,10 +14,8 @@ use crate::document::{Content, Document, Section, data};
 use crate::parameters::as_json;
 use crate::run::{Finished, finished, unseen};
 use crate::scene::{Named, quoted, set_options};
-use crate::shell::exit::Failure;
 use crate::shell::hdl::Vhdl;
-use crate::shell::progress::Watch;
-use crate::shell::sha256;
+use crate::shell::{Failure, Watch, sha256};
 
 /// A scene that was run, with all that the report tells of it.
 pub(crate) struct SceneReport {
@@ -178,7 +176,7 @@ pub fn document(all: &[SceneReport], parts: Vec<Vec<(Part, Content)>>) -> Docume
     sections.push(section("scene", "Scene", &|report| {
         let [given, others] = report.keys().map(|table| table.html());
         let html = format!("{given}<h3>Defaults, and data of what the scene names</h3>\n{others}");
-        Content { html, by: report.command("scene show"), ..Content::default() }
+        Content { html, by: report.command("scenes show"), ..Content::default() }
     }));
     sections.push(section("made", "Made by", &|report| {
         let mut page = Page::default();

@@ -10,7 +10,7 @@ use clap::Subcommand;
 use hpu_papers::phantom::{COST, FORMATS, LADDER, LAG, SINES, TABLE_2, lag};
 use hpu_papers::studies::shipped;
 
-use crate::shell::exit::{Exit, Failure};
+use crate::shell::{Exit, Failure};
 use drop::Name;
 
 /// Run a published study again and hold it against what was printed

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use hpu_chart::{self as chart, Picture};
+use hpu_chart as chart;
 use hpu_papers::phantom::formats::{self, Formats, POSTURES, formats_csv, formats_text, full_scales_nm};
 use hpu_papers::phantom::{DEVICE, FORMATS, SINES};
 use hpu_study::phantom::sines::{self, Sine, sines_csv, sines_text};
@@ -10,12 +10,9 @@ use hpu_study::phantom::workspace::Workspace;
 use serde_json::{Value, json};
 
 use crate::beside::claim;
-use crate::notation::Written;
-use crate::notation::triple;
-use crate::pictures;
-use crate::shell::exit::{Exit, Failure};
-use crate::shell::files::Folder;
-use crate::shell::terminal::{print, print_json};
+use crate::notation::{Written, triple};
+use crate::page::give;
+use crate::shell::{Exit, Failure, Folder};
 
 /// Where to.
 #[derive(clap::Args)]
@@ -41,8 +38,11 @@ pub fn formats(args: &Args) -> Result<Exit, Failure> {
         "{DEVICE}: words, ranges and errors\n$ {command}\n\n{}",
         formats_text(&all, &workspace, args.notation.get())
     );
-    let files = [("formats.txt", text.clone()), ("formats.csv", formats_csv(&all)), ("workspace.csv", workspace.csv())];
-    let draw = || chart::formats(&all, command);
+    let files = || {
+        let tables = [("formats.csv".into(), formats_csv(&all)), ("workspace.csv".into(), workspace.csv())];
+        let files = [("formats.txt".into(), text.clone())].into_iter().chain(tables).collect();
+        (files, vec![chart::formats(&all, command)])
+    };
     let held = |(bits, held): &(u32, u64)| json!({ "depth_bits": bits, "cells": held });
     let object = json!({
         "study": FORMATS,
@@ -58,7 +58,8 @@ pub fn formats(args: &Args) -> Result<Exit, Failure> {
         "plain": formats::plain(&all),
         "claims": formats::sums(&all, &workspace).iter().map(claim).collect::<Vec<_>>(),
     });
-    give(args, folder, text, &files, draw, object)
+    give((&text, object), folder, args.json, || Ok(files()))?;
+    Ok(Exit::Fine)
 }
 
 fn configuration(formats: &Formats) -> Value {
@@ -92,11 +93,14 @@ pub fn sines(args: &Args) -> Result<Exit, Failure> {
     let command = &format!("hpu reproduce {SINES}");
     let all = sines::sines().map_err(Failure::file)?;
     let text = format!("{DEVICE}: four sources of sine\n$ {command}\n\n{}", sines_text(&all, args.notation.get()));
-    let files = [("sines.txt", text.clone()), ("sines.csv", sines_csv(&all))];
-    let draw = || chart::sines(&all, command);
+    let files = || {
+        let files = vec![("sines.txt".into(), text.clone()), ("sines.csv".into(), sines_csv(&all))];
+        (files, vec![chart::sines(&all, command)])
+    };
     let sources = all.iter().map(source).collect::<Vec<_>>();
     let object = json!({ "study": SINES, "complete": true, "command": command, "sources": sources });
-    give(args, folder, text, &files, draw, object)
+    give((&text, object), folder, args.json, || Ok(files()))?;
+    Ok(Exit::Fine)
 }
 
 fn source(sine: &Sine) -> Value {
@@ -114,30 +118,4 @@ fn source(sine: &Sine) -> Value {
         "latency_edges": 1,
         "arithmetic": sine.source.arithmetic(),
     })
-}
-
-/// Writes the files that were asked for, and prints the result.
-fn give(
-    args: &Args,
-    folder: Option<Folder>,
-    text: String,
-    files: &[(&str, String)],
-    draw: impl FnOnce() -> Picture,
-    mut object: Value,
-) -> Result<Exit, Failure> {
-    let mut places = Vec::new();
-    if let Some(mut folder) = folder {
-        files.iter().try_for_each(|(name, content)| folder.write(name, content))?;
-        pictures::put(&draw(), &mut folder)?;
-        places = folder.places().map(PathBuf::from).collect();
-        folder.commit()?;
-    }
-    if args.json {
-        object["files"] = json!(places);
-        print_json(&object)?;
-    } else {
-        let files: String = places.iter().map(|place| format!("file       {}\n", place.display())).collect();
-        print(&format!("{text}{files}"))?;
-    }
-    Ok(Exit::Fine)
 }

@@ -1,16 +1,15 @@
 //! An axis whose words are hpu's own.
 
 use hpu_chart::{self as chart, Picture, run_pictures};
-use hpu_cosim::ANGLE;
 use hpu_cosim::scene::{Device, Units};
-use hpu_cosim::{AxisSimulation, Simulation, Trace};
+use hpu_cosim::{ANGLE, AxisSimulation, Simulation, Summary, Trace};
 use hpu_page::Page;
 use hpu_signal::{Notation, Signal};
 use serde_json::{Value, json};
 
 use super::device::{Shown, named, of_words};
+use super::simulate::Ran;
 use crate::parameters;
-use crate::run::Ran;
 use crate::run::pictures::chart_run;
 use crate::units::{error_percent, si};
 
@@ -46,8 +45,8 @@ impl Shown for AxisSimulation<'_> {
         named(Simulation::nets(self), chart::nets(self.scene()))
     }
 
-    fn pictures(&self, ran: &Ran, command: &str) -> Vec<Picture> {
-        run_pictures(&chart_run(self, ran, command))
+    fn pictures(&self, trace: &Trace, summary: &Summary, command: &str) -> Vec<Picture> {
+        run_pictures(&chart_run(self, trace, summary, command))
     }
 
     fn units(&self) -> Option<Units> {

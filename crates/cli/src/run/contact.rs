@@ -2,8 +2,8 @@
 
 use hpu_page::summary::Touch;
 
-use crate::run::Ran;
 use crate::run::device::shown;
+use crate::run::simulate::Ran;
 
 /// Returns the contact of a run.
 pub fn of<'r>(ran: &'r Ran) -> Touch<'r> {

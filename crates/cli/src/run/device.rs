@@ -2,12 +2,12 @@
 
 use hpu_chart::Picture;
 use hpu_cosim::scene::Units;
-use hpu_cosim::{AnySimulation, AxisSimulation, EnergyAudit, WiredSimulation};
+use hpu_cosim::{AnySimulation, AxisSimulation, EnergyAudit, Summary, Trace, WiredSimulation};
 use hpu_page::Page;
 use hpu_signal::Signal;
 use serde_json::Value;
 
-use crate::run::Ran;
+use super::simulate::Ran;
 use crate::units::si;
 
 /// A `Shown` is a simulation that tells what only its device knows, for the page, the files and the pictures of its
@@ -20,7 +20,7 @@ pub trait Shown {
     /// Returns the nets that are drawn, and written to the table.
     fn nets(&self) -> Vec<Signal>;
     /// Returns the pictures of a run.
-    fn pictures(&self, ran: &Ran, command: &str) -> Vec<Picture>;
+    fn pictures(&self, trace: &Trace, summary: &Summary, command: &str) -> Vec<Picture>;
 
     /// Describes a design of the user's own: its simulator, and the connections of its ports.
     fn design(&self) -> Option<Value> {

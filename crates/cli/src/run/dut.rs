@@ -3,13 +3,14 @@
 use hpu_chart::{self as chart, Picture};
 use hpu_cosim::dut::{DutSimulation, Wire};
 use hpu_cosim::scene::{Driving, Units};
+use hpu_cosim::{Summary, Trace};
 use hpu_page::Page;
 use hpu_signal::Signal;
 use serde_json::{Value, json};
 
 use super::axis::motion;
 use super::device::Shown;
-use crate::run::Ran;
+use super::simulate::Ran;
 
 impl Shown for DutSimulation<'_> {
     fn lines(&self, page: &mut Page, ran: &Ran) {
@@ -52,8 +53,8 @@ impl Shown for DutSimulation<'_> {
         chart::dut_nets(self)
     }
 
-    fn pictures(&self, ran: &Ran, command: &str) -> Vec<Picture> {
-        chart::dut_pictures(self, &ran.trace, &ran.summary, command)
+    fn pictures(&self, trace: &Trace, summary: &Summary, command: &str) -> Vec<Picture> {
+        chart::dut_pictures(self, trace, summary, command)
     }
 
     fn units(&self) -> Option<Units> {

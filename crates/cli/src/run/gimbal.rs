@@ -2,15 +2,15 @@
 
 use hpu_chart::{self as chart, Picture};
 use hpu_cosim::scene::{GimbalScene, Shear, Units};
-use hpu_cosim::{ERROR, EnergyAudit, FORCE, GimbalSimulation, RADIUS, Simulation, Trace, stress_error_pa};
+use hpu_cosim::{ERROR, EnergyAudit, FORCE, GimbalSimulation, RADIUS, Simulation, Summary, Trace, stress_error_pa};
 use hpu_datapath::fractional_difference::memory_bound;
 use hpu_page::Page;
 use hpu_signal::{Notation, Signal};
 use serde_json::{Value, json};
 
 use super::device::{Shown, named, of_words};
+use super::simulate::Ran;
 use crate::parameters;
-use crate::run::Ran;
 use crate::units::si;
 
 impl Shown for GimbalSimulation<'_> {
@@ -53,8 +53,8 @@ impl Shown for GimbalSimulation<'_> {
         named(Simulation::nets(self), &chart::GIMBAL_NETS)
     }
 
-    fn pictures(&self, ran: &Ran, command: &str) -> Vec<Picture> {
-        chart::gimbal_pictures(self, &ran.trace, &ran.summary, command)
+    fn pictures(&self, trace: &Trace, summary: &Summary, command: &str) -> Vec<Picture> {
+        chart::gimbal_pictures(self, trace, summary, command)
     }
 
     fn units(&self) -> Option<Units> {

@@ -4,7 +4,7 @@ use hpu_cosim::Simulation;
 use hpu_rtl::{Case, junit_suite};
 use hpu_study::map::outcome_name;
 
-use crate::run::Ran;
+use crate::run::simulate::Ran;
 
 /// Returns the scene's expectations and comparisons as tests. The first test is that the run came to its end.
 pub fn report(ran: &Ran) -> String {

@@ -10,8 +10,7 @@ use hpu_page::{Cell, Column, Page, Table};
 use hpu_signal::{Cycle, Observe, Signal, UNKNOWN};
 use serde_json::{Value, json};
 
-use crate::shell::exit::Failure;
-use crate::shell::terminal::verdict;
+use crate::shell::{Failure, verdict};
 use crate::units::si;
 
 /// Rows that are shown before a difference.

@@ -15,8 +15,9 @@ use serde_json::{Value, json};
 use crate::notation::triple;
 use crate::run::contact;
 use crate::run::device::shown;
-use crate::run::{Ran, table};
-use crate::shell::terminal::verdict;
+use crate::run::simulate::Ran;
+use crate::run::table;
+use crate::shell::verdict;
 use crate::units::{percent, si};
 use crate::{fit, page as pages, parameters};
 

@@ -2,14 +2,14 @@
 
 use hpu_chart::{self as chart, Picture};
 use hpu_cosim::scene::{PhantomLaw, PhantomScene};
-use hpu_cosim::{EnergyAudit, PhantomSimulation, Simulation, Trace};
+use hpu_cosim::{EnergyAudit, PhantomSimulation, Simulation, Summary, Trace};
 use hpu_page::Page;
 use hpu_signal::{Notation, Signal};
 use serde_json::{Value, json};
 
 use super::device::{Shown, named, of_words};
+use super::simulate::Ran;
 use crate::parameters;
-use crate::run::Ran;
 use crate::units::si;
 
 impl Shown for PhantomSimulation<'_> {
@@ -38,8 +38,8 @@ impl Shown for PhantomSimulation<'_> {
         named(Simulation::nets(self), &chart::DROP_NETS)
     }
 
-    fn pictures(&self, ran: &Ran, command: &str) -> Vec<Picture> {
-        chart::drop_pictures(self, &ran.trace, &ran.summary, command)
+    fn pictures(&self, trace: &Trace, summary: &Summary, command: &str) -> Vec<Picture> {
+        chart::drop_pictures(self, trace, summary, command)
     }
 
     fn dissipated(&self, energy: &EnergyAudit) -> String {

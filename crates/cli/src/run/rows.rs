@@ -14,9 +14,7 @@ use hpu_page::trace_table::{TraceColumns, TraceTable};
 use hpu_signal::{Cycle, Observe, Signal};
 use hpu_wave::differs;
 
-use crate::shell::exit::Failure;
-use crate::shell::files::Folder;
-use crate::shell::terminal;
+use crate::shell::{Failure, Folder, terminal};
 use crate::units::si;
 
 const CSV: &str = "trace.csv";

@@ -66,6 +66,11 @@ impl Failure {
         Self::file(format!("{}: {error}", path.display()))
     }
 
+    /// Returns the failure of a command that a signal has stopped.
+    pub fn interrupted() -> Self {
+        Self::new(Exit::Interrupted, "interrupted")
+    }
+
     /// Returns the exit code.
     pub fn exit(&self) -> Exit {
         self.exit
@@ -83,6 +88,8 @@ impl fmt::Display for Failure {
         f.write_str(&self.message)
     }
 }
+
+impl std::error::Error for Failure {}
 
 /// All errors of the scene, not the first alone.
 impl From<SceneError> for Failure {

@@ -5,6 +5,7 @@ use std::fs::{self, File};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use hpu_chart::Picture;
 use hpu_cosim::{NotPlain, PlainName, excerpt};
 use hpu_rtl::temporary::{self, Temporary, sweep_files};
 
@@ -62,6 +63,12 @@ impl Folder {
         file.write_all(content.as_ref()).map_err(|error| Failure::at(&self.dir.join(name), error))
     }
 
+    /// Writes a picture as SVG and as PNG.
+    pub fn draw(&mut self, Picture { name, svg, png, .. }: &Picture) -> Result<(), Failure> {
+        self.write(&format!("{name}.svg"), svg)?;
+        self.write(&format!("{name}.png"), png)
+    }
+
     /// Returns the path that a file will have.
     pub fn place(&self, name: &str) -> PathBuf {
         self.dir.join(name)
@@ -72,10 +79,12 @@ impl Folder {
         self.staged.iter().map(|(_, place)| place.as_path())
     }
 
-    /// Puts all files in their places.
-    pub fn commit(mut self) -> Result<(), Failure> {
+    /// Puts all files in their places, which are returned.
+    pub fn commit(mut self) -> Result<Vec<PathBuf>, Failure> {
         self.created = false;
-        temporary::place(std::mem::take(&mut self.staged)).map_err(|(place, error)| Failure::at(&place, error))
+        let places = self.places().map(PathBuf::from).collect();
+        temporary::place(std::mem::take(&mut self.staged)).map_err(|(place, error)| Failure::at(&place, error))?;
+        Ok(places)
     }
 }
 
@@ -119,6 +128,6 @@ impl Single {
     pub fn write(mut self, content: &str) -> Result<(), Failure> {
         let mut file = self.folder.stage(self.place.clone())?;
         file.write_all(content.as_bytes()).map_err(|error| Failure::at(&self.place, error))?;
-        self.folder.commit()
+        self.folder.commit().map(drop)
     }
 }

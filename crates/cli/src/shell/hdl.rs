@@ -9,6 +9,7 @@ use hpu_rtl::{Hdl, Setup};
 
 use crate::shell::cache::cache_folder;
 use crate::shell::exit::Failure;
+use crate::shell::values;
 
 /// The VHDL and its tools.
 #[derive(Default, clap::Args)]
@@ -17,7 +18,7 @@ pub struct Vhdl {
     #[arg(long, value_name = "DIR")]
     hdl: Option<PathBuf>,
     /// Kill a tool (GHDL, Yosys, nextpnr) that runs longer [default: 1800, more for a simulation of many rows or edges]
-    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    #[arg(long, value_name = "SECONDS", value_parser = values::limit)]
     tool_timeout: Option<Duration>,
 }
 
@@ -26,7 +27,7 @@ pub struct Vhdl {
 pub struct Simulated {
     /// Kill a simulator of the scene's own design that runs longer without an answer [default: 20; 1800 for its
     /// compilation]
-    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    #[arg(long, value_name = "SECONDS", value_parser = values::limit)]
     tool_timeout: Option<Duration>,
 }
 
@@ -55,12 +56,6 @@ impl Simulated {
 
 fn simulators(setup: Setup) -> Simulators {
     Simulators { cache: cache_folder("dut", "built models").with_programs(), setup }
-}
-
-/// Reads a time limit in seconds.
-pub fn seconds(text: &str) -> Result<Duration, String> {
-    let seconds = text.parse().ok().filter(|seconds| (0.001..=1e9).contains(seconds));
-    seconds.map(Duration::from_secs_f64).ok_or_else(|| "write a number of seconds from 0.001 to 1e9".to_string())
 }
 
 impl Vhdl {

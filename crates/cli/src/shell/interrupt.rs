@@ -73,6 +73,11 @@ pub fn watch() -> Watch<'static> {
     Watch::Shown(heed())
 }
 
+/// Returns a failure where a signal has asked the command to stop.
+pub fn check() -> Result<(), Failure> {
+    if pressed() { Err(Failure::interrupted()) } else { Ok(()) }
+}
+
 /// Returns whether a signal has asked the command to stop.
 pub fn pressed() -> bool {
     CONTROL.stop.load(Ordering::Relaxed)

@@ -3,16 +3,14 @@
 use std::num::NonZeroUsize;
 use std::thread;
 
+use crate::shell::values;
+
 /// The option of every command that runs many simulations, or many tools.
 #[derive(clap::Args)]
 pub struct Jobs {
     /// Jobs at a time [default: one for each core]
-    #[arg(short, long, value_name = "N", value_parser = number)]
+    #[arg(short, long, value_name = "N", value_parser = values::jobs)]
     jobs: Option<NonZeroUsize>,
-}
-
-fn number(text: &str) -> Result<NonZeroUsize, String> {
-    text.trim().parse().map_err(|_| "write a whole number from 1, as in 2".to_string())
 }
 
 impl Jobs {

@@ -6,6 +6,7 @@ use clap::Command;
 use clap_complete::Shell;
 use clap_mangen::Man;
 
+use crate::page::file_lines;
 use crate::shell::exit::{Exit, Failure};
 use crate::shell::files::Folder;
 use crate::shell::terminal::{print, print_file};
@@ -49,7 +50,7 @@ pub fn man(args: &ManArgs, command: Command) -> Result<Exit, Failure> {
         let mut of = &command;
         for verb in &args.verb {
             of = of.find_subcommand(verb).ok_or_else(|| {
-                let verbs: Vec<_> = verbs(of).map(Command::get_name).collect();
+                let verbs: Vec<_> = of.get_subcommands().map(Command::get_name).collect();
                 Failure::usage(format!("`{}` has no verb `{verb}`; it has: {}", of.get_name(), verbs.join(", ")))
             })?;
         }
@@ -58,9 +59,7 @@ pub fn man(args: &ManArgs, command: Command) -> Result<Exit, Failure> {
     };
     let mut folder = Folder::open(out)?;
     write(&command, &mut folder)?;
-    let files: String = folder.places().map(|place| format!("file       {}\n", place.display())).collect();
-    folder.commit()?;
-    print(&files)?;
+    print(&file_lines(&folder.commit()?))?;
     Ok(Exit::Fine)
 }
 
@@ -71,13 +70,9 @@ fn whole(command: Command) -> Command {
     command
 }
 
-fn verbs(command: &Command) -> impl Iterator<Item = &Command> {
-    command.get_subcommands().filter(|verb| !verb.is_hide_set())
-}
-
 fn write(command: &Command, folder: &mut Folder) -> Result<(), Failure> {
     folder.write(&format!("{}.1", title(command)), page(command)?)?;
-    verbs(command).try_for_each(|verb| write(verb, folder))
+    command.get_subcommands().try_for_each(|verb| write(verb, folder))
 }
 
 /// Returns the title of a page: `hpu-run` for the verb `run`.

@@ -18,7 +18,7 @@ use serde_json::Value;
 
 use crate::shell::exit::Failure;
 use crate::shell::progress;
-pub(crate) use crate::shell::progress::with_progress;
+
 
 /// Prints a result for people, whose verdicts are coloured on a terminal.
 pub fn print(text: &str) -> Result<(), Failure> {

@@ -13,7 +13,7 @@ use hpu_study::map::SceneText;
 
 use super::{Args, VERBS, command_of};
 use crate::beside;
-use crate::shell::exit::{Exit, Failure};
+use crate::shell::{Exit, Failure};
 use crate::work::{Find, Rows, Take, Work};
 
 /// The scenes that a study has read, by the names that it has for them.

@@ -14,9 +14,8 @@ use serde_json::json;
 
 use crate::beside;
 use crate::scene::quoted;
-use crate::shell::exit::{Exit, Failure};
-use crate::shell::input::read_text;
-use crate::shell::terminal::{gathered, print_json};
+use crate::shell::terminal::gathered;
+use crate::shell::{Exit, Failure, print_json, read_text};
 use crate::work::on_disk;
 
 pub use lines::study as read;
@@ -150,7 +149,7 @@ fn as_one_object(
             }
         }
     }
-    let only_sections = || beside::object(&study.comparison, command, &[], &[]);
+    let only_sections = || beside::object(&study.comparison, command, &[]);
     let mut object = of_lines.into_iter().next().unwrap_or_else(only_sections);
     object["complete"] = (failed.is_none() && ended != Exit::Interrupted).into();
     object["sections"] = sections.into();

@@ -7,10 +7,11 @@ use std::fs::File;
 use std::io::{ErrorKind, Seek, SeekFrom};
 
 use hpu_farm::{Damage, Schema, unseal};
+use hpu_farm::{SEAL, UNSEALED};
 use hpu_page::{Column, ParquetFile};
 
 use super::manifest::Planned;
-use crate::shell::exit::Failure;
+use crate::shell::Failure;
 use crate::work::{Rows, Work};
 
 /// The name of the gathered file.
@@ -24,6 +25,14 @@ pub fn said(damage: &Damage) -> String {
         Damage::Changed => "damaged: its bytes are not those that were written".into(),
         Damage::Io(error) => error.to_string(),
     }
+}
+
+/// Returns what a file tells of itself, as keys and values: its command, these ones, the meanings of its columns, and a
+/// place for its checksum.
+pub fn metadata(command: &str, own: Vec<(&str, String)>, work: &dyn Work) -> Vec<(String, String)> {
+    let own = [("command", command.to_string())].into_iter().chain(own);
+    let own = own.map(|(key, value)| (key.to_string(), value));
+    own.chain(work.meanings()).chain([(SEAL.to_string(), UNSEALED.to_string())]).collect()
 }
 
 /// Why a shard's file is not used.

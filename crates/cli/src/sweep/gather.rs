@@ -4,15 +4,14 @@ use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use hpu_farm::{GROUP_ROWS, SEAL, Schema, UNSEALED, seal};
+use hpu_farm::{GROUP_ROWS, Schema, seal};
 use hpu_page::{Page, Parquet};
 use hpu_rtl::temporary::{Temporary, sweep_files};
 
-use super::files::{GATHERED, Unusable, check, said};
+use super::files::{GATHERED, Unusable, check, metadata, said};
 use super::manifest::{Planned, put};
 use crate::page::show;
-use crate::shell::exit::{Exit, Failure};
-use crate::shell::interrupt;
+use crate::shell::{Exit, Failure, interrupt};
 use crate::work::Work;
 
 /// The name of the gathered rows as CSV, where they are few.
@@ -65,78 +64,33 @@ pub fn gather(dir: &Path, how: How) -> Result<Gathered, Failure> {
     let waves = Planned::waves(dir)?;
     sweep_files(dir);
     let work = waves[0].manifest.work()?;
-    let schema = work.schema();
     let mut wrong = Wrong::default();
-    for wave in &waves {
-        wrong.strangers(wave);
-    }
+    waves.iter().for_each(|wave| wrong.strangers(wave));
     let temporary = Temporary::file(dir, "gathered").map_err(|error| Failure::at(dir, error))?;
     let at = |error: &dyn std::fmt::Display| Failure::at(temporary.path(), error);
     let mut file = temporary.open().map_err(|error| at(&error))?;
-    let first = &waves[0].manifest;
-    // The number of rows of each wave is that of its points, so it can stand before the rows.
-    let counts: Vec<String> = waves.iter().map(|wave| wave.manifest.points.count().to_string()).collect();
-    let own = [
-        ("hpu.settings", first.settings()),
-        ("hpu.program", first.program.clone()),
-        ("hpu.version", first.version.clone()),
-        ("hpu.rows", counts.join(",")),
-        ("hpu.study", first.study.1.clone()),
-    ];
-    let own = own.map(|(key, value)| (key.to_string(), value));
-    let metadata = [("command".to_string(), first.command.clone())].into_iter().chain(own).chain(work.meanings());
-    let metadata = metadata.chain([(SEAL.to_string(), UNSEALED.to_string())]);
     let copy = BufWriter::new(file.try_clone().map_err(|error| at(&error))?);
-    let mut table =
-        Parquet::compressed(copy, "sweep", schema.columns(), metadata, GROUP_ROWS).map_err(|error| at(&error))?;
     let total: u64 = waves.iter().map(|wave| wave.manifest.points.count()).sum();
-    let mut csv = if total <= CSV_ROWS { Some(begin_csv(dir, &schema, &*work)?) } else { None };
-    let (mut failed, mut not_run) = (0, 0);
+    let schema = work.schema();
+    let own = metadata(&waves[0].manifest.command, of_waves(&waves), &*work);
+    let table = Parquet::compressed(copy, "sweep", schema.columns(), own, GROUP_ROWS);
+    let mut merging = Merging {
+        table: table.map_err(|error| at(&error))?,
+        csv: if total <= CSV_ROWS { Some(begin_csv(dir, &schema, &*work)?) } else { None },
+        schema,
+        how,
+        ends: [0, 0],
+    };
     for wave in &waves {
-        let program = (!how.any_version).then_some(wave.manifest.program.as_str());
         for index in 0..wave.manifest.shards() {
-            if interrupt::pressed() {
-                return Err(Failure::new(Exit::Interrupted, "interrupted"));
-            }
-            let mut counted = [0, 0];
-            let taken = check(wave, index, schema.columns(), program).and_then(|file| {
-                let refused = |error: &dyn std::fmt::Display| Unusable::Refused(format!("damaged: {error}"));
-                let points = wave.manifest.shard(index);
-                let mut from = 0;
-                for group in 0..file.groups() {
-                    let rows = file.group(group).map_err(|error| refused(&error))?;
-                    let (own, ends) = schema.points(&rows);
-                    if points.get(from..from + own.len()) != Some(&own[..]) {
-                        return Err(refused(&"its points are not those of its shard"));
-                    }
-                    from += own.len();
-                    counted = [counted[0] + ends[0], counted[1] + ends[1]];
-                    if let Some((_, out)) = &mut csv {
-                        schema.csv(out, &rows).map_err(|error| refused(&error))?;
-                    }
-                    table.extend(rows).map_err(|error| refused(&error))?;
-                }
-                if from != points.len() {
-                    return Err(refused(&"it has not all points of its shard"));
-                }
-                if counted[1] > 0 && !how.partial {
-                    return Err(Unusable::Refused(format!(
-                        "not run: {} points took longer than the guard allows",
-                        counted[1]
-                    )));
-                }
-                Ok(())
-            });
-            match taken {
-                Ok(()) => {
-                    failed += counted[0];
-                    not_run += counted[1];
-                }
-                Err(unusable) => wrong.add(wave, index, unusable),
+            interrupt::check()?;
+            if let Err(unusable) = merging.shard(wave, index) {
+                wrong.add(wave, index, unusable);
             }
         }
     }
     wrong.told(dir, how.again)?;
+    let Merging { table, csv, ends: [failed, not_run], .. } = merging;
     table.finish().map_err(|error| at(&error))?;
     let sum = seal(&mut file).map_err(|damage| at(&said(&damage)))?;
     file.sync_all().map_err(|error| at(&error))?;
@@ -151,6 +105,63 @@ pub fn gather(dir: &Path, how: How) -> Result<Gathered, Failure> {
     // The file that completes the result comes last.
     put(temporary, &files[0])?;
     Ok(Gathered { rows: total, failed, not_run, sum, files })
+}
+
+/// Returns what the gathered file tells of its sweep.
+fn of_waves(waves: &[Planned]) -> Vec<(&'static str, String)> {
+    let first = &waves[0].manifest;
+    // The number of rows of each wave is that of its points, so it can stand before the rows.
+    let counts: Vec<String> = waves.iter().map(|wave| wave.manifest.points.count().to_string()).collect();
+    vec![
+        ("hpu.settings", first.settings()),
+        ("hpu.program", first.program.clone()),
+        ("hpu.version", first.version.clone()),
+        ("hpu.rows", counts.join(",")),
+        ("hpu.study", first.study.1.clone()),
+    ]
+}
+
+/// The files to which the rows of all shards go.
+struct Merging {
+    table: Parquet<BufWriter<File>>,
+    csv: Option<(Temporary, BufWriter<File>)>,
+    schema: Schema,
+    how: How,
+    /// How many rows failed, and how many were not run.
+    ends: [usize; 2],
+}
+
+impl Merging {
+    /// Adds the rows of a shard, unless its file cannot be used.
+    fn shard(&mut self, wave: &Planned, index: u64) -> Result<(), Unusable> {
+        let refused = |error: &dyn std::fmt::Display| Unusable::Refused(format!("damaged: {error}"));
+        let program = (!self.how.any_version).then_some(wave.manifest.program.as_str());
+        let file = check(wave, index, self.schema.columns(), program)?;
+        let points = wave.manifest.shard(index);
+        let (mut from, mut counted) = (0, [0, 0]);
+        for group in 0..file.groups() {
+            let rows = file.group(group).map_err(|error| refused(&error))?;
+            let (own, ends) = self.schema.points(&rows);
+            if points.get(from..from + own.len()) != Some(&own[..]) {
+                return Err(refused(&"its points are not those of its shard"));
+            }
+            from += own.len();
+            counted = [counted[0] + ends[0], counted[1] + ends[1]];
+            if let Some((_, out)) = &mut self.csv {
+                self.schema.csv(out, &rows).map_err(|error| refused(&error))?;
+            }
+            self.table.extend(rows).map_err(|error| refused(&error))?;
+        }
+        if from != points.len() {
+            return Err(refused(&"it has not all points of its shard"));
+        }
+        if counted[1] > 0 && !self.how.partial {
+            let late = counted[1];
+            return Err(Unusable::Refused(format!("not run: {late} points took longer than the guard allows")));
+        }
+        self.ends = [self.ends[0] + counted[0], self.ends[1] + counted[1]];
+        Ok(())
+    }
 }
 
 fn begin_csv(dir: &Path, schema: &Schema, work: &dyn Work) -> Result<(Temporary, BufWriter<File>), Failure> {

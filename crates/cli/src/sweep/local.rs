@@ -19,9 +19,7 @@ use super::manifest::Planned;
 use super::plan::{self, Asked};
 use super::shard::{journal_of, not_started, own_shard, told};
 use super::status::progress;
-use crate::shell::exit::{Exit, Failure};
-use crate::shell::interrupt;
-use crate::shell::progress::with_progress;
+use crate::shell::{Exit, Failure, interrupt, with_progress};
 
 /// How often a shard's process may end without a new row before the command gives up.
 const DEATHS: u32 = 8;
@@ -48,7 +46,7 @@ pub fn shards(planned: &Planned, wanted: Vec<u64>, jobs: NonZeroUsize, any_versi
     if let Some(failure) = failed.into_inner().unwrap_or_else(PoisonError::into_inner) {
         return Err(failure);
     }
-    if interrupt::pressed() { Err(Failure::new(Exit::Interrupted, "interrupted")) } else { Ok(()) }
+    interrupt::check()
 }
 
 /// Runs a shard in a process of its own until its file is there.

@@ -14,9 +14,8 @@ use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 
 use super::work::work;
-use crate::shell::exit::Failure;
-use crate::shell::program;
-use crate::shell::sha256::{self, hex};
+use crate::shell::sha256::hex;
+use crate::shell::{Failure, program, sha256};
 use crate::work::{Find, Source, Work};
 
 /// The version of the manifest's format.

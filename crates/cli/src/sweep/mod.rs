@@ -24,8 +24,7 @@ use std::path::{Path, PathBuf};
 use crate::answers::read_words;
 use crate::map::Cells;
 use crate::reproduce::drop::{self, Name, Trials};
-use crate::shell::exit::{Exit, Failure};
-use crate::shell::jobs::Jobs;
+use crate::shell::{Exit, Failure, Jobs};
 use crate::study::Lines;
 use crate::{map, study, widths};
 use clap::{Command, Subcommand};
@@ -102,6 +101,7 @@ enum Verb {
         json: Json,
     },
     /// Run one shard, unless its file is finished
+    #[command(hide = true)]
     Shard {
         /// Folder of the sweep
         dir: PathBuf,
@@ -157,6 +157,7 @@ enum Verb {
     },
     Submit(submit::Args),
     /// Run every K-th shard of a wave, each in a process of its own: a task of a scheduler
+    #[command(hide = true)]
     Task {
         /// Folder of the sweep
         dir: PathBuf,

@@ -14,9 +14,9 @@ use super::files::gathered;
 use super::manifest::{MOST_POINTS, Manifest, Planned};
 use super::work::{self, LINES, SECTIONS, splittable};
 use crate::page::show;
-use crate::shell::exit::{Exit, Failure};
+use crate::shell::{Exit, Failure, interrupt, program, values};
+use crate::study;
 use crate::work::{Rows, Work, on_disk};
-use crate::{shell::interrupt, shell::program, study};
 
 /// Most points that are run to measure what a point costs, and the share of all points that they are at most.
 const SAMPLE: u64 = 16;
@@ -28,7 +28,7 @@ const SAMPLE_TIME: Duration = Duration::from_secs(10);
 #[derive(Clone, Copy, Default, clap::Args)]
 pub struct Size {
     /// Work of a shard, as measured on a few points [default: 60s; of `run` less where there is little work]
-    #[arg(long, value_name = "TIME", value_parser = crate::map::time)]
+    #[arg(long, value_name = "TIME", value_parser = values::time)]
     shard_time: Option<Duration>,
     /// Points of a shard, instead of a measured number
     #[arg(
@@ -65,9 +65,7 @@ impl Size {
             let point: Vec<usize> = point.into_iter().map(|point| point as usize).collect();
             work.run(done.clone(), &point, interrupt::heed(), &mut |_, _| Ok(()))?;
             taken += 1;
-            if interrupt::pressed() {
-                return Err(Failure::new(Exit::Interrupted, "interrupted"));
-            }
+            interrupt::check()?;
             if start.elapsed() > SAMPLE_TIME {
                 break;
             }
@@ -163,7 +161,7 @@ pub fn first(asked: &Asked, dir: &Path, command: &Command, workers: Option<usize
     manifest.points = work.next(Rows::new(), interrupt::heed())?;
     let (points, cost_s) = asked.size.points(&*work, &Rows::new(), &manifest.points, workers)?;
     manifest.shard_points = points;
-    stopped()?;
+    interrupt::check()?;
     Ok((manifest.write(dir)?, cost_s))
 }
 
@@ -176,7 +174,7 @@ pub fn next(dir: &Path, size: Size, workers: Option<usize>) -> Result<Option<Cos
     }
     let done = gathered(&last, &*work, true)?;
     let points = work.next(done.clone(), interrupt::heed())?;
-    stopped()?;
+    interrupt::check()?;
     // Points that were not run are left out of a gathered wave, and would be asked for again.
     let again = points.runs() == last.manifest.points.runs();
     if points.count() == 0 || again {
@@ -191,10 +189,6 @@ pub fn next(dir: &Path, size: Size, workers: Option<usize>) -> Result<Option<Cos
     };
     let manifest = Manifest { wave: last.manifest.wave + 1, points, shard_points, ..last.manifest };
     Ok(Some((manifest.write(dir)?, cost_s)))
-}
-
-fn stopped() -> Result<(), Failure> {
-    if interrupt::pressed() { Err(Failure::new(Exit::Interrupted, "interrupted")) } else { Ok(()) }
 }
 
 fn columns(work: &dyn Work) -> Vec<[String; 3]> {

@@ -12,20 +12,20 @@ use std::process::{Command, ExitStatus, Stdio};
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
-use hpu_farm::{Failed, FileRow, GROUP_ROWS, PointResult, Row, SEAL, UNSEALED, UnitResult, append, seal};
+use hpu_farm::UnitResult;
+use hpu_farm::{Failed, FileRow, GROUP_ROWS, PointResult, Row, append, seal};
 use hpu_page::{Page, Parquet};
 use hpu_rtl::dut::is_forbidden;
 use hpu_rtl::temporary::{Temporary, sweep_files};
 use hpu_rtl::{Fault, output};
 
-use super::files::{before, check, said};
+use super::files::{before, check, metadata, said};
 use super::manifest::{Planned, put};
+use crate::journal;
 use crate::page::show;
-use crate::shell::exit::{Exit, Failure};
 use crate::shell::files::not_a_link;
-use crate::shell::terminal::print_file;
+use crate::shell::{Exit, Failure, interrupt, print_file};
 use crate::work::{Rows, Work};
-use crate::{journal, shell::interrupt};
 
 /// How often a point may end the process that runs it alone.
 const DEATHS: u32 = 3;
@@ -52,7 +52,8 @@ pub fn run(dir: &Path, index: u64, wave: Option<usize>, any_version: bool, json:
     Ok(Exit::Fine)
 }
 
-fn planned(dir: &Path, wave: Option<usize>) -> Result<Planned, Failure> {
+/// Reads the manifest of a wave, or of the last one.
+pub fn planned(dir: &Path, wave: Option<usize>) -> Result<Planned, Failure> {
     match wave {
         None => Planned::last(dir),
         Some(wave) => {
@@ -161,13 +162,11 @@ fn write(
         ("hpu.wave", manifest.wave.to_string()),
         ("hpu.shard", index.to_string()),
     ];
-    let own = own.map(|(key, value)| (key.to_string(), value));
-    let metadata = [("command".to_string(), manifest.command.clone())].into_iter().chain(own).chain(work.meanings());
-    let metadata = metadata.chain([(SEAL.to_string(), UNSEALED.to_string())]);
     let schema = work.schema();
     let copy = file.try_clone().map_err(|error| at(&error))?;
-    let mut table =
-        Parquet::compressed(copy, "sweep", schema.columns(), metadata, GROUP_ROWS).map_err(|error| at(&error))?;
+    let metadata = metadata(&manifest.command, own.into(), work);
+    let table = Parquet::compressed(copy, "sweep", schema.columns(), metadata, GROUP_ROWS);
+    let mut table = table.map_err(|error| at(&error))?;
     let told = points.iter().map(|point| -> FileRow { (*point as u64, rows.remove(point)) });
     append(&mut table, &schema, told, |point| work.place(point as usize)).map_err(|error| at(&error))?;
     table.finish().map_err(|error| at(&error))?;
@@ -249,7 +248,7 @@ pub(crate) fn own_shard(planned: &Planned, index: u64) -> Result<Command, Failur
 /// Returns the failure to start this program again.
 pub fn not_started(fault: Fault) -> Failure {
     match fault {
-        Fault::Stopped => Failure::new(Exit::Interrupted, "interrupted"),
+        Fault::Stopped => Failure::interrupted(),
         fault => Failure::file(format!("this program cannot start itself: {fault:?}")),
     }
 }

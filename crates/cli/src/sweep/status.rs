@@ -8,7 +8,7 @@ use hpu_page::{Cell, Column, Page, Table};
 use super::files::GATHERED;
 use super::manifest::Planned;
 use crate::page::show;
-use crate::shell::exit::{Exit, Failure};
+use crate::shell::{Exit, Failure};
 
 /// A wave's shards by their states.
 pub struct Progress {

@@ -23,14 +23,12 @@ use hpu_rtl::{Fault, Group, TIMEOUT, output};
 
 use super::local::{shards, waited};
 use super::manifest::Planned;
+use super::shard::planned;
 use super::status::progress;
 use super::{plan, status};
 use crate::page::show;
 use crate::scene::quoted;
-use crate::shell::exit::{Exit, Failure};
-use crate::shell::hdl::seconds;
-use crate::shell::interrupt;
-use crate::shell::terminal::print_file;
+use crate::shell::{Exit, Failure, interrupt, print_file, values};
 
 /// Hand the shards that are not done to a scheduler
 ///
@@ -70,7 +68,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "WAVE:SHARDS", value_parser = since, hide = true)]
     since: Option<(usize, u64)>,
     /// Kill a command of Slurm that runs longer [default: 1800]
-    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    #[arg(long, value_name = "SECONDS", value_parser = values::limit)]
     tool_timeout: Option<Duration>,
     #[command(flatten)]
     version: super::AnyVersion,
@@ -79,9 +77,9 @@ pub(crate) struct Args {
     json: bool,
 }
 
-fn since(text: &str) -> Result<(usize, u64), String> {
+fn since(text: &str) -> Result<(usize, u64), Failure> {
     let read = text.split_once(':').and_then(|(wave, left)| Some((wave.parse().ok()?, left.parse().ok()?)));
-    read.ok_or_else(|| "write two numbers, as in 1:20".into())
+    values::value(read, "write two numbers, as in 1:20")
 }
 
 /// A scheduler.
@@ -358,7 +356,7 @@ fn tool(name: &str, arguments: &[String], input: &str, limit: Duration) -> Resul
             Ok(Some((status.success(), text.trim().to_string())))
         }
         Err(Fault::Missing) => Ok(None),
-        Err(Fault::Stopped) => Err(Failure::new(Exit::Interrupted, "interrupted")),
+        Err(Fault::Stopped) => Err(Failure::interrupted()),
         Err(Fault::TooLong(limit)) => {
             Err(failed(&format!("killed: no end after {} s (--tool-timeout)", limit.as_secs_f64())))
         }
@@ -433,9 +431,7 @@ fn parallel(args: &Args, mut planned: Planned) -> Result<Exit, Failure> {
             // GNU parallel's jobs are in groups of their own.
             let child = Group::with_jobs(&mut shell);
             let mut child = child.map_err(|fault| Failure::file(format!("sh cannot be started: {fault:?}")))?;
-            let Some(status) = waited(&mut child)? else {
-                return Err(Failure::new(Exit::Interrupted, "interrupted"));
-            };
+            let Some(status) = waited(&mut child)? else { return Err(Failure::interrupted()) };
             if status.code() == Some(127) {
                 return Err(Failure::new(
                     Exit::NoTool,
@@ -464,8 +460,7 @@ pub fn task(
     jobs: NonZeroUsize,
     any_version: bool,
 ) -> Result<Exit, Failure> {
-    let planned = Planned::read(dir, wave)?;
-    let planned = planned.ok_or_else(|| Failure::usage(format!("{} has no wave {wave}", dir.display())))?;
+    let planned = planned(dir, Some(wave))?;
     interrupt::heed();
     let wanted = progress(&planned).left.into_iter().filter(|shard| shard % of == index).collect();
     shards(&planned, wanted, jobs, any_version)?;

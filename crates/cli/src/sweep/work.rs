@@ -5,7 +5,7 @@ use hpu_papers::phantom::{LADDER, TABLE_2};
 use crate::answers::read_words;
 use crate::map::{Args as MapArgs, Cells};
 use crate::reproduce::drop::{Name, Trials};
-use crate::shell::exit::Failure;
+use crate::shell::Failure;
 use crate::study::Lines;
 use crate::widths::Args as WidthsArgs;
 use crate::work::{Find, Work};

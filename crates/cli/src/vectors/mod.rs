@@ -11,16 +11,16 @@ use hpu_rtl::{Memory, Origin, Source, Vectors, scene_vectors, stimuli, write_com
 
 use crate::block::known;
 use crate::scene::{self, Loaded};
-use crate::shell::exit::{Exit, Failure};
-use crate::shell::files::Folder;
-use crate::shell::terminal::{print, print_file};
+use crate::shell::{Exit, Failure, Folder, print, print_file};
 
 use verify::verify;
 
 /// The most rows of a set, because they are gathered in memory.
 const MOST_ROWS: u64 = 10_000_000;
 
-/// Write golden vectors of blocks, one set to stdout or all into a folder; refresh or verify those there are
+/// Write golden vectors of blocks, refresh or verify those there are
+///
+/// One set goes to stdout, several go into a folder.
 ///
 /// A set is text. Line 1 names the block, its ports with their formats, and its generics. Every further line is one
 /// clock edge: the inputs before it and the outputs after it, in hex words. The last line, "# end N rows", counts these
@@ -147,12 +147,15 @@ impl Named {
 
 /// Runs `hpu vectors`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
-    if args.update {
-        return update();
+    match (args.update, &args.verify[..]) {
+        (true, _) => update(),
+        (false, []) => write(args),
+        (false, files) => verify(files, args.out.as_deref()),
     }
-    if !args.verify.is_empty() {
-        return verify(&args.verify, args.out.as_deref());
-    }
+}
+
+/// Writes the vectors that were asked for.
+fn write(args: &Args) -> Result<Exit, Failure> {
     args.blocks.iter().try_for_each(|name| known(name))?;
     if args.set_kind != SetKind::Table && args.table.is_some() {
         return Err(Failure::usage("--table picks one of the tables that --set-kind table writes"));

@@ -7,10 +7,7 @@ use hpu_cosim::{PlainName, excerpt};
 use hpu_datapath::{AnyBlock, variants};
 use hpu_rtl::{Around, Header, Stimulus, Vectors, around_in_file, row_line};
 
-use crate::shell::exit::{Exit, Failure};
-use crate::shell::files::Folder;
-use crate::shell::input::read_text;
-use crate::shell::terminal::{print, verdict};
+use crate::shell::{Exit, Failure, Folder, print, read_text, verdict};
 use crate::waves::waveform;
 
 /// The model that answers the rows of a file.
@@ -45,7 +42,7 @@ pub fn verify(files: &[PathBuf], out: Option<&Path>) -> Result<Exit, Failure> {
         };
         print(&format!("{}{said}", file.display()))?;
     }
-    folder.map_or(Ok(()), Folder::commit)?;
+    folder.map(Folder::commit).transpose()?;
     Ok(Exit::when(all_equal))
 }
 

@@ -7,9 +7,7 @@ use hpu_study::device;
 use hpu_study::widths::Field;
 
 use crate::price::syntheses;
-use crate::shell::cache::or_reason;
-use crate::shell::exit::Failure;
-use crate::shell::interrupt;
+use crate::shell::{Failure, interrupt, or_reason};
 
 /// LUT4 and flip-flops that one more bit of a width costs in the whole loop, or the reason why there is no such loop.
 pub(crate) type OneMore = Result<[i64; 2], String>;

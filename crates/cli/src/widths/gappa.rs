@@ -6,9 +6,7 @@ use hpu_cosim::PlainName;
 use hpu_cosim::scene::Experiment;
 use hpu_study::device;
 
-use crate::shell::exit::{Exit, Failure};
-use crate::shell::files::Folder;
-use crate::shell::terminal::{print, print_file};
+use crate::shell::{Exit, Failure, Folder, print, print_file};
 
 /// Prints a scene's script, or writes it into a folder.
 pub fn run(experiment: &Experiment, out: Option<&Path>) -> Result<Exit, Failure> {

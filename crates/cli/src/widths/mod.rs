@@ -16,18 +16,14 @@ use hpu_signal::Notation;
 use hpu_study::widths::{Field, Measured, Recommended, by_range, measured, random, recommend, together};
 use hpu_study::{ToldTables, device};
 
+use crate::command::CommandLine;
 use crate::notation::Written;
 use crate::page::{Answer, show};
 use crate::parameters::stiffness_missed;
 use crate::price::{self, Price};
-use crate::scene::{self, Named, set_options};
-use crate::shell::cache::Remember;
-use crate::shell::exit::{Exit, Failure};
-use crate::shell::files::Folder;
-use crate::shell::jobs::Jobs;
-use crate::shell::progress::Watch;
+use crate::scene::{self, Named};
+use crate::shell::{Exit, Failure, Folder, Jobs, Remember, Watch, hdl, interrupt, values};
 use crate::work::{Find, Rows};
-use crate::{fit, pictures, shell::hdl, shell::interrupt};
 
 use cost::{OneMore, one_more};
 use proved::{Proved, proved};
@@ -61,13 +57,13 @@ pub(crate) struct Args {
     #[command(flatten)]
     search: search::Search,
     /// Turn the encoders at random for so many seconds instead of running the scene; the loop is open
-    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    #[arg(long, value_name = "SECONDS", value_parser = values::seconds)]
     random: Option<f64>,
     /// Seed of the random motion
     #[arg(long, value_name = "N", default_value_t = 1, requires = "random")]
     seed: u64,
     /// The error that outputs may have with fewer bits, as in 1% [default: the scene's accuracy.within, else 1%]
-    #[arg(long, value_name = "SHARE", value_parser = fit::share, conflicts_with = "random")]
+    #[arg(long, value_name = "SHARE", value_parser = values::share, conflicts_with = "random")]
     within: Option<f64>,
     /// Try no fewer bits: ranges, losses and proofs alone
     #[arg(long)]
@@ -97,11 +93,6 @@ pub(crate) struct Args {
     /// One JSON object
     #[arg(long)]
     json: bool,
-}
-
-fn seconds(text: &str) -> Result<f64, String> {
-    let number = text.trim().trim_end_matches('s').trim().parse::<f64>().ok();
-    number.filter(|s| *s > 0.0 && *s <= 3600.0).ok_or_else(|| "write seconds above 0 and up to 3600, as in 2".into())
 }
 
 /// All contents of the page.
@@ -152,44 +143,57 @@ impl Args {
     }
 }
 
+/// What `hpu widths` is asked for.
+enum Plan {
+    /// The straight-line parts of the proof of a scene, for Gappa.
+    Gappa(Experiment),
+    /// The search for widths.
+    Search,
+    /// The page of these scenes.
+    Page(Vec<Experiment>),
+}
+
+impl Plan {
+    fn new(args: &Args) -> Result<Self, Failure> {
+        if args.search.search {
+            return Ok(Self::Search);
+        }
+        if args.gappa || args.price {
+            let option = if args.gappa { "--gappa" } else { "--price" };
+            let [_] = &args.scenes[..] else { return Err(Failure::usage(format!("{option} takes one scene"))) };
+        }
+        let read = |name: &String| Ok(scene::source(name)?.parse(&args.set.set)?);
+        let mut scenes = args.scenes.iter().map(read).collect::<Result<Vec<_>, Failure>>()?;
+        Ok(if args.gappa { Self::Gappa(scenes.remove(0)) } else { Self::Page(scenes) })
+    }
+}
+
 /// Runs `hpu widths`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
-    if args.gappa {
-        let [name] = &args.scenes[..] else { return Err(Failure::usage("--gappa takes one scene")) };
-        return gappa::run(&scene::source(name)?.parse(&args.set.set)?, args.out.as_deref());
-    }
-    if args.price && args.scenes.len() > 1 && !args.search.search {
-        return Err(Failure::usage("--price takes one scene"));
-    }
+    let plan = Plan::new(args)?;
     let setup = args.hdl.setup();
-    let cache = if args.price { Some(args.remember.open(args.hdl.setup().timeout)?) } else { None };
-    if args.search.search {
-        return search::run(&args.search, &args.asked(cache.as_ref().map(|cache| (cache, &setup))));
+    let cache = if args.price { Some(args.remember.open(setup.timeout)?) } else { None };
+    match plan {
+        Plan::Gappa(scene) => gappa::run(&scene, args.out.as_deref()),
+        Plan::Search => search::run(&args.search, &args.asked(cache.as_ref().map(|cache| (cache, &setup)))),
+        Plan::Page(scenes) => show_page(args, &scenes, cache.as_ref().map(|cache| (cache, &setup))),
     }
+}
+
+/// Shows the page of these scenes, with prices if there is a cache for them.
+fn show_page(args: &Args, experiments: &[Experiment], prices: Option<(&Cache, &Setup)>) -> Result<Exit, Failure> {
     let mut folder = args.out.as_deref().map(Folder::open).transpose()?;
-    let control = interrupt::heed();
-    let mut experiments = Vec::new();
-    for name in &args.scenes {
-        experiments.push(scene::source(name)?.parse(&args.set.set)?);
-    }
-    let tables = if args.tables {
-        Some(
-            device(&experiments[0])
-                .tables()
-                .map_err(|why| Failure::usage(format!("{}: {why}", experiments[0].name)))?,
-        )
-    } else {
-        None
-    };
-    let Some(mut found) = measure(args, &experiments, interrupt::watch())? else { return Ok(Exit::Interrupted) };
+    let refused = |why| Failure::usage(format!("{}: {why}", experiments[0].name));
+    let tables = args.tables.then(|| device(&experiments[0]).tables().map_err(refused)).transpose()?;
+    let Some(mut found) = measure(args, experiments, interrupt::watch())? else { return Ok(Exit::Interrupted) };
     found.tables = tables;
-    if let Some(cache) = &cache
-        && !price(&mut found, &experiments[0], &setup, cache)?
+    if let Some((cache, setup)) = prices
+        && !price(&mut found, &experiments[0], setup, cache)?
     {
         return Ok(Exit::Interrupted);
     }
     if let Some(folder) = &mut folder {
-        pictures::put(&drawn(&found), folder)?;
+        folder.draw(&drawn(&found))?;
         let page = page::page(&found);
         folder.write("widths.txt", page.text())?;
         folder.write("widths.csv", page.tables().next().expect("its signals").csv(&[] as &[&str]))?;
@@ -202,7 +206,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         found.files = folder.places().map(PathBuf::from).chain([folder.place("widths.json")]).collect();
         folder.write("widths.json", format!("{:#}\n", page::page(&found).json()))?;
     }
-    if control.stop.load(std::sync::atomic::Ordering::Relaxed) {
+    if interrupt::pressed() {
         return Ok(Exit::Interrupted);
     }
     if let Some(folder) = folder {
@@ -334,18 +338,7 @@ fn recommended(
 }
 
 fn command(args: &Args) -> String {
-    let scenes = args.scenes.iter().map(|scene| format!(" {}", scene::quoted(scene))).collect::<String>();
-    let mut command = format!("hpu widths{scenes}{}", set_options(&args.set.set));
-    if let Some(seconds) = args.random {
-        command += &format!(" --random {seconds} --seed {}", args.seed);
-    }
-    if let Some(within) = args.within {
-        command += &format!(" --within {within}");
-    }
-    for (given, option) in [(args.no_trials, " --no-trials"), (args.price, " --price"), (args.tables, " --tables")] {
-        if given {
-            command += option;
-        }
-    }
-    command
+    let command = CommandLine::new("widths").words(&args.scenes).set(&args.set.set).option("--random", args.random);
+    let command = command.option("--seed", args.random.map(|_| args.seed)).option("--within", args.within);
+    command.flag("--no-trials", args.no_trials).flag("--price", args.price).flag("--tables", args.tables).text()
 }

@@ -93,8 +93,6 @@ fn left_out(rows: &[SignalRow]) -> Vec<&'static str> {
 
 /// Returns the signals. Text leaves out single bits, and those of `left_out`.
 fn signals(of: &Widths, left_out: &[&str]) -> Table {
-    let file = [Place::File];
-    let json = [Place::Json];
     let bound = |row: &SignalRow| of.proved.as_ref().ok().and_then(|proved| proved.of(row.name));
     let ends = |row: &SignalRow| row.measured.map(|(min, max)| [min, max].map(|word| row.format.to_f64(word)));
     let proved = |row: &SignalRow| {
@@ -124,27 +122,27 @@ fn signals(of: &Widths, left_out: &[&str]) -> Table {
             .least(9)
             .only(&[Place::Text, Place::File])
             .of(|row: &SignalRow| row.format.to_string()),
-        Column::text("format", "").only(&json).of(|row: &SignalRow| json!(triple(row.format))),
+        Column::text("format", "").in_json().of(|row: &SignalRow| json!(triple(row.format))),
         Column::text("unit", "").data().of(|row: &SignalRow| row.unit),
         Column::text("measured", "measured").least(17).only(&[Place::Text, Place::Json]).of(move |row: &SignalRow| {
             let ends = ends(row);
             Cell::new(ends.map(|ends| json!(ends))).shown(ends.map_or(String::new(), |[min, max]| span(min, max)))
         }),
-        Column::number("measured_min", "").only(&file).of(move |row: &SignalRow| ends(row).map(|ends| ends[0])),
-        Column::number("measured_max", "").only(&file).of(move |row: &SignalRow| ends(row).map(|ends| ends[1])),
-        Column::text("words", "").only(&json).of(|row: &SignalRow| row.measured.map(|(min, max)| json!([min, max]))),
+        Column::number("measured_min", "").in_files().of(move |row: &SignalRow| ends(row).map(|ends| ends[0])),
+        Column::number("measured_max", "").in_files().of(move |row: &SignalRow| ends(row).map(|ends| ends[1])),
+        Column::text("words", "").in_json().of(|row: &SignalRow| row.measured.map(|(min, max)| json!([min, max]))),
         Column::text("proved", "proved").least(18).only(&[Place::Text, Place::Json]).of(proved),
-        Column::number("proved_min", "").only(&file).of(move |row: &SignalRow| bound(row).map(|bound| bound.min)),
-        Column::number("proved_max", "").only(&file).of(move |row: &SignalRow| bound(row).map(|bound| bound.max)),
+        Column::number("proved_min", "").in_files().of(move |row: &SignalRow| bound(row).map(|bound| bound.min)),
+        Column::number("proved_max", "").in_files().of(move |row: &SignalRow| bound(row).map(|bound| bound.max)),
         Column::text("how", "").data().of(move |row: &SignalRow| bound(row).map(|bound| how(bound.how))),
         Column::flag("never_overflows", "")
             .data()
             .of(move |row: &SignalRow| bound(row).map(|bound| bound.never_overflows)),
-        Column::number("error", "").only(&json).of(move |row: &SignalRow| bound(row).and_then(|bound| bound.error)),
+        Column::number("error", "").in_json().of(move |row: &SignalRow| bound(row).and_then(|bound| bound.error)),
         Column::text("assumptions", "")
-            .only(&json)
+            .in_json()
             .of(move |row: &SignalRow| bound(row).map(|bound| json!(bound.assumptions))),
-        Column::integer("idle_bits", "idle").only(&[Place::Text]).of(|row: &SignalRow| row.headroom_bits),
+        Column::integer("idle_bits", "idle").said().of(|row: &SignalRow| row.headroom_bits),
         Column::integer("idle_bits", "").data().of(|row: &SignalRow| row.headroom_bits),
         Column::text("rounded", "rounded")
             .least(18)
@@ -159,12 +157,12 @@ fn signals(of: &Widths, left_out: &[&str]) -> Table {
         Column::number("overflowed_worst", "").data().of(move |row: &SignalRow| worst(&row.overflowed)),
         Column::number("overflowed_first_s", "").data().of(move |row: &SignalRow| first(&row.overflowed)),
         Column::number("sqnr_db", "SQNR").unit("dB").of(sqnr),
-        Column::flag("exact", "").only(&json).of(|row: &SignalRow| row.sqnr_db.map(f64::is_infinite)),
+        Column::flag("exact", "").in_json().of(|row: &SignalRow| row.sqnr_db.map(f64::is_infinite)),
         Column::text("needs", "needs")
             .only(&[Place::Text, Place::File])
             .of(|row: &SignalRow| row.recommended.map_or(String::new(), |format| format.to_string())),
         Column::text("recommended", "")
-            .only(&json)
+            .in_json()
             .of(|row: &SignalRow| row.recommended.map(|format| json!(triple(format)))),
     ];
     let rows = &of.measured.rows;

@@ -87,7 +87,7 @@ fn verbs(scene: &str, dir: &Path) -> Vec<(Does, Vec<String>)> {
         (Does::Refuses, words(&["chart", scene])),
         (Does::Refuses, words(&["widths", scene])),
         (Does::Refuses, words(&["vectors", "--set-kind", "scene", "--scene", scene])),
-        (Does::Works, words(&["scene", "show", scene])),
+        (Does::Works, words(&["scenes", "show", scene])),
         (Does::Works, words(&["explore", scene, "--page", &page, "--out", &explored])),
         (Does::Works, words(&["new", &new])),
         (Does::Works, words(&["scenes"])),

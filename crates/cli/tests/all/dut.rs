@@ -540,10 +540,6 @@ fn a_run_is_reported_as_tests_and_takes_other_files() {
     assert_eq!(code(&run(&["run", "hybrid-wall", "--dut", text(&other)])), 2);
     let value = json(&run(&["run", &scene, "--dut", text(&dir.join("tiny.v")), "--json"]));
     assert!(value["expected_not_judged"].as_str().is_some_and(|why| why.contains("--dut")), "{value}");
-    // The template to begin with.
-    let template = |name: &[&str]| stdout(&run(&[&["scenes", "--template"], name].concat()));
-    assert!(template(&[]).contains("[dut.ports]") && template(&["scene"]) == template(&[]));
-    assert!(template(&["ci"]).contains("--junit") && template(&["ci"]).contains("hpu check --entity"));
 }
 
 /// Parts of Verilator that every model has are kept; damaged ones are compiled again and replaced.

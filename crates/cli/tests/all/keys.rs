@@ -36,7 +36,7 @@ fn every_key_is_listed_with_its_unit_default_range_and_meaning() {
 
 #[test]
 fn an_unknown_name_is_told_with_the_nearest() {
-    assert_refused(&run(&["keys", "metod"]), 2, &["no section `metod`", "did you mean method?"]);
+    assert_refused(&run(&["keys", "metod"]), 2, &["no key has `metod`", "did you mean method?"]);
     assert_refused(&run(&["run", "hybird-wall"]), 4, &["no scene `hybird-wall`", "did you mean hybrid-wall?"]);
     assert_refused(&run(&["block", "truncating_multipler"]), 2, &["did you mean truncating_multiplier?"]);
     let set = |pair: &str| run(&["run", "hybrid-wall", "--set", pair]);
@@ -44,6 +44,43 @@ fn an_unknown_name_is_told_with_the_nearest() {
     assert_refused(&set("method.kind=conventionnal"), 4, &["is none of \"hybrid\"", "did you mean conventional?"]);
     let far = run(&["run", "no-such-scene"]);
     assert!(!stderr(&far).contains("did you mean"), "{}", stderr(&far));
+}
+
+#[test]
+fn a_word_finds_keys_by_their_names_and_meanings() {
+    let word = "friction";
+    let found = parsed(&run(&["keys", "Friction", "--json"]));
+    let names =
+        |row: &Value| format!("{}.{}", row["section"].as_str().expect("a text"), row["key"].as_str().expect("a text"));
+    let found: Vec<String> = found["keys"].as_array().expect("a list").iter().map(names).collect();
+    let has = |row: &hpu_cosim::scene::keys::KeyRow| {
+        [row.section, row.key, row.meaning].iter().any(|text| text.to_lowercase().contains(word))
+    };
+    let expected: Vec<String> = rows().filter(has).map(|row| format!("{}.{}", row.section, row.key)).collect();
+    assert!(expected.contains(&"device.coulomb_friction".to_string()), "{expected:?}");
+    assert_eq!(found, expected);
+    assert_refused(&run(&["keys", "stifness"]), 2, &["no key has `stifness`", "did you mean stiffness?"]);
+}
+
+#[test]
+fn a_word_finds_blocks_by_their_names_ports_and_meanings() {
+    let listed = |word: &[&str]| -> Vec<String> {
+        let all = stdout(&run(&[&["block"], word].concat()));
+        all.lines().map(|line| line.split(' ').next().expect("a name").to_string()).collect()
+    };
+    let velocities = listed(&["velocity"]);
+    assert!(velocities.contains(&"velocity_register".to_string()), "{velocities:?}");
+    assert!(velocities.len() > 2 && velocities.len() < listed(&[]).len() / 2, "{velocities:?}");
+    // A word of the meaning alone: the block is not named by it.
+    assert_eq!(listed(&["never pulls"]), ["unilateral"]);
+    assert_refused(&run(&["block", "velocity", "--variant", "8_bit"]), 2, &["no block `velocity`"]);
+}
+
+#[test]
+fn a_scene_in_the_place_of_a_block_is_told_its_option() {
+    for verb in ["check", "cost", "block"] {
+        assert_refused(&run(&[verb, "hybrid-wall"]), 2, &["no block `hybrid-wall`", "--scene hybrid-wall"]);
+    }
 }
 
 #[test]
@@ -172,7 +209,7 @@ fn schema() -> Value {
 /// Returns every shipped scene, and the scenes of designs of the user's own.
 fn scenes() -> Vec<(String, Value)> {
     let mut all: Vec<_> = shipped().iter().map(|shipped| (shipped.name.to_string(), scene(shipped.text))).collect();
-    for name in ["knee", "paddle", "rim", "template"] {
+    for name in ["knee", "paddle", "rim"] {
         let text = fs::read_to_string(format!("{ROOT}/testbench/dut/{name}.toml")).expect("a scene");
         all.push((name.to_string(), scene(&text)));
     }

@@ -12,25 +12,36 @@ use crate::common::{assert_refused, code, names, run, scratch, stderr, stdout, t
 #[path = "../../build/commit.rs"]
 mod commit;
 
-/// Returns every verb, with the name of the study where there is one, as the command's help lists them.
+/// Returns every verb, with the name of the study or verb below it where there is one.
 fn verbs() -> Vec<Vec<String>> {
-    let listed = |of: &[&str]| -> Vec<String> {
-        let help = stdout(&run(&[of, &["--help"]].concat()));
-        let list = help.split_once("Commands:\n").map_or("", |(_, rest)| rest).split("\n\n").next().unwrap_or_default();
-        let first = |line: &str| line.split_whitespace().next().map(String::from);
-        list.lines().filter_map(first).filter(|verb| verb != "help").collect()
-    };
-    let mut all = Vec::new();
-    for verb in listed(&[]) {
-        for study in
-            if ["reproduce", "scene", "sweep"].contains(&verb.as_str()) { listed(&[&verb]) } else { Vec::new() }
-        {
-            all.push(vec![verb.clone(), study]);
+    fn below(command: &clap::Command, above: &[String], all: &mut Vec<Vec<String>>) {
+        for verb in command.get_subcommands() {
+            let name = [above, &[verb.get_name().to_string()]].concat();
+            below(verb, &name, all);
+            all.push(name);
         }
-        all.push(vec![verb]);
     }
+    let mut all = Vec::new();
+    below(&hpu_cli::description(), &[], &mut all);
     assert!(all.len() > 20 && all.contains(&vec!["run".to_string()]), "{all:?}");
     all
+}
+
+#[test]
+fn the_first_page_of_help_has_nineteen_verbs_under_four_headings() {
+    let help = stdout(&run(&["--help"]));
+    let is_heading = |line: &&str| !line.starts_with(' ') && line.ends_with(':') && *line != "Options:";
+    let verb = |line: &str| Some(line.strip_prefix("  ")?.split_once(' ')?.0.to_string());
+    assert_eq!(help.lines().filter(is_heading).count(), 4, "{help}");
+    let verbs_of = |text: &str| text.lines().skip(1).map_while(verb).collect::<Vec<_>>();
+    let headings = help.split("\n\n").filter(|part| part.lines().next().is_some_and(|line| is_heading(&line)));
+    let mut listed: Vec<String> = headings.flat_map(verbs_of).collect();
+    assert!(listed.len() <= 19, "{listed:?}");
+    listed.extend(["completions", "man"].map(String::from));
+    listed.sort();
+    let mut all: Vec<_> = verbs().into_iter().filter(|verb| verb.len() == 1).flatten().collect();
+    all.sort();
+    assert_eq!(listed, all);
 }
 
 /// Returns the long options of a verb, as its help lists them.

@@ -182,7 +182,7 @@ fn names_that_are_no_identifiers_are_refused_at_their_line() {
             for name in AWKWARD {
                 let text = plain.replacen(key, &with(name), 1).replace("\nGENERIC", "");
                 fs::write(dir.join("scene.toml"), text).expect("a scene");
-                for verb in [&["cost", "--scene", "scene.toml"][..], &["scene", "show", "scene.toml"]] {
+                for verb in [&["cost", "--scene", "scene.toml"][..], &["scenes", "show", "scene.toml"]] {
                     let output = in_folder(&dir, verb);
                     let words = [&format!("scene.toml:{line}:"), "an identifier of ", language];
                     assert_refused(&output, 4, &words);

@@ -1,4 +1,4 @@
-//! `hpu new` and `hpu scene show`: every combination of flags gives a scene that runs and settles, with its keys
+//! `hpu new` and `hpu scenes show`: every combination of flags gives a scene that runs and settles, with its keys
 //! explained; shown scenes run again; existing files stay.
 
 use std::fs;
@@ -8,9 +8,9 @@ use serde_json::Value;
 
 use crate::common::{assert_refused, code, json, run, scratch, stderr, stdout, text};
 
-/// Returns the keys of a scene, as `hpu scene show` lists them.
+/// Returns the keys of a scene, as `hpu scenes show` lists them.
 fn keys(scene: &str) -> Vec<Value> {
-    json(&run(&["scene", "show", scene, "--json"]))["keys"].as_array().expect("keys").clone()
+    json(&run(&["scenes", "show", scene, "--json"]))["keys"].as_array().expect("keys").clone()
 }
 
 fn value(keys: &[Value], section: &str, key: &str) -> Value {
@@ -70,6 +70,18 @@ fn a_design_to_begin_with_settles_with_any_encoder() {
     settles(&dir, "mine", &["--dut", "--clock", "10 MHz"]);
     settles(&dir, "fine", &["--dut", "--clock", "20 MHz", "--counts", "20000"]);
     assert!(dir.join("mine.vhd").exists());
+}
+
+#[test]
+fn a_workflow_checks_designs_and_is_not_overwritten() {
+    let dir = scratch("new-ci");
+    let place = dir.join("haptics");
+    let made = run(&["new", text(&place), "--ci"]);
+    assert_eq!(stdout(&made), format!("wrote {}.yml\n", text(&place)), "{}", stderr(&made));
+    let workflow = fs::read_to_string(dir.join("haptics.yml")).expect("a workflow");
+    assert!(workflow.contains("--junit") && workflow.contains("hpu check --entity"));
+    assert_refused(&run(&["new", text(&place), "--ci"]), 2, &["haptics.yml is there already"]);
+    assert_refused(&run(&["new", text(&place), "--ci", "--dut"]), 2, &["'--ci' cannot be used with '--dut'"]);
 }
 
 #[test]
@@ -159,22 +171,22 @@ fn a_comment_that_is_not_the_default_is_told_with_its_line() {
     }
     notes.sort_unstable();
     let notes: String = notes.into_iter().map(|(_, note)| note).collect();
-    for arguments in [&["scene", "show"][..], &["run", "--json"]] {
+    for arguments in [&["scenes", "show"][..], &["run", "--json"]] {
         let ran = run(&[arguments, &[text(&scene)]].concat());
         assert_eq!((code(&ran), stderr(&ran)), (0, notes.clone()), "{arguments:?}");
     }
     // A key that is given has no default, and other scenes may have any comments.
-    let given = run(&["scene", "show", text(&scene), "--set", "bridge.supply=12 V"]);
+    let given = run(&["scenes", "show", text(&scene), "--set", "bridge.supply=12 V"]);
     assert_eq!(stderr(&given).lines().count(), 2, "{}", stderr(&given));
     fs::write(&scene, format!("# Mine.\n{other}")).expect("a scene");
-    assert_eq!(stderr(&run(&["scene", "show", text(&scene)])), "");
+    assert_eq!(stderr(&run(&["scenes", "show", text(&scene)])), "");
 }
 
 #[test]
 fn a_shown_scene_runs_to_the_same_summary() {
     let dir = scratch("scene-show");
     for (scene, set) in [("hybrid-wall", "wall.stiffness=2 N.m/rad"), ("phantom-thrown", "room.stiffness=4 kN/m")] {
-        let shown = stdout(&run(&["scene", "show", scene, "--set", set]));
+        let shown = stdout(&run(&["scenes", "show", scene, "--set", set]));
         assert!(shown.contains(&format!("# --set {set}")), "{shown}");
         assert!(
             shown.contains(&format!("# testbench/scenes/{scene}.toml:")) && shown.contains("  # default"),

@@ -69,7 +69,7 @@ const GIVEN: &[(&str, &[&str])] = &[
     ("vcd", &["--vcd"]),
     ("parquet", &["--parquet"]),
     ("no-plot", &["--no-plot"]),
-    ("template", &["--template"]),
+    ("ci", &["--ci"]),
     ("schema", &["--schema"]),
     ("markdown", &["--markdown"]),
     ("variant", &["--variant", "8_bit"]),
@@ -154,7 +154,6 @@ const HAND: (&str, &[&str]) = ("set", &["--set", "hand.stiffness=0.4"]);
 
 /// All modes.
 const MODES: &[Mode] = &[
-    (&["run"], &[], &[]),
     (&["run"], &["hybrid-wall", "--set", SHORT], &[HAND]),
     (&["run"], &["hybrid-wall", "--json", "--set", SHORT], &[HAND]),
     (&["run"], &["hybrid-wall", "--compare", "--set", SHORT], &[("compare", &["--compare", "a=b"])]),
@@ -182,9 +181,10 @@ const MODES: &[Mode] = &[
         &[("beside", &["--beside", "nothing"]), ("compare", &["--compare", "pwm=a_low"])],
     ),
     (&["scenes"], &[], &[]),
-    (&["scene", "show"], &["hybrid-wall"], &[]),
+    (&["scenes", "show"], &["hybrid-wall"], &[]),
     (&["new"], &["@/wall"], &[]),
     (&["new"], &["@/wall", "--dut"], &[]),
+    (&["new"], &["@/wall", "--ci"], &[]),
     (&["new"], &["@/wall", "--device", "mass"], &[("device", &["--device", "motor"])]),
     (&["new"], &["@/wall", "--device", "phantom"], &[]),
     (&["keys"], &[], &[]),
@@ -495,7 +495,6 @@ fn an_option_of_another_mode_is_refused_with_the_mode_that_reads_it() {
             &["vectors", "pwm", "--scene", "hybrid-wall"],
             "--scene has no effect on vectors of blocks alone; --set-kind scene reads it",
         ),
-        (&["run", "--edges", "5"], "--edges has no effect on the list of scenes; name a SCENE to run"),
         (&["run", "hybrid-wall", "--hdl", "hdl"], "--driver rtl reads it"),
         (&["check", "--formal", "pwm", "--rows", "9"], "--rows has no effect on a proof"),
         (&["run", "hybrid-wall", "--tool-timeout", "9"], "a scene with a [dut] reads it"),

@@ -79,7 +79,7 @@ pub const COMMANDS: &[(&str, Form)] = &[
             record: Some("testbench/record/widths.txt"),
         },
     ),
-    ("hpu scenes --template ci > haptics.yml", Form::AsIs),
+    ("hpu new haptics --ci", Form::AsIs),
     ("hpu cost --scene testbench/dut/knee.toml", Form::AsIs),
     (
         "hpu run testbench/dut/knee.toml --set faults.missed_edge=3 --set faults.bounce=5 \
@@ -99,7 +99,7 @@ pub const COMMANDS: &[(&str, Form)] = &[
     ("hpu run knob.toml -o out", Form::AsIs),
     ("hpu new wall --method sampled_wall", Form::AsIs),
     ("hpu keys", Form::AsIs),
-    ("hpu scene show wall.toml", Form::AsIs),
+    ("hpu scenes show wall.toml", Form::AsIs),
     ("hpu new mine --dut", Form::AsIs),
     ("hpu run knob.toml --set method.kind=conventional", Form::AsIs),
     ("hpu vectors pwm --format json", short("hpu vectors pwm --format json --count 10", "its rows are 40000")),
@@ -175,7 +175,6 @@ pub const COMMANDS: &[(&str, Form)] = &[
     ),
     ("gtkwave out/wave.fst.gtkw", Form::NotHere("it opens a window; the tests of hpu-wave read the save file")),
     ("echo 'a,b\n60,70' | hpu block truncating_multiplier --variant drop_upper --inputs -", Form::AsIs),
-    ("hpu scenes --template > mine.toml", Form::AsIs),
     ("hpu run testbench/dut/knee.toml -o out", Form::AsIs),
     (
         "hpu limits testbench/dut/knee.toml --range 50..600 --phases 4",

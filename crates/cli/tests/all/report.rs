@@ -164,7 +164,7 @@ fn a_report_is_one_file_that_asks_no_network_and_says_what_the_json_says() {
     let signals: Vec<&Value> = found["signals"].as_array().expect("a list").iter().filter(is_wide).collect();
     assert_eq!(assert_rows(&all, "signals", &signals), signals.len());
 
-    let shown = as_json(&run(&["scene", "show", "hybrid-wall", "--json"]));
+    let shown = as_json(&run(&["scenes", "show", "hybrid-wall", "--json"]));
     let keys = shown["keys"].as_array().expect("a list");
     let is_given = |key: &&Value| key["source"].as_str().is_some_and(|source| source.contains(".toml:"));
     let given = keys.iter().filter(is_given).filter(|key| key["key"] != "about");

@@ -268,7 +268,7 @@ fn no_text_of_somebody_else_steers_a_terminal() {
             &["run", &file, "--edges", "1000"],
             &["run", &file, "--edges", "1000", "--json"],
             &["run", &file, "--edges", "1000", "--no-plot", "-o", "out"],
-            &["scene", "show", &file, "--json"],
+            &["scenes", "show", &file, "--json"],
             &["run", "hybrid-wall", "--set", &set],
             &["run", "hybrid-wall", "--set", &key],
             &["run", evil],

@@ -42,7 +42,7 @@ fn without_a_home_everything_runs_and_a_design_says_why_it_is_built_again() {
     for arguments in [
         &["run", "hybrid-wall", "--edges", "1000"][..],
         &["scenes"],
-        &["scene", "show", "testbench/dut/knee.toml"],
+        &["scenes", "show", "testbench/dut/knee.toml"],
         &["check", "saturator", "--rows", "10"],
     ] {
         let output = homeless().arg("-q").args(arguments).output().expect("it starts");

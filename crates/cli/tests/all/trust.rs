@@ -96,7 +96,7 @@ fn only_verbs_that_simulate_run_a_design() {
         let scene = format!("{of}.toml");
         for verb in [
             &["cost", "--scene", &scene][..],
-            &["scene", "show", &scene],
+            &["scenes", "show", &scene],
             &["keys", "dut"],
             &["explore", &scene, "--page", text(&page), "-o", "explore.html"],
             &["fit", "hybrid-wall", "--set", "run.duration=1 ms"],

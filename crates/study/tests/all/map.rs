@@ -305,7 +305,11 @@ fn a_cell_of_too_many_events_and_one_that_cannot_be_are_rows_with_their_reasons_
     // A run that needs more memory than any machine has is not begun.
     let map = map_of("hybrid-wall", &[], "run.duration=0.02..1000000 s:2", "wall.stiffness=1..2 N.m/rad:2", &["a"]);
     let found = run(&map.expect("a map"), plan(true, 2));
-    assert!(matches!(&found[1], Found::Run(Err(reason)) if reason.why().contains("record.plant_rate")), "{:?}", found[1]);
+    assert!(
+        matches!(&found[1], Found::Run(Err(reason)) if reason.why().contains("record.plant_rate")),
+        "{:?}",
+        found[1]
+    );
 }
 
 /// The path of a hand that has a plan for eleven days: until then no motion repeats.

@@ -15,11 +15,10 @@ use serde_json::json;
 
 use crate::beside::claim;
 use crate::block::find;
-use crate::shell::exit::{Exit, Failure};
-use crate::shell::files::Folder;
-use crate::shell::jobs::Jobs;
-use crate::shell::terminal::{print, print_json, with_progress};
-use crate::{journal, shell::hdl, shell::interrupt};
+use crate::journal;
+use crate::page::give;
+use crate::shell::values::value;
+use crate::shell::{Exit, Failure, Folder, Jobs, hdl, interrupt, with_progress};
 use claims::sums;
 use row::{CostRow, Proof};
 use text::{csv, object, text};
@@ -66,10 +65,10 @@ pub(crate) struct Args {
     json: bool,
 }
 
-fn planned(name: &str) -> Result<String, String> {
+fn planned(name: &str) -> Result<String, Failure> {
     let mut names: Vec<_> = PLAN.iter().map(|(name, _)| *name).collect();
     names.dedup();
-    if names.contains(&name) { Ok(name.to_string()) } else { Err(format!("it is none of {}", names.join(", "))) }
+    value(names.contains(&name).then(|| name.to_string()), &format!("it is none of {}", names.join(", ")))
 }
 
 /// Runs `hpu reproduce phantom-cost`.
@@ -119,27 +118,17 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
             proof: Proof::of(name, label),
         })
         .collect();
-    give(args, folder, &versions, &rows)
+    give_rows(args, folder, &versions, &rows)
 }
 
-fn give(args: &Args, folder: Option<Folder>, versions: &[String], rows: &[CostRow]) -> Result<Exit, Failure> {
-    let (text, mut places) = (text(versions, rows), Vec::new());
-    if let Some(mut folder) = folder {
-        folder.write(&format!("{COST}.csv"), csv(versions, rows))?;
-        folder.write(&format!("{COST}.txt"), &text)?;
-        places = folder.places().map(PathBuf::from).collect();
-        folder.commit()?;
-    }
-    if args.json {
-        let claims: Vec<_> = sums(rows).iter().map(claim).collect();
-        let rows: Vec<_> = rows.iter().map(object).collect();
-        let object = json!({
-            "study": COST, "complete": true, "tools": versions, "blocks": rows, "claims": claims, "files": places,
-        });
-        print_json(&object)?;
-    } else {
-        let files: String = places.iter().map(|place| format!("file       {}\n", place.display())).collect();
-        print(&format!("{text}{files}"))?;
-    }
+fn give_rows(args: &Args, folder: Option<Folder>, versions: &[String], rows: &[CostRow]) -> Result<Exit, Failure> {
+    let text = text(versions, rows);
+    let claims: Vec<_> = sums(rows).iter().map(claim).collect();
+    let blocks: Vec<_> = rows.iter().map(object).collect();
+    let object = json!({ "study": COST, "complete": true, "tools": versions, "blocks": blocks, "claims": claims });
+    give((&text, object), folder, args.json, || {
+        let files = [("csv", csv(versions, rows)), ("txt", text.clone())];
+        Ok((files.map(|(ending, content)| (format!("{COST}.{ending}"), content)).into(), Vec::new()))
+    })?;
     Ok(if rows.iter().all(|row| row.cost.is_ok()) { Exit::Fine } else { Exit::BadFile })
 }

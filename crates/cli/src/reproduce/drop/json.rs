@@ -7,8 +7,8 @@ use serde_json::{Value, json};
 
 use super::Outcome;
 use crate::beside::claim;
-use crate::shell::exit::{Exit, Failure};
-use crate::shell::terminal::{print, print_json};
+use crate::page::kept;
+use crate::shell::{Exit, Failure, print, print_json};
 
 /// A study that was stopped.
 pub(crate) struct Interrupted {
@@ -29,9 +29,7 @@ impl Interrupted {
         if as_json {
             print_json(&json!({ "study": study, "complete": false, "done": done, "left_at_least": left }))?;
         } else {
-            let kept = out.map_or("none is kept; with -o DIR they would be".to_string(), |dir| {
-                format!("kept in {}; the same command goes on from there", dir.display())
-            });
+            let kept = kept(out.as_deref());
             print(&format!("{study}: interrupted after {done} trials, at least {left} are left; {kept}\n"))?;
         }
         Ok(Exit::Interrupted)
@@ -39,7 +37,7 @@ impl Interrupted {
 }
 
 /// Returns a complete study as JSON.
-pub fn object(outcome: &Outcome, files: &[PathBuf]) -> Value {
+pub fn object(outcome: &Outcome) -> Value {
     let rungs = outcome.study.rungs.iter().zip(&outcome.tables).map(|(rung, tables)| {
         let Agreement { legible, same, mixed } = Agreement::of(tables);
         json!({
@@ -59,7 +57,6 @@ pub fn object(outcome: &Outcome, files: &[PathBuf]) -> Value {
         "seeds": outcome.study.all_seeds().collect::<Vec<_>>(),
         "trials": outcome.outcomes.len(),
         "rungs": rungs.collect::<Vec<_>>(),
-        "files": files,
     })
 }
 

@@ -13,16 +13,15 @@ use hpu_cosim::scene::{Direction, Platform};
 use hpu_farm::{UnitResult, typed, units};
 use hpu_papers::Error;
 use hpu_papers::phantom::{self as study, Class, Outcomes, RUNGS, Rung, Study, Tables, Trial, TrialSetup, ladder};
-
-use crate::journal;
-use crate::scene::{self, set_options};
-use crate::shell::exit::{Exit, Failure};
-use crate::shell::files::Folder;
-use crate::shell::jobs::Jobs;
-use crate::shell::terminal::{print, print_json, with_progress};
-use crate::work::Rows;
-use crate::{pictures, shell::interrupt};
 use json::Interrupted;
+
+use crate::command::{CommandLine, out_option};
+use crate::journal;
+use crate::page::give;
+use crate::scene::{self, set_options};
+use crate::shell::values::value;
+use crate::shell::{Exit, Failure, Folder, Jobs, interrupt, with_progress};
+use crate::work::Rows;
 
 pub use trials::Trials;
 
@@ -97,22 +96,20 @@ impl Name {
 #[derive(Clone)]
 struct Axes(Vec<Direction>);
 
-fn axes(text: &str) -> Result<Axes, String> {
+fn axes(text: &str) -> Result<Axes, Failure> {
     let axes: Vec<_> = Direction::ALL.into_iter().filter(|axis| text.contains(axis.name())).collect();
-    if axes.is_empty() || text.chars().any(|letter| !"xyz".contains(letter)) {
-        return Err("write some of x, y, z, as in xz".into());
-    }
-    Ok(Axes(axes))
+    let is_read = !axes.is_empty() && text.chars().all(|letter| "xyz".contains(letter));
+    value(is_read.then_some(Axes(axes)), "write some of x, y, z, as in xz")
 }
 
-fn platform(text: &str) -> Result<Platform, String> {
+fn platform(text: &str) -> Result<Platform, Failure> {
     let named = Platform::ALL.into_iter().find(|platform| platform.name().eq_ignore_ascii_case(text));
-    named.ok_or_else(|| format!("it is none of {}", Platform::ALL.map(Platform::name).join(", ")))
+    value(named, &format!("it is none of {}", Platform::ALL.map(Platform::name).join(", ")))
 }
 
-fn stiffness(text: &str) -> Result<f64, String> {
+fn stiffness(text: &str) -> Result<f64, Failure> {
     let number = text.parse::<f64>().ok().filter(|stiffness| stiffness.is_finite() && *stiffness > 0.0);
-    number.ok_or_else(|| "write numbers of N/m above 0".into())
+    value(number, "write numbers of N/m above 0")
 }
 
 impl Args {
@@ -151,21 +148,21 @@ impl Args {
     /// Returns the command, without options that change no row.
     fn command(&self, name: Name, study: &Study) -> String {
         let whole = Study::whole(name.rungs());
-        let mut command = format!("hpu reproduce {}", name.text());
-        let mut option = |name: &str, differs: bool, value: String| {
-            if differs {
-                command += &format!(" --{name} {value}");
-            }
-        };
-        option("axes", study.axes != whole.axes, study.axes.iter().map(|axis| axis.name()).collect());
+        let axes: String = study.axes.iter().map(|axis| axis.name()).collect();
         let names: Vec<_> = study.platforms.iter().map(|platform| platform.name()).collect();
-        option("platforms", study.platforms != whole.platforms, names.join(","));
         let rows: Vec<_> = study.stiffnesses_n_per_m.iter().map(f64::to_string).collect();
-        option("stiffness", study.stiffnesses_n_per_m != whole.stiffnesses_n_per_m, rows.join(","));
-        option("seeds", study.seeds != whole.seeds, study.seeds.to_string());
-        option("trials", study.trials != whole.trials, study.trials.to_string());
-        option("set", study.first_seed != whole.first_seed, format!("{SEED}={}", study.first_seed));
-        command + &set_options(&study.set)
+        let seed = format!("{SEED}={}", study.first_seed);
+        let options = [
+            ("--axes", study.axes != whole.axes, axes),
+            ("--platforms", study.platforms != whole.platforms, names.join(",")),
+            ("--stiffness", study.stiffnesses_n_per_m != whole.stiffnesses_n_per_m, rows.join(",")),
+            ("--seeds", study.seeds != whole.seeds, study.seeds.to_string()),
+            ("--trials", study.trials != whole.trials, study.trials.to_string()),
+            ("--set", study.first_seed != whole.first_seed, seed),
+        ];
+        let differing = options.into_iter().filter(|(_, differs, _)| *differs);
+        let command = CommandLine::new(&format!("reproduce {}", name.text()));
+        differing.fold(command, |command, (option, _, value)| command.plain(option, [value])).set(&study.set).text()
     }
 }
 
@@ -190,7 +187,7 @@ pub fn gathered(trials: Trials, args: &Args, rows: Rows) -> Result<Exit, Failure
 fn finish(
     trials: Trials,
     args: &Args,
-    mut folder: Option<Folder>,
+    folder: Option<Folder>,
     done: BTreeMap<usize, UnitResult<Trial>>,
     keep: impl FnMut(usize, &UnitResult<Trial>) -> Result<(), Failure>,
 ) -> Result<Exit, Failure> {
@@ -203,26 +200,10 @@ fn finish(
         return stopped.tell(args.json);
     }
     let tables: Vec<Tables> = (0..study.rungs.len()).map(|rung| Tables::new(&study, rung, &outcomes)).collect();
-    if let Some(out) = &args.out {
-        command += &format!(" -o {}", scene::quoted(&out.display().to_string()));
-    }
+    command += &out_option(args.out.as_deref());
     let result = Outcome { name: name.text(), study, points, outcomes, tables, command };
     let (text, files) = result.files(name);
-    let mut places = Vec::new();
-    if let Some(mut folder) = folder.take() {
-        for (name, content) in files {
-            folder.write(&name, content)?;
-        }
-        result.pictures(name).iter().try_for_each(|picture| pictures::put(picture, &mut folder))?;
-        places = folder.places().map(PathBuf::from).collect();
-        folder.commit()?;
-    }
-    if args.json {
-        print_json(&json::object(&result, &places))?;
-    } else {
-        let files: String = places.iter().map(|place| format!("file       {}\n", place.display())).collect();
-        print(&format!("{text}{files}"))?;
-    }
+    give((&text, json::object(&result)), folder, args.json, || Ok((files, result.pictures(name))))?;
     Ok(Exit::when(result.tables.iter().all(|table| table.failures().is_empty())))
 }
 

@@ -10,7 +10,7 @@ use hpu_study::map::SceneText;
 
 use super::{Args, Name, outcomes};
 use crate::answers::read_words;
-use crate::shell::exit::Failure;
+use crate::shell::Failure;
 use crate::work::{Find, Rows, Take, Work};
 
 /// The trials of a drop test.

@@ -14,8 +14,8 @@ use serde_json::{Map, Value, json};
 
 use super::Searched;
 use super::device::Device;
-use super::shown::{Shown, cut, filed, said, told};
-use crate::shell::exit::Failure;
+use super::shown::{Shown, cut, in_text};
+use crate::shell::Failure;
 
 pub struct Axis;
 
@@ -40,7 +40,7 @@ impl Device for Axis {
 fn shown(searched: &Searched) -> Shown<'_> {
     let found = &searched.found;
     let text = |head, least, shown: fn(&Design) -> String| {
-        said(head, least).of(move |point: &RatedDesign| shown(&point.design))
+        in_text(head, least).of(move |point: &RatedDesign| shown(&point.design))
     };
     let counted = |counts: Counts| json!({ "lut4": counts.lut4, "ff": counts.ff, "carry": counts.carry });
     let mut fields = vec![
@@ -49,20 +49,20 @@ fn shown(searched: &Searched) -> Shown<'_> {
         text("damping", 10, damping),
         text("velocity", 8, |design| design.get(Field::VELOCITY).to_string()),
         text("pwm", 4, |design| design.get(Field::PWM).to_string()),
-        told("set").of(|point: &RatedDesign| {
+        Column::text("set", "").in_json().of(|point: &RatedDesign| {
             let set: Map<_, _> = point.design.set().into_iter().map(|(key, value)| (key, json!(value))).collect();
             Value::from(set)
         }),
     ];
-    fields.extend(
-        found.reference.design.widths().map(|(key, _)| {
-            filed(&key.name.replace('.', "_")).of(move |point: &RatedDesign| point.design.get(key.field))
-        }),
-    );
+    fields.extend(found.reference.design.widths().map(|(key, _)| {
+        Column::text(&key.name.replace('.', "_"), "")
+            .in_files()
+            .of(move |point: &RatedDesign| point.design.get(key.field))
+    }));
     fields.extend([
         Column::integer("lut4_estimated", "LUT4").least(6).of(|point: &RatedDesign| point.merit.cost.lut4()),
-        told("counted").of(move |point| searched.price_of(point).map(counted)),
-        said("counted", 8).of(|point| searched.price_of(point).map(|counts| counts.lut4)),
+        Column::text("counted", "").in_json().of(move |point| searched.price_of(point).map(counted)),
+        in_text("counted", 8).of(|point| searched.price_of(point).map(|counts| counts.lut4)),
         Column::number("error", "error")
             .least(12)
             .of(|point: &RatedDesign| Cell::new(point.merit.error).shown(percent(point.merit.error))),
@@ -71,11 +71,13 @@ fn shown(searched: &Searched) -> Shown<'_> {
                 Cell::new(merit.stiffness).shown(format!("{:.6}{}", merit.stiffness, if *capped { "+" } else { " " }))
             },
         ),
-        filed("unit").of(|_| found.unit),
+        Column::text("unit", "").in_files().of(|_| found.unit),
         Column::flag("capped", "").data().of(|point: &RatedDesign| point.capped),
-        told("command").of(|point| searched.replay(point)),
-        filed("front").of(|point: &RatedDesign| found.front.iter().any(|&index| found.points[index] == *point)),
-        filed("replay").of(|point| searched.replay(point)),
+        Column::text("command", "").in_json().of(|point| searched.replay(point)),
+        Column::text("front", "")
+            .in_files()
+            .of(|point: &RatedDesign| found.front.iter().any(|&index| found.points[index] == *point)),
+        Column::text("replay", "").in_files().of(|point| searched.replay(point)),
     ]);
     Shown {
         fields,

@@ -6,7 +6,7 @@ use hpu_datapath::AnyBlock;
 
 use super::shown::Shown;
 use super::{Asked, Search, Searched};
-use crate::shell::exit::Failure;
+use crate::shell::Failure;
 
 /// A `Device` is everything in which the searches of devices differ for the command line. Each device implements it in
 /// a file of its own; [`device`] returns it.

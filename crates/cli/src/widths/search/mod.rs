@@ -12,24 +12,22 @@ use std::sync::Arc;
 
 use hpu_cosim::Control;
 use hpu_cosim::scene::Experiment;
-use hpu_farm::{Points, Schema, UnitResult, typed, untyped};
-use hpu_page::Value;
+use hpu_farm::UnitResult;
+use hpu_farm::{Points, Schema, typed, untyped};
 use hpu_rtl::{Cache, Counts, Setup};
 use hpu_study::Kind;
 use hpu_study::map::SceneText;
 use hpu_study::widths::search::{
     Design, Ended, Found, Knob, Plan, Progress, Ran, RatedDesign, schema, search, search_wave,
 };
-
-use crate::page::show;
-use crate::scene::{self, quoted, set_options};
-use crate::shell::exit::{Exit, Failure};
-use crate::shell::files::Folder;
-use crate::shell::terminal::print;
-use crate::work::{Find, Rows, Take, Work, on_disk};
-use crate::{journal, pictures, shell::interrupt, shell::progress};
-
 use page::page;
+
+use crate::command::CommandLine;
+use crate::journal;
+use crate::page::show;
+use crate::scene::{quoted, set_options};
+use crate::shell::{Exit, Failure, Folder, interrupt, print, progress, values};
+use crate::work::{Find, Rows, Take, Work, on_disk};
 
 /// The options of a search beside the scene.
 #[derive(clap::Args)]
@@ -53,7 +51,7 @@ pub struct Search {
     #[arg(long, requires = "search")]
     proved: bool,
     /// How much stable stiffness the smallest design may lose against the reference's
-    #[arg(long, value_name = "SHARE", requires = "search", default_value = "1%", value_parser = share)]
+    #[arg(long, value_name = "SHARE", requires = "search", default_value = "1%", value_parser = values::share_or_none)]
     lose: f64,
 }
 
@@ -64,15 +62,9 @@ struct Changes {
     said: String,
 }
 
-fn changes(text: &str) -> Result<Changes, String> {
-    let set: Result<Vec<_>, _> = text.split(';').map(|change| scene::pair(change.trim())).collect();
+fn changes(text: &str) -> Result<Changes, Failure> {
+    let set: Result<Vec<_>, _> = text.split(';').map(|change| values::pair(change.trim())).collect();
     Ok(Changes { set: set?, said: text.split(';').map(str::trim).collect::<Vec<_>>().join("; ") })
-}
-
-fn share(text: &str) -> Result<f64, String> {
-    let (number, unit) = text.trim().strip_suffix('%').map_or((text, 1.0), |number| (number, 0.01));
-    let share = number.trim().parse::<f64>().ok().map(|number| number * unit);
-    share.filter(|share| (0.0..1.0).contains(share)).ok_or_else(|| "write a share below 1, as in 1% or 0.01".into())
 }
 
 /// A scene that every design runs on, with its name.
@@ -104,13 +96,10 @@ impl Search {
 
     /// Returns the command with everything that the rows of a search depend on.
     fn command(&self, asked: &Asked) -> String {
-        let scenes: Vec<String> = asked.scenes.iter().map(|scene| quoted(scene)).collect();
-        let mut command = format!("hpu widths {}{} --search", scenes.join(" "), set_options(asked.set));
-        command.extend(self.also.iter().map(|also| format!(" --also {}", quoted(&also.said))));
-        command += if self.proved { " --proved" } else { "" };
-        command.extend(self.vary.iter().map(|knob| format!(" --vary {knob}")));
-        command += &self.against.map_or(String::new(), |bits| format!(" --against {bits}"));
-        command + &asked.within.map_or(String::new(), |within| format!(" --within {within}"))
+        let command = CommandLine::new("widths").words(asked.scenes).set(asked.set).flag("--search", true);
+        let command = command.option("--also", self.also.iter().map(|also| &also.said)).flag("--proved", self.proved);
+        let command = command.plain("--vary", &self.vary).option("--against", self.against);
+        command.option("--within", asked.within).text()
     }
 }
 
@@ -324,14 +313,6 @@ impl Work for Waves {
         self.scenes.clone()
     }
 
-    fn place(&self, _point: usize) -> Vec<Value> {
-        Vec::new()
-    }
-
-    fn count(&self) -> Option<u64> {
-        None
-    }
-
     fn is_adaptive(&self) -> bool {
         true
     }
@@ -371,11 +352,9 @@ fn write(searched: &Searched, text: &str, mut folder: Folder) -> Result<Vec<Path
     folder.write("search.txt", text)?;
     if let Some((errors, drawn)) = device(&searched.experiment).files(searched) {
         folder.write("error-by-width.csv", errors)?;
-        drawn.iter().try_for_each(|picture| pictures::put(picture, &mut folder))?;
+        drawn.iter().try_for_each(|picture| folder.draw(picture))?;
     }
-    let files = folder.places().map(PathBuf::from).collect();
-    folder.commit()?;
-    Ok(files)
+    folder.commit()
 }
 
 /// Returns the device of a scene.

@@ -10,9 +10,9 @@ use hpu_study::widths::search::RatedDesign;
 use serde_json::{Map, Value, json};
 
 use super::device::Device;
-use super::shown::{Shown, filed, said, told};
+use super::shown::{Shown, in_text};
 use super::{Asked, Search, Searched};
-use crate::shell::exit::Failure;
+use crate::shell::Failure;
 
 /// Heads and least widths of the words in the text.
 const HEADS: [(&str, usize); 7] =
@@ -53,15 +53,15 @@ fn shown(searched: &Searched) -> Shown<'_> {
     let mut fields: Vec<_> = HEADS
         .iter()
         .zip(keys.clone())
-        .map(|((head, least), key)| said(head, *least).of(move |point: &RatedDesign| point.design.get(key.field)))
+        .map(|((head, least), key)| in_text(head, *least).of(move |point: &RatedDesign| point.design.get(key.field)))
         .collect();
-    fields.extend(
-        keys.iter()
-            .copied()
-            .map(|key| filed(&key.name.replace('.', "_")).of(move |point: &RatedDesign| point.design.get(key.field))),
-    );
+    fields.extend(keys.iter().copied().map(|key| {
+        Column::text(&key.name.replace('.', "_"), "")
+            .in_files()
+            .of(move |point: &RatedDesign| point.design.get(key.field))
+    }));
     fields.extend([
-        told("widths").of(|point: &RatedDesign| {
+        Column::text("widths", "").in_json().of(|point: &RatedDesign| {
             let widths: Map<_, _> =
                 point.design.widths().map(|(key, bits)| (key.name.to_string(), json!(bits))).collect();
             Value::from(widths)
@@ -71,21 +71,23 @@ fn shown(searched: &Searched) -> Shown<'_> {
         Column::number("error", "error")
             .least(9)
             .of(|point: &RatedDesign| Cell::new(point.merit.error).shown(percent(point.merit.error))),
-        told("stable_stiffness").of(|point: &RatedDesign| point.merit.stiffness),
-        filed("stable_stiffness_n_per_m").of(|point: &RatedDesign| format!("{:.3}", point.merit.stiffness)),
-        said("N/m", 10).of(|RatedDesign { merit, capped, .. }: &RatedDesign| {
+        Column::text("stable_stiffness", "").in_json().of(|point: &RatedDesign| point.merit.stiffness),
+        Column::text("stable_stiffness_n_per_m", "")
+            .in_files()
+            .of(|point: &RatedDesign| format!("{:.3}", point.merit.stiffness)),
+        in_text("N/m", 10).of(|RatedDesign { merit, capped, .. }: &RatedDesign| {
             format!("{:.1}{}", merit.stiffness, if *capped { "+" } else { "" })
         }),
         Column::flag("capped", "").data().of(|point: &RatedDesign| point.capped),
     ]);
     let (of_tip, of_torque) = (tip_m.clone(), share.clone());
     fields.extend([
-        told("tip_error_m_proved").of(of_tip.clone()),
-        told("torque_error_proved").of(of_torque.clone()),
-        filed("tip_error_m").of(of_tip),
-        filed("torque_error").of(of_torque),
-        said("tip um", 9).of(move |point| shown_as(tip_m(point).map(|tip_m| format!("{:.3}", 1e6 * tip_m)))),
-        said("torque %", 8).of(move |point| shown_as(share(point).map(|share| format!("{:.5}", 100.0 * share)))),
+        Column::text("tip_error_m_proved", "").in_json().of(of_tip.clone()),
+        Column::text("torque_error_proved", "").in_json().of(of_torque.clone()),
+        Column::text("tip_error_m", "").in_files().of(of_tip),
+        Column::text("torque_error", "").in_files().of(of_torque),
+        in_text("tip um", 9).of(move |point| shown_as(tip_m(point).map(|tip_m| format!("{:.3}", 1e6 * tip_m)))),
+        in_text("torque %", 8).of(move |point| shown_as(share(point).map(|share| format!("{:.5}", 100.0 * share)))),
     ]);
     Shown {
         fields,

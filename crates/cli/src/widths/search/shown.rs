@@ -1,6 +1,6 @@
 //! The part of a search's page that depends on the device.
 
-use hpu_page::{Column, Field, Place};
+use hpu_page::{Column, Field};
 use hpu_study::widths::search::RatedDesign;
 use serde_json::Value;
 
@@ -20,19 +20,9 @@ pub struct Shown<'a> {
     pub data: Vec<(&'static str, Value)>,
 }
 
-/// Returns a column of a design's text alone, aligned on the right.
-pub fn said(head: &str, least: usize) -> Column {
+/// Returns a column of a design for the text alone, aligned on the right.
+pub fn in_text(head: &str, least: usize) -> Column {
     Column::number("", head).said().least(least)
-}
-
-/// Returns a column of CSV alone.
-pub(crate) fn filed(key: &str) -> Column {
-    Column::text(key, "").only(&[Place::File])
-}
-
-/// Returns a column of JSON alone.
-pub fn told(key: &str) -> Column {
-    Column::text(key, "").only(&[Place::Json])
 }
 
 /// Returns a text in one line, cut to so many characters.

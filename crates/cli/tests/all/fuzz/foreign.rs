@@ -113,7 +113,7 @@ pub fn arguments(verb: &str, case: &Case, dir: &Path) -> Vec<String> {
             let all: [&[&str]; 6] = [
                 &["run", &file, "-o", "out", "--no-plot"],
                 &["run", &file, "--json", "--set", &set],
-                &["scene", "show", &file, "--set", &set],
+                &["scenes", "show", &file, "--set", &set],
                 &["report", &file, "-o", "out/report.html"],
                 &["widths", &file, "--gappa", "-o", "out"],
                 &["vectors", "--set-kind", "scene", "--count", "20", "--scene", &file, "-o", "out"],
@@ -179,7 +179,7 @@ fn design(choices: &mut Choices, given: &Path) -> Vec<String> {
         &["run", &scene, "-o", "out", "--no-plot"],
         &["run", &scene, "--json", "--edges", "100"],
         &["cost", "--scene", &scene, "-o", "out"],
-        &["scene", "show", &scene],
+        &["scenes", "show", &scene],
         &["check", &scene, "--entity", "top", "--as", "saturator"],
         &["report", &scene, "-o", "out/report.html"],
     ];

@@ -1,19 +1,26 @@
-//! `hpu scene show`: every key of a scene with its value and the source of the value.
+//! `hpu scenes`: the shipped scenes, and every key of a scene with its value and the source of the value.
 
 use hpu_cosim::SceneFile;
-use hpu_cosim::scene::{ChangedDefault, Experiment, Resolved, ValueSource, as_scene, changed_defaults, resolved};
+use hpu_cosim::scene::{
+    ChangedDefault, Experiment, Resolved, SceneError, ValueSource, as_scene, changed_defaults, resolved, shipped,
+};
+use hpu_page::{Column, Page, Table};
 use serde_json::{Value, json};
 
+use crate::page::show;
 use crate::parameters::as_json;
-use crate::scene::{Set, quoted, set_options, source};
-use crate::shell::exit::{Exit, Failure};
-use crate::shell::terminal::{print_file, print_json, tell};
+use crate::scene::{Set, first_sentence, quoted, set_options, source};
+use crate::shell::{Exit, Failure, print_file, print_json, tell};
 
-/// Look into a scene
+/// List the shipped scenes, or print every key of a scene
 #[derive(clap::Args)]
-pub(crate) struct Args {
+#[command(args_conflicts_with_subcommands = true)]
+pub struct Args {
     #[command(subcommand)]
-    verb: Verb,
+    verb: Option<Verb>,
+    /// One JSON object
+    #[arg(long)]
+    json: bool,
 }
 
 #[derive(clap::Subcommand)]
@@ -37,8 +44,30 @@ struct ShowArgs {
     json: bool,
 }
 
-/// Runs `hpu scene`.
-pub fn run(Args { verb: Verb::Show(args) }: &Args) -> Result<Exit, Failure> {
+/// Runs `hpu scenes`.
+pub fn run(args: &Args) -> Result<Exit, Failure> {
+    match &args.verb {
+        None => list(args.json),
+        Some(Verb::Show(args)) => show_keys(args),
+    }
+}
+
+/// Lists the shipped scenes, one line each.
+fn list(as_json: bool) -> Result<Exit, Failure> {
+    let scenes: Result<Vec<_>, SceneError> = shipped().iter().map(|shipped| shipped.parse(&[])).collect();
+    let fields = [
+        Column::text("name", "").least(24).of(|scene: &Experiment| scene.name.to_string()),
+        Column::text("about", "").data().of(|scene: &Experiment| scene.about.clone()),
+        Column::text("", "").said().of(|scene: &Experiment| first_sentence(&scene.about)),
+    ];
+    let mut page = Page::default();
+    page.table(Table::of("scenes", &scenes.map_err(Failure::file)?, fields).gap(1));
+    show(&page, as_json)?;
+    Ok(Exit::Fine)
+}
+
+/// Runs `hpu scenes show`.
+fn show_keys(args: &ShowArgs) -> Result<Exit, Failure> {
     let file = source(&args.scene)?;
     let scene = file.parse(&args.set.set)?;
     let all = resolved(&scene, &file.name, &file.text, &args.set.set).map_err(Failure::file)?;
@@ -47,7 +76,7 @@ pub fn run(Args { verb: Verb::Show(args) }: &Args) -> Result<Exit, Failure> {
         let keys: Vec<_> = all.iter().map(object).collect();
         print_json(&json!({ "scene": scene.name, "keys": keys }))?;
     } else {
-        let command = format!("hpu scene show {}{}", quoted(&args.scene), set_options(&args.set.set));
+        let command = format!("hpu scenes show {}{}", quoted(&args.scene), set_options(&args.set.set));
         print_file(&format!("# {}: `{command}`\n{}", scene.name, as_scene(&all, line)))?;
     }
     Ok(Exit::Fine)
