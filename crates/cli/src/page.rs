@@ -6,6 +6,7 @@ use hpu_chart::Picture;
 use hpu_page::Page;
 use serde_json::{Value, json};
 
+use crate::shell::files::file_lines;
 use crate::shell::{Failure, Folder, print, print_json, verdict};
 
 /// A page, and the pictures of the same result.
@@ -26,11 +27,6 @@ pub fn kept(out: Option<&Path>) -> String {
     out.map_or("none is kept; with -o DIR they would be".to_string(), |dir| {
         format!("kept in {}; the same command goes on from there", dir.display())
     })
-}
-
-/// Prints files that were written, one a line.
-pub fn file_lines(files: &[PathBuf]) -> String {
-    files.iter().map(|place| format!("file       {}\n", place.display())).collect()
 }
 
 /// The files of a result by their names, and its pictures.

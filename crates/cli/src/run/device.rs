@@ -4,6 +4,7 @@ use hpu_chart::Picture;
 use hpu_cosim::scene::Units;
 use hpu_cosim::{AnySimulation, AxisSimulation, EnergyAudit, Summary, Trace, WiredSimulation};
 use hpu_page::Page;
+use hpu_page::summary::Touch;
 use hpu_signal::Signal;
 use serde_json::Value;
 
@@ -53,6 +54,18 @@ pub fn shown<'r>(simulation: &'r AnySimulation) -> &'r dyn Shown {
         AnySimulation::Ours(WiredSimulation::Phantom(simulation)) => simulation,
         AnySimulation::Ours(WiredSimulation::Gimbal(simulation)) => simulation,
         AnySimulation::Dut(simulation) => simulation,
+    }
+}
+
+/// Returns the contact of a run with the wall, as its summary tells it beside the verdict.
+pub fn contact<'r>(ran: &'r Ran) -> Touch<'r> {
+    let device = shown(ran.simulation);
+    Touch {
+        summary: &ran.summary,
+        trace: &ran.trace,
+        window_s: ran.window_s,
+        wall: device.wall().zip(device.units()),
+        axis: device.axis(),
     }
 }
 

@@ -1,7 +1,6 @@
 //! `hpu run`: runs a scene, and writes its summary and its files.
 
 mod axis;
-mod contact;
 mod device;
 mod dut;
 mod finished;
@@ -21,9 +20,7 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 use device::shown;
-use hpu_cosim::{
-    AnySimulation, Comparison, Simulation, Wired, WiredSimulation,
-};
+use hpu_cosim::{AnySimulation, Comparison, Simulation, Wired, WiredSimulation};
 use hpu_page::Page;
 use hpu_signal::Signal;
 use hpu_wave::differs;

@@ -13,8 +13,7 @@ use hpu_study::widths::idle_bits;
 use serde_json::{Value, json};
 
 use crate::notation::triple;
-use crate::run::contact;
-use crate::run::device::shown;
+use crate::run::device::{contact, shown};
 use crate::run::simulate::Ran;
 use crate::run::table;
 use crate::shell::verdict;
@@ -42,7 +41,7 @@ pub fn page(ran: &Ran) -> Page {
         None if summary.complete => ("a recording: no device, no motion to judge".to_string(), Value::Null),
         None => ("stopped before its end".to_string(), Value::Null),
     };
-    page.fact("outcome", "outcome", kind, said + &summary.verdict.map_or(String::new(), |_| contact::of(ran).beside()));
+    page.fact("outcome", "outcome", kind, said + &summary.verdict.map_or(String::new(), |_| contact(ran).beside()));
     page.data("suspect", ran.suspect.map(|suspect| suspect.name));
     if let Some(suspect) = ran.suspect {
         page.line("design", suspect.said);
@@ -84,7 +83,7 @@ pub fn page(ran: &Ran) -> Page {
 
 /// Adds how long the wall was touched, and what it gave.
 fn in_contact(page: &mut Page, ran: &Ran) {
-    let contact = contact::of(ran);
+    let contact = contact(ran);
     let displayed = contact.displayed();
     page.data("contact_share", ran.summary.contact_share);
     page.data("device_contact_share", ran.summary.device_contact_share).data("judged_window_s", json!(ran.window_s));
@@ -256,7 +255,7 @@ fn expectations(page: &mut Page, ran: &Ran) {
         let name = outcome_name(Some(kind));
         let mut part = Page::default();
         part.data("name", "outcome").data("value", name).data("met", met);
-        part.line("expected", format!("outcome {name}: {}{}", said(met), contact::of(ran).beside()));
+        part.line("expected", format!("outcome {name}: {}{}", said(met), contact(ran).beside()));
         page.section("expected", part);
     }
     for (expected, got, met) in &ran.numbers {

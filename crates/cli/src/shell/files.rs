@@ -100,6 +100,11 @@ impl Drop for Folder {
     }
 }
 
+/// Returns the lines that tell files, one a line.
+pub fn file_lines(files: &[PathBuf]) -> String {
+    files.iter().map(|place| format!("file       {}\n", place.display())).collect()
+}
+
 /// Refuses a link in the place of a file or folder that is written to where it stands: in a folder of somebody else it
 /// may lead anywhere.
 pub(crate) fn not_a_link(place: &Path) -> Result<(), Failure> {

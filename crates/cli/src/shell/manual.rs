@@ -6,9 +6,8 @@ use clap::Command;
 use clap_complete::Shell;
 use clap_mangen::Man;
 
-use crate::page::file_lines;
 use crate::shell::exit::{Exit, Failure};
-use crate::shell::files::Folder;
+use crate::shell::files::{Folder, file_lines};
 use crate::shell::terminal::{print, print_file};
 
 /// Print a shell's completions of every verb and option

@@ -19,7 +19,6 @@ use serde_json::Value;
 use crate::shell::exit::Failure;
 use crate::shell::progress;
 
-
 /// Prints a result for people, whose verdicts are coloured on a terminal.
 pub fn print(text: &str) -> Result<(), Failure> {
     let mut shown = printable(text).into_owned();

@@ -1,5 +1,5 @@
-//! A scene with every key that it takes: the value, its unit, its source and its meaning. `hpu scenes show` prints it as
-//! a scene that runs again, and `hpu new` as a scene to begin with.
+//! A scene with every key that it takes: the value, its unit, its source and its meaning. `hpu scenes show` prints it
+//! as a scene that runs again, and `hpu new` as a scene to begin with.
 
 use std::fmt::Write as _;
 
