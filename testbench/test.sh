@@ -60,7 +60,8 @@ lint() {
     # writes them, they are checked already; with any others cargo would check them once more.
     RUSTC_WORKSPACE_WRAPPER=$(rustc --print sysroot)/bin/clippy-driver \
         CLIPPY_ARGS=-D__CLIPPY_HACKERY__warnings__CLIPPY_HACKERY__ \
-        RUSTDOCFLAGS="-D warnings" cargo doc --locked --profile quick --workspace --no-deps --lib --bins --examples --quiet
+        RUSTDOCFLAGS="-D warnings" cargo doc --locked --profile quick --workspace --no-deps --lib --bins --examples \
+        --quiet
 }
 # README's first command, in the quick build. At the end its files are held against those of the release.
 first() (

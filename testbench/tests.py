@@ -43,8 +43,8 @@ def environment():
     """The environment of tests. Many build the same design of Verilator, each in a cache of its own: with ccache, the
     compiler meets a source once."""
     ccache, caches = shutil.which("ccache"), os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    found = {"OBJCACHE": ccache, "CCACHE_DIR": str(Path(caches) / "hpu" / "ccache")} if ccache else {}
-    return {**os.environ, **found}
+    found = {"OBJCACHE": ccache, "CCACHE_DIR": str(Path(caches) / "hpu" / "ccache"), "CCACHE_MAXSIZE": "500M"}
+    return {**os.environ, **(found if ccache else {})}
 
 
 def built():

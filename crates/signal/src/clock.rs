@@ -7,6 +7,14 @@ use std::fmt;
 pub struct Cycle(pub u64);
 
 /// The FPGA clock: an exact integer frequency in hertz.
+///
+/// ```
+/// use hpu_signal::{Clock, Cycle};
+/// let clock = Clock::new(50_000_000)?;
+/// assert_eq!(clock.picoseconds(Cycle(3)), 60_000);
+/// assert_eq!(clock.first_edge_at(60_001), Cycle(4));
+/// # Ok::<(), hpu_signal::ClockError>(())
+/// ```
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Clock {
     frequency_hz: u64,

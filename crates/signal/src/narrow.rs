@@ -52,6 +52,16 @@ impl Overflow {
 }
 
 /// A rule that turns an exact integer with `from_frac` fraction bits into a word of format `to`.
+///
+/// ```
+/// use hpu_signal::{Format, Narrowing, Overflow, Rounding};
+/// // From 8 fraction bits to 4, rounded to the nearest.
+/// let to = Format::new(true, 3, 4)?;
+/// let rule = Narrowing { from_frac: 8, to, rounding: Rounding::NearestEven, overflow: Overflow::Saturate };
+/// let narrowed = rule.apply(0b1_0001_1000);
+/// assert_eq!((narrowed.word, narrowed.rounded, narrowed.overflowed), (0b1_0010, true, false));
+/// # Ok::<(), hpu_signal::FormatError>(())
+/// ```
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Narrowing {
     /// Number of fraction bits of the exact value.

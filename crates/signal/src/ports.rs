@@ -5,6 +5,12 @@ use std::ops::Range;
 use crate::{Cycle, Format};
 
 /// A signal as described by the block that owns it. Waveforms, vector files, packages and port tables are made from it.
+///
+/// ```
+/// use hpu_signal::{Format, Signal};
+/// let speed = Signal::new("velocity", Format::new(true, 9, 4).unwrap(), "count/sample", "The speed.");
+/// assert_eq!(speed.shown(-24), -1.5);
+/// ```
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Signal {
     /// Name, which is the same in every language.
@@ -152,6 +158,21 @@ pub struct Real {
 
 /// An observer of a run. Traces, recordings of waveforms, rows and metrics implement it; the run calls it as it goes.
 /// An observer must not change the run.
+///
+/// ```
+/// use hpu_signal::{Cycle, Observe};
+/// /// Counts the cycles after which net 0 is not 0.
+/// struct Contact(u64);
+/// impl Observe for Contact {
+///     fn nets(&mut self, _: Cycle, words: &[i64]) {
+///         self.0 += u64::from(words[0] != 0);
+///     }
+///     fn reals(&mut self, _: Cycle, _: &[f64]) {}
+/// }
+/// let mut contact = Contact(0);
+/// contact.nets(Cycle(7), &[1]);
+/// assert_eq!(contact.0, 1);
+/// ```
 pub trait Observe {
     /// Receives the words of all nets after `cycle`. It is called at the start and at every edge that was ticked, so at
     /// every edge at which a net changed, and also at edges at which none did.
@@ -245,6 +266,16 @@ pub struct SignalUse {
 }
 
 /// Measures the use of `N` signals: their ranges, and the number of clock edges for which each had lost bits.
+///
+/// ```
+/// use hpu_signal::Meter;
+/// let mut meter = Meter::<1>::default();
+/// meter.range(&[3]);
+/// meter.range(&[-2]);
+/// meter.lost(0, false, true, 5);
+/// let seen = meter.uses()[0];
+/// assert_eq!((seen.min, seen.max, seen.overflowed), (-2, 3, 5));
+/// ```
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Meter<const N: usize> {
     uses: [SignalUse; N],

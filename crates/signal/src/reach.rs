@@ -5,6 +5,14 @@ use std::ops::{Add, BitAnd, BitOr, Mul, Neg, Not, Sub};
 use crate::{Format, Narrowing, Overflow, Rounding, Span, Word};
 
 /// The range of a number, and the greatest magnitude among all numbers from which it is computed.
+///
+/// ```
+/// use hpu_signal::{Format, Reach};
+/// let factor = Reach::of(Format::signed(18));
+/// let product = factor * factor;
+/// assert_eq!(product, Reach::new(-(1 << 17) * ((1 << 17) - 1), 1 << 34));
+/// assert!(Reach::fit_64(&[product]));
+/// ```
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Reach {
     /// The range.

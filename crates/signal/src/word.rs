@@ -19,6 +19,19 @@ impl<B: Copy + Not<Output = B> + BitAnd<Output = B> + BitOr<Output = B>> Truth f
 ///
 /// If a reading reports losses, its words carry the losses by which they were made: sums and products add up the losses
 /// of their operands, and [`narrow`](Word::narrow) adds its own.
+///
+/// ```
+/// use hpu_signal::{Format, Machine, Narrowing, Overflow, Reach, Rounding, Word};
+/// /// A spring that saturates, written once.
+/// fn spring<W: Word>(stiffness: W, depth: W) -> W {
+///     let (to, overflow) = (Format::unsigned(8), Overflow::Saturate);
+///     (stiffness * depth).narrow(&Narrowing { from_frac: 4, to, rounding: Rounding::NearestUp, overflow })
+/// }
+/// // Computed, and its range.
+/// assert_eq!(spring(Machine::<i64>::int(40), Machine::int(3)).narrowed().word, 8);
+/// let most = spring(Reach::of(Format::unsigned(12)), Reach::of(Format::unsigned(12)));
+/// assert_eq!((most.least, most.most), (0, 255));
+/// ```
 pub trait Word:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self> + Debug
 {

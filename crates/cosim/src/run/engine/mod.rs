@@ -38,6 +38,21 @@ pub use compare::{Comparison, Difference, compare};
 pub(crate) use rows::Rows;
 
 /// How a run advances.
+///
+/// ```
+/// use hpu_cosim::{Control, Driver, SceneFile, Simulation, Wired, WiredSimulation};
+/// let overrides = [("run.duration".to_string(), "1 ms".to_string())];
+/// let experiment = SceneFile::find("hybrid-wall")?.parse(&overrides)?;
+/// let simulation = WiredSimulation::new(&experiment)?;
+/// let run = |driver| {
+///     let mut trace = simulation.trace(&["position"]);
+///     simulation.run(driver, &mut trace, &mut (), &Control::new());
+///     trace
+/// };
+/// let (by_events, by_edges) = (run(Driver::Events), run(Driver::Clock));
+/// assert_eq!((by_events.rows(), by_edges.rows()), (11, 11));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Driver {
     /// From event to event.

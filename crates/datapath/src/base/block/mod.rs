@@ -36,6 +36,53 @@ pub struct Rom {
 ///
 /// The law of [`quiet`](Block::quiet) and [`skip`](Block::skip): for any `n <= quiet(input)`, `skip(n, input)` leaves
 /// the state that `n` ticks with that input leave, and no output changes.
+///
+/// ```
+/// use hpu_datapath::{AnyBlock, Block, Generic};
+/// use hpu_signal::{Format, Signal};
+///
+/// hpu_signal::ports! { /// Inputs.
+///     pub struct In { enable } }
+/// hpu_signal::ports! { /// Outputs.
+///     pub struct Out { count } }
+///
+/// /// Counts the clock cycles in which `enable` is set, modulo 16.
+/// struct Counter(i64);
+///
+/// impl Block for Counter {
+///     const NAME: &'static str = "counter";
+///     const CLOCKED: bool = true;
+///     type In<T> = In<T>;
+///     type Out<T> = Out<T>;
+///     fn inputs(&self) -> In<Signal> {
+///         In { enable: Signal::bit("enable", "Counts.") }
+///     }
+///     fn outputs(&self) -> Out<Signal> {
+///         Out { count: Signal::new("count", Format::unsigned(4), "count", "The count.") }
+///     }
+///     fn generics(&self) -> Vec<(&'static str, Generic)> {
+///         Vec::new()
+///     }
+///     fn reset(&mut self) -> Out<i64> {
+///         self.0 = 0;
+///         Out { count: 0 }
+///     }
+///     fn tick(&mut self, input: In<i64>) -> Out<i64> {
+///         self.0 = (self.0 + input.enable) % 16;
+///         Out { count: self.0 }
+///     }
+///     fn quiet(&self, input: &In<i64>) -> u64 {
+///         if input.enable == 0 { u64::MAX } else { 0 }
+///     }
+///     fn skip(&mut self, _: u64, _: &In<i64>) {}
+/// }
+///
+/// let mut counter = Counter(0);
+/// Block::reset(&mut counter);
+/// assert_eq!(Block::tick(&mut counter, In { enable: 1 }), Out { count: 1 });
+/// // As every tool takes it: without its types.
+/// assert_eq!((AnyBlock::name(&counter), AnyBlock::tick(&mut counter, &[1])), ("counter", vec![2]));
+/// ```
 pub trait Block {
     /// Name of the module, the VHDL entity, the vector folder and the waveform scope.
     const NAME: &'static str;
@@ -90,6 +137,15 @@ pub trait Block {
 }
 
 /// A block whose port bundles are slices, in port order. Every [`Block`] implements it; tools use it for any block.
+///
+/// ```
+/// use hpu_datapath::{AnyBlock, Generic, configured};
+/// let set = [("WIDTH", Generic::Integer(4))];
+/// let mut counter = configured("position_counter", &set).expect("a block").expect("a width that it takes");
+/// counter.reset();
+/// // 4 bits: -1 is 15.
+/// assert_eq!((counter.tick(&[-1]), counter.outputs()[0].format.width()), (vec![15], 4));
+/// ```
 pub trait AnyBlock {
     /// See [`Block::NAME`].
     fn name(&self) -> &'static str;
