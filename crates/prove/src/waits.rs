@@ -109,6 +109,15 @@ impl Rest {
         }
     }
 
+    /// Returns a bound of the distance of the duties along a stretch from the straight line between those at its ends.
+    pub fn bend(self, [low, high]: [f64; 2]) -> f64 {
+        match self {
+            Self::Duty(_) | Self::Spring { duty: 0.0, .. } => 0.0,
+            // An eighth of the greatest second derivative times the squared length.
+            Self::Spring { stiffness: hand, duty } => 0.25 * duty * hand * (high - low).powi(2) / (low + hand).powi(3),
+        }
+    }
+
     /// Returns the stiffness from which on the command at rest is a full one, if there is one.
     pub fn full_from(self) -> Option<f64> {
         match self {

@@ -10,6 +10,7 @@ use std::process::ExitCode;
 
 use hpu_cosim::scene::{Experiment, shipped};
 use hpu_cosim::{Control, Driver, LinearLoop, Simulation, Summary, Wired, WiredSimulation, look};
+use hpu_prove::linear::{DrivenSet, usual_range};
 use hpu_signal::{Clock, Cycle, Observe};
 use hpu_wave::{Fst, Layout, Vcd};
 
@@ -22,7 +23,7 @@ fn counted(work: &mut dyn FnMut()) {
 /// A run: its name, what it is for, and itself.
 type Case = (&'static str, &'static str, fn());
 
-const CASES: [Case; 17] = [
+const CASES: [Case; 18] = [
     ("events", "hybrid-wall whole, 10^8 edges, switching bridge, from event to event", || {
         run("hybrid-wall", &[], Driver::Events);
     }),
@@ -71,6 +72,18 @@ const CASES: [Case; 17] = [
             assert!(law.growth_per_s(1 << 15).is_finite());
         });
     }),
+    (
+        "driven",
+        "proof of the stiffnesses at which hybrid-wall settles as it is driven, over the words of its format",
+        || {
+            let Experiment::Axis(scene) = scene("hybrid-wall", &[]) else { unreachable!() };
+            let range = usual_range(&scene);
+            counted(&mut || {
+                let found = DrivenSet::new(&scene, range).expect("a linear loop");
+                assert!(found.set.stable.len() == 1 && found.set.open.is_empty());
+            });
+        },
+    ),
     ("drop", "100 ms of phantom-drop from 0.1 mm above the room's wall", || {
         run("phantom-drop", &[("room.distance", "0.1 mm"), ("run.duration", "100 ms")], Driver::Events);
     }),

@@ -22,6 +22,10 @@ const LOOKS: usize = 200;
 const MOST_STEPS: u64 = 20_000_000;
 /// Relative distance from a pole's crossing at which proofs are tried first.
 const NEAREST: f64 = 3e-10;
+/// The first stretch that a proof tries, as a change of the logarithm of the distance from the crossings, and the
+/// shortest.
+const FIRST: f64 = 2.0;
+const LEAST: f64 = 1e-3;
 
 /// The stiffnesses at which the linear loop settles as it is driven, with the duty at rest.
 #[derive(Clone, PartialEq, Debug)]
@@ -177,35 +181,36 @@ impl Search<'_> {
     fn prove(&mut self, [first, last]: [f64; 2], before: Option<[f64; 2]>, after: Option<[f64; 2]>) {
         let from = before.map_or(first, |[inside, _]| inside);
         let to = after.map_or(last, |[inside, _]| inside);
-        // Near a crossing the proof holds over stretches in proportion to the distance from it.
-        let distance = |at: f64| {
-            let least = before.map_or(f64::INFINITY, |[inside, _]| at - inside);
-            let most = after.map_or(f64::INFINITY, |[inside, _]| inside - at);
-            least.min(most).min(at)
+        // The place of a stiffness between the crossings: the logarithm of its distances. The proof holds over a part of
+        // the way to a crossing, and over all of the rest where that is short.
+        let floor = before.map_or(0.0, |[inside, _]| inside);
+        let place = |at: f64| (at - floor).ln() - after.map_or(0.0, |[inside, _]| (inside - at).ln());
+        let stiffness = |place: f64| {
+            let ratio = place.exp();
+            after.map_or(floor + ratio, |[inside, _]| inside - (inside - floor) / (1.0 + ratio))
         };
         let nearest = NEAREST * to;
         let start = if before.is_some() { from + nearest } else { from };
         let end = if after.is_some() { to - nearest } else { to };
-        let (mut at, mut share) = (start, 0.3);
+        let beyond = |at: f64, step: f64| stiffness(place(at) + step).clamp(at.next_up(), end);
+        let (mut at, mut step, mut again) = (start, FIRST, false);
         let mut proved: Option<[f64; 2]> = None;
         while at < end {
-            let near = distance(at).max(nearest);
-            let next = end.min(at + share * near);
+            let next = beyond(at, step);
             if self.settles([at, next]) {
                 proved = Some([proved.map_or(at, |[low, _]| low), next]);
-                at = next;
-                share = (1.2 * share).min(1.0);
+                (at, step, again) = (next, if again { step } else { 2.0 * step }, false);
                 continue;
             }
-            share *= 0.6;
-            if share > 1e-3 && self.left > 0 {
+            (step, again) = (0.5 * step, true);
+            if step > LEAST && self.left > 0 {
                 continue;
             }
             // What cannot be proved is left open, and the proof goes on behind it.
             self.keep(proved.take(), before, after);
-            let next = end.min(at + if self.left > 0 { 0.05 * near } else { end - at });
+            let next = if self.left > 0 { beyond(at, 0.05) } else { end };
             self.open.push([at, next]);
-            (at, share) = (next, 0.3);
+            (at, step) = (next, FIRST);
         }
         self.keep(proved, before, after);
         self.open = super::crossings::joined(std::mem::take(&mut self.open));

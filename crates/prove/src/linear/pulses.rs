@@ -22,7 +22,7 @@ use std::array::from_fn;
 use hpu_cosim::scene::{Device, LawMethod, Loop, Scene, Winding};
 use hpu_datapath::Estimator;
 
-use super::lyapunov::{Step, Steps};
+use super::lyapunov::{Motion, Square, Step, Steps};
 use crate::Error;
 use crate::interval::{Interval, Matrix};
 use crate::series::Series;
@@ -77,11 +77,11 @@ pub(super) struct Pulses {
     pub rest: Rest,
 }
 
-/// A number of clocks, and a bound of its distance from the true one.
+/// A number of clocks at both ends of a stretch, and a bound of its distance from the straight line in between.
 #[derive(Clone, Copy)]
 struct Span {
-    at: f64,
-    half: f64,
+    ends: [f64; 2],
+    bend: f64,
 }
 
 /// A stretch of duties whose events come in one order.
@@ -198,140 +198,120 @@ impl Pulses {
 
     /// Returns the growth rate of the loop's motion at a stiffness, in 1/s.
     pub fn growth_per_s(&self, stiffness: f64) -> f64 {
-        let duty = self.rest.duty(stiffness);
-        let order = self.orders([duty; 2])[0];
-        let log = match order.waiting {
-            0 => self.steps::<5>(order, stiffness).log_growth(stiffness),
-            1 => self.steps::<6>(order, stiffness).log_growth(stiffness),
-            2 => self.steps::<7>(order, stiffness).log_growth(stiffness),
-            _ => self.steps::<8>(order, stiffness).log_growth(stiffness),
-        };
-        log / self.common_s()
+        let motions = self.motions([stiffness; 2]);
+        motions[0].log_growth() / self.common_s()
     }
 
     /// Whether every motion is proved to die out at each stiffness of a stretch, with the duty that it has at rest.
-    pub fn settles(&self, [low, high]: [f64; 2]) -> bool {
-        let orders = self.orders([low, high].map(|stiffness| self.rest.duty(stiffness)));
-        let middle = 0.5 * (low + high);
-        orders.into_iter().all(|order| match order.waiting {
-            0 => self.steps::<5>(order, middle).settles([low, high]),
-            1 => self.steps::<6>(order, middle).settles([low, high]),
-            2 => self.steps::<7>(order, middle).settles([low, high]),
-            _ => self.steps::<8>(order, middle).settles([low, high]),
-        })
+    pub fn settles(&self, stretch: [f64; 2]) -> bool {
+        self.motions(stretch).iter().all(|motion| motion.settles())
     }
 
     /// Whether some motion is proved not to die out at a stiffness, with the duty that it has at rest.
     pub fn persists(&self, stiffness: f64) -> bool {
-        let orders = self.orders([self.rest.duty(stiffness); 2]);
-        orders.into_iter().all(|order| match order.waiting {
-            0 => self.steps::<5>(order, stiffness).persists(stiffness),
-            1 => self.steps::<6>(order, stiffness).persists(stiffness),
-            2 => self.steps::<7>(order, stiffness).persists(stiffness),
-            _ => self.steps::<8>(order, stiffness).persists(stiffness),
-        })
+        self.motions([stiffness; 2]).iter().all(|motion| motion.persists())
+    }
+
+    /// Returns the motions over a stretch of stiffnesses: one of each order of events.
+    fn motions(&self, stretch: [f64; 2]) -> Vec<Box<dyn Motion>> {
+        let motion = |order: Order| -> Box<dyn Motion> {
+            match order.waiting {
+                0 => Box::new(self.steps::<5>(order, stretch)),
+                1 => Box::new(self.steps::<6>(order, stretch)),
+                2 => Box::new(self.steps::<7>(order, stretch)),
+                _ => Box::new(self.steps::<8>(order, stretch)),
+            }
+        };
+        let duties = stretch.map(|stiffness| self.rest.duty(stiffness));
+        self.orders(duties, self.rest.bend(stretch)).into_iter().map(motion).collect()
     }
 
     /// Whether no more commands wait for the end of their pulse than is worked out.
     pub fn waits_short(&self) -> bool {
-        self.orders([1.0; 2]).iter().all(|order| order.waiting <= MOST_WAITING)
+        self.orders([1.0; 2], 0.0).iter().all(|order| order.waiting <= MOST_WAITING)
     }
 
-    /// Returns the orders of events that the duties between two ones have.
-    fn orders(&self, duties: [f64; 2]) -> Vec<Order> {
+    /// Returns the orders of events that the duties along a stretch have. The duties depart from the straight line
+    /// between the two ends by no more than `bend`.
+    fn orders(&self, duties: [f64; 2], bend: f64) -> Vec<Order> {
         let [low, high] = duties.map(|duty| self.drive.pulse(duty));
-        let (period, grid) = (self.period as f64, self.grid as f64);
+        let (period, grid, latency) = (self.period as f64, self.grid as f64, self.latency as f64);
         // Rounding of duties and clocks.
-        let spare = 1e-15 * (4.0 * period + self.latency as f64);
-        let span = |from: f64, to: f64, most: f64| {
-            let (from, to) = (from.clamp(0.0, most), to.clamp(0.0, most));
-            Span { at: 0.5 * (from + to), half: 0.5 * (to - from) + spare }
+        let spare = 1e-15 * (4.0 * period + latency);
+        let line = |ends: [f64; 2]| Span { ends, bend: bend * period + spare };
+        // A part of the stretch: any clock within the limits.
+        let part = |ends: [f64; 2], most: f64| {
+            let [from, to] = ends.map(|end| end.clamp(0.0, most));
+            Span { ends: [0.5 * (from + to); 2], bend: 0.5 * (to - from).abs() + spare }
         };
-        let latency = self.latency as f64;
+        let whole = |clocks: u64| Span { ends: [clocks as f64; 2], bend: 0.0 };
         if self.latched {
-            let phase = Span { at: (self.settling % self.grid) as f64, half: 0.0 };
-            let (from, to) = (latency + low, latency + high);
-            let each = (from / period) as usize..=(to / period) as usize;
+            let phase = whole(self.settling % self.grid);
+            let ends = [latency + low, latency + high];
+            let [first, last] = ends.map(|end| (end / period) as usize);
             let order = |waiting: usize| {
-                let before = waiting as f64 * period;
-                Order { waiting, act: span(from - before, to - before, period), phase }
+                let since = ends.map(|end| end - waiting as f64 * period);
+                Order { waiting, act: if first == last { line(since) } else { part(since, period) }, phase }
             };
-            return each.map(order).collect();
+            return (first..=last).map(order).collect();
         }
-        let waiting = (self.latency / self.period) as usize;
-        let act = Span { at: (self.latency % self.period) as f64, half: 0.0 };
-        let (from, to) = (self.settling as f64 - high, self.settling as f64 - low);
-        let (first, last) = ((from / grid).floor(), (to / grid).floor());
-        if last - first > 1.0 {
-            return vec![Order { waiting, act, phase: span(0.0, grid, grid) }];
+        let (waiting, act) = ((self.latency / self.period) as usize, whole(self.latency % self.period));
+        let ends = [self.settling as f64 - low, self.settling as f64 - high];
+        let [last, first] = ends.map(|end| (end / grid).floor());
+        let order = |turn: f64, all: bool| {
+            let since = ends.map(|end| end - turn * grid);
+            Order { waiting, act, phase: if all { line(since) } else { part(since, grid) } }
+        };
+        match (last - first) as u64 {
+            0 => vec![order(first, true)],
+            1 => vec![order(first, false), order(last, false)],
+            _ => vec![Order { waiting, act, phase: part([0.0, grid], grid) }],
         }
-        let order = |turn: f64| Order { waiting, act, phase: span(from - turn * grid, to - turn * grid, grid) };
-        if first == last { vec![order(first)] } else { vec![order(first), order(last)] }
     }
 
-    /// Returns the steps of a common period with an order of events, with weights for stiffnesses near one.
-    fn steps<const N: usize>(&self, order: Order, stiffness: f64) -> Steps<N> {
+    /// Returns the steps of a common period with an order of events over a stretch of stiffnesses.
+    fn steps<const N: usize>(&self, order: Order, stretch: [f64; 2]) -> Steps<N> {
         let Order { waiting, act, phase } = order;
-        let late = phase.at.fract();
-        let tail = (late > 0.0).then(|| flow(&self.rates, Interval::exact(late).over(self.hertz)));
-        let whole = phase.at as u64;
-        let kick = self.kick.size();
-        // The answer to the command at the middle of the stretch of duties, and those at its ends. In between, an
-        // answer keeps between them, but for a share of its second derivative.
-        let response = |at: f64| Response::new(self, at.clamp(0.0, self.period as f64), tail.as_ref());
-        let own = response(act.at);
-        let ends = (act.half > 1e-6).then(|| [act.at - act.half, act.at + act.half].map(response));
-        let half_s = act.half / self.hertz;
-        let size = |row: &[Interval; PLANT]| row.iter().map(|rate| rate.size() * rate.size()).sum::<f64>().sqrt();
-        let by_kick = self.growth * kick * (1.0 + 1e-9);
-        let error = |of: usize, own: Interval, at: &dyn Fn(&Response) -> Interval| match &ends {
-            None => size(&self.rates[of]) * by_kick * half_s,
-            Some(ends) => {
-                let apart = ends.iter().map(|end| at(end).minus(own).size()).fold(0.0, f64::max);
-                apart + size(&row(&self.rates[of], &self.rates)) * by_kick * half_s * half_s / 8.0
-            }
-        };
-
-        let mut plain = Step { a: [[0.0; N]; N], g: [0.0; N], a_error: [[0.0; N]; N], g_error: [0.0; N] };
+        let acts = Acts::new(self, act, phase);
+        let mut plain = Step { a: [[[0.0; N]; N]; 2], g: [[0.0; N]; 2], a_error: [[0.0; N]; N], g_error: [0.0; N] };
         let period = self.flow(self.period);
         // The column of the command that acts in this step: one that has waited, or the one just read.
         let acting = waiting.checked_sub(1).map(|oldest| NEWEST + oldest);
-        let put =
-            |step: &mut Step<N>, at: usize, columns: &[Interval; PLANT], pushed: Interval, [by_x, by_c]: [f64; 2]| {
-                for (column, cell) in columns.iter().enumerate() {
-                    (step.a[at][column], step.a_error[at][column]) = known(*cell, by_x);
+        let put = |step: &mut Step<N>, at: usize, row: [[Interval; PLANT]; 2], by_x: f64, pushed: Pushed| {
+            for column in 0..PLANT {
+                let (ends, error) = known([row[0][column], row[1][column]], by_x);
+                set(&mut step.a, at, column, ends);
+                step.a_error[at][column] = error;
+            }
+            let (ends, error) = known(pushed.ends, pushed.error);
+            match acting {
+                None => {
+                    (step.g[0][at], step.g[1][at]) = (ends[0], ends[1]);
+                    step.g_error[at] = error;
                 }
-                let (value, error) = known(pushed, by_c);
-                match acting {
-                    None => (step.g[at], step.g_error[at]) = (value, error),
-                    Some(column) => (step.a[at][column], step.a_error[at][column]) = (value, error),
+                Some(column) => {
+                    set(&mut step.a, at, column, ends);
+                    step.a_error[at][column] = error;
                 }
-            };
-        for (state, columns) in period.iter().enumerate().take(PLANT) {
-            let pushed = own.state(self, state);
-            let error = error(state, pushed, &|end| end.state(self, state));
-            put(&mut plain, state, columns, pushed, [0.0, error]);
+            }
+        };
+        for (state, row) in period.iter().enumerate() {
+            put(&mut plain, state, [*row; 2], 0.0, acts.state(state));
         }
-        plain.a[SAMPLED][SAMPLED] = 1.0;
-        plain.a[VELOCITY][VELOCITY] = 1.0;
+        set(&mut plain.a, SAMPLED, SAMPLED, [1.0; 2]);
+        set(&mut plain.a, VELOCITY, VELOCITY, [1.0; 2]);
         if waiting > 0 {
-            plain.g[NEWEST] = 1.0;
+            (plain.g[0][NEWEST], plain.g[1][NEWEST]) = (1.0, 1.0);
             for older in 1..waiting {
-                plain.a[NEWEST + older][NEWEST + older - 1] = 1.0;
+                set(&mut plain.a, NEWEST + older, NEWEST + older - 1, [1.0; 2]);
             }
         }
 
-        // A sample's row, what it has seen of the command, and the error of that.
-        let by_x = self.speed() * phase.half;
+        // What a sample errs by where its clock departs from the straight line.
+        let by_x = acts.by_phase;
         let sample = |index: usize| {
-            let clock = index as u64 * self.sample % self.period + whole;
-            let row = match &tail {
-                None if whole == 0 => self.seen[index],
-                None => self.angle(clock),
-                Some(tail) => row(&self.angle(clock), tail),
-            };
-            let pushed = own.angle(self, clock);
-            (row, pushed, error(2, pushed, &|end| end.angle(self, clock)) + by_x * kick)
+            let clock = index as u64 * self.sample % self.period;
+            (acts.row(index, clock), acts.angle(clock))
         };
         let step_of = |index: usize| index as u64 * self.sample / self.period;
         let (mut kinds, mut runs) = (vec![plain.clone()], Vec::new());
@@ -346,19 +326,19 @@ impl Pulses {
                 index += 1;
             }
             let mut step = plain.clone();
-            let (last, pushed, error) = sample(index);
-            put(&mut step, SAMPLED, &last, pushed, [by_x, error]);
-            step.a[SAMPLED][SAMPLED] = 0.0;
+            let (last, pushed) = sample(index);
+            put(&mut step, SAMPLED, last, by_x, pushed);
+            set(&mut step.a, SAMPLED, SAMPLED, [0.0; 2]);
             // The velocity is the change since the sample before, in this step or an earlier one.
             if index > first {
-                let (before, earlier, other) = sample(index - 1);
-                let change = from_fn(|state| last[state].minus(before[state]));
-                put(&mut step, VELOCITY, &change, pushed.minus(earlier), [2.0 * by_x, error + other]);
+                let (before, earlier) = sample(index - 1);
+                let change = from_fn(|end| from_fn(|state| last[end][state].minus(before[end][state])));
+                put(&mut step, VELOCITY, change, 2.0 * by_x, pushed.minus(earlier));
             } else {
-                put(&mut step, VELOCITY, &last, pushed, [by_x, error]);
-                step.a[VELOCITY][SAMPLED] = -1.0;
+                put(&mut step, VELOCITY, last, by_x, pushed);
+                set(&mut step.a, VELOCITY, SAMPLED, [-1.0; 2]);
             }
-            step.a[VELOCITY][VELOCITY] = 0.0;
+            set(&mut step.a, VELOCITY, VELOCITY, [0.0; 2]);
             runs.push((kinds.len(), 1));
             kinds.push(step);
             (next, index) = (at + 1, index + 1);
@@ -368,26 +348,107 @@ impl Pulses {
             runs.push((0, (periods - next) as u32));
         }
 
-        let own = self.scale / (stiffness + self.scale);
+        let own = self.scale / (0.5 * (stretch[0] + stretch[1]) + self.scale);
         let mut weights = [1.0; N];
         (weights[0], weights[1]) = (0.1 * own, 0.1 * own);
         weights[NEWEST..].fill(1e-2 * own * own);
-        let mut damper = [0.0; N];
-        damper[VELOCITY] = self.damper / self.scale;
-        let spring = (if self.is_sampled { SAMPLED } else { 2 }, 1.0 / self.scale);
-        Steps { kinds, order: runs, spring, damper, weights }
-    }
-
-    /// Returns the greatest change of the angle in a clock, from states of size 1.
-    fn speed(&self) -> f64 {
-        let square: f64 = self.rates[2].iter().map(|rate| rate.size() * rate.size()).sum();
-        square.sqrt() * self.growth / self.hertz * (1.0 + 1e-9)
+        let spring = if self.is_sampled { SAMPLED } else { 2 };
+        let answers = stretch.map(|stiffness| {
+            let mut answer = [0.0; N];
+            answer[VELOCITY] = self.damper / self.scale;
+            answer[spring] = stiffness / self.scale;
+            answer
+        });
+        Steps { kinds, order: runs, answers, weights }
     }
 
     /// Returns the flow over whole clocks.
     fn flow(&self, clocks: u64) -> Flow {
         let (high, low) = (&self.coarse[(clocks >> self.bits) as usize], clocks & ((1 << self.bits) - 1));
         from_fn(|state| row(&high[state], &self.fine[low as usize]))
+    }
+}
+
+/// What the plant's states and the samples see of a command of one unit, over a stretch.
+struct Acts<'a> {
+    pulses: &'a Pulses,
+    /// The softest stiffness and the stiffest one; one alone if both have the same clocks.
+    ends: Vec<Act>,
+    /// By how much the current, the speed and the angle depart from the straight line between both ends.
+    errors: [f64; PLANT],
+    /// By how much a sample's row departs from the straight line, for states of size 1.
+    by_phase: f64,
+}
+
+/// A command's effect at one stiffness.
+struct Act {
+    response: Response,
+    /// The whole clocks by which samples are late, and the flow over the part of a clock by which they are later still.
+    whole: u64,
+    tail: Option<Flow>,
+}
+
+/// A command's effect at both ends of a stretch, and a bound of its distance from the straight line in between.
+#[derive(Clone, Copy)]
+struct Pushed {
+    ends: [Interval; 2],
+    error: f64,
+}
+
+impl Pushed {
+    fn minus(self, other: Self) -> Self {
+        let ends = from_fn(|end| self.ends[end].minus(other.ends[end]));
+        Self { ends, error: self.error + other.error }
+    }
+}
+
+impl<'a> Acts<'a> {
+    fn new(pulses: &'a Pulses, act: Span, phase: Span) -> Self {
+        let end = |end: usize| {
+            let late = phase.ends[end].fract();
+            let tail = (late > 0.0).then(|| flow(&pulses.rates, Interval::exact(late).over(pulses.hertz)));
+            let at = act.ends[end].clamp(0.0, pulses.period as f64);
+            Act { response: Response::new(pulses, at, tail.as_ref()), whole: phase.ends[end] as u64, tail }
+        };
+        let is_point = act.ends[0] == act.ends[1] && phase.ends[0] == phase.ends[1];
+        let ends = (0..if is_point { 1 } else { 2 }).map(end).collect();
+        // A function departs from the straight line by at most an eighth of its second derivative times the squared
+        // distance of the ends, and where its argument departs from a straight line by its first one times that.
+        let size = |row: &[Interval; PLANT]| row.iter().map(|rate| rate.size() * rate.size()).sum::<f64>().sqrt();
+        let error = |of: usize, span: Span| {
+            let [apart_s, bend_s] = [span.ends[1] - span.ends[0], span.bend].map(|clocks| clocks / pulses.hertz);
+            let rates = &pulses.rates[of];
+            let bent = size(&row(rates, &pulses.rates)) * apart_s * apart_s / 8.0 + size(rates) * bend_s;
+            pulses.growth * bent * (1.0 + 1e-9)
+        };
+        let errors = from_fn(|of| pulses.kick.size() * error(of, act));
+        Self { pulses, ends, errors, by_phase: error(2, phase) }
+    }
+
+    /// Returns something of both ends.
+    fn both<T: Copy>(&self, of: impl Fn(&Act) -> T) -> [T; 2] {
+        let soft = of(&self.ends[0]);
+        [soft, self.ends.get(1).map_or(soft, of)]
+    }
+
+    /// Returns a state at the end of the period.
+    fn state(&self, state: usize) -> Pushed {
+        Pushed { ends: self.both(|end| end.response.state(self.pulses, state)), error: self.errors[state] }
+    }
+
+    /// Returns the angle that a sample sees whose clock without the phase is this one.
+    fn angle(&self, clock: u64) -> Pushed {
+        let ends = self.both(|end| end.response.angle(self.pulses, clock + end.whole));
+        Pushed { ends, error: self.errors[2] + self.by_phase * self.pulses.kick.size() }
+    }
+
+    /// Returns the rows of a sample whose clock without the phase is this one.
+    fn row(&self, index: usize, clock: u64) -> [[Interval; PLANT]; 2] {
+        self.both(|Act { whole, tail, .. }| match tail {
+            None if *whole == 0 => self.pulses.seen[index],
+            None => self.pulses.angle(clock + whole),
+            Some(tail) => row(&self.pulses.angle(clock + whole), tail),
+        })
     }
 }
 
@@ -477,7 +538,70 @@ fn row(row: &[Interval; PLANT], flow: &Flow) -> [Interval; PLANT] {
     from_fn(|of| (0..PLANT).fold(Interval::ZERO, |sum, k| sum.plus(row[k].times(flow[k][of]))))
 }
 
-/// Returns a number of an interval, and a bound of its error with another error added.
-fn known(cell: Interval, error: f64) -> (f64, f64) {
-    (cell.middle(), (cell.width() + error).next_up())
+/// Returns a number of each of two intervals, and a bound of their errors with another error added.
+fn known(cells: [Interval; 2], error: f64) -> ([f64; 2], f64) {
+    let width = cells[0].width().max(cells[1].width());
+    (cells.map(Interval::middle), (width + error).next_up())
+}
+
+fn set<const N: usize>(ends: &mut [Square<N>; 2], row: usize, column: usize, values: [f64; 2]) {
+    for (matrix, value) in ends.iter_mut().zip(values) {
+        matrix[row][column] = value;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use hpu_cosim::scene::{Scene, shipped};
+
+    use super::{NEWEST, Pulses, Steps};
+
+    /// Whether the steps at a stiffness of a stretch are the straight line between those of its ends, within the bounds
+    /// of their errors; and the greatest share of a bound that is used.
+    fn used<const N: usize>(over: &Steps<N>, at: &Steps<N>, share: f64) -> f64 {
+        assert_eq!(over.order, at.order);
+        let line = |[low, high]: [f64; 2]| low + share * (high - low);
+        let pairs = over.kinds.iter().zip(&at.kinds);
+        let cells = pairs.flat_map(|(over, at)| {
+            let of_g = (0..N).map(|row| ([over.g[0][row], over.g[1][row]], at.g[0][row], over.g_error[row]));
+            let of_a = (0..N * N).map(|cell| {
+                let (row, column) = (cell / N, cell % N);
+                let ends = [over.a[0][row][column], over.a[1][row][column]];
+                (ends, at.a[0][row][column], over.a_error[row][column])
+            });
+            of_g.chain(of_a).collect::<Vec<_>>()
+        });
+        let away = cells.map(|(ends, at, error)| ((at - line(ends)).abs() - 1e-15) / error);
+        away.filter(|share| !share.is_nan()).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn steps_of_a_stretch_hold_those_of_each_of_its_stiffnesses() {
+        for (name, keys, stretches) in [
+            ("hybrid-wall", &[][..], [[0.1, 0.4], [2.0, 2.9]]),
+            ("hybrid-wall", &[("method.pwm.duty", "immediate")], [[0.1, 0.11], [2.0, 2.0003]]),
+            ("hybrid-wall", &[("method.pwm.mode", "locked_antiphase")], [[0.1, 0.4], [2.0, 2.9]]),
+            ("conventional-wall-1khz", &[], [[0.1, 0.4], [0.6, 0.76]]),
+            ("slow-pwm", &[], [[0.01, 0.05], [0.9, 1.04]]),
+        ] {
+            let shipped = shipped().iter().find(|scene| scene.name == name).expect("it is shipped");
+            let set: Vec<_> = keys.iter().map(|(key, value)| ((*key).into(), (*value).into())).collect();
+            let scene = Scene::parse(name, shipped.text, &set, &mut |_| unreachable!()).expect("a scene");
+            let pulses = Pulses::new(&scene).expect("a modulator");
+            for [low, high] in stretches {
+                let steps = |stretch: [f64; 2]| {
+                    let orders =
+                        pulses.orders(stretch.map(|stiffness| pulses.rest.duty(stiffness)), pulses.rest.bend(stretch));
+                    assert!(orders.len() == 1 && orders[0].waiting == 0, "{name} from {low} to {high}");
+                    pulses.steps::<NEWEST>(orders[0], stretch)
+                };
+                let over = steps([low, high]);
+                let most = (0..=20)
+                    .map(|twentieth| f64::from(twentieth) / 20.0)
+                    .map(|share| used(&over, &steps([low + share * (high - low); 2]), share));
+                let most = most.fold(0.0, f64::max);
+                assert!((0.05..=1.0).contains(&most), "{name} {keys:?} from {low} to {high}: {most} of the bounds");
+            }
+        }
+    }
 }
