@@ -72,7 +72,7 @@ impl Given {
     }
 
     /// Returns whether the entity has that generic.
-    pub(crate) fn has(&self, generic: &str) -> bool {
+    fn has(&self, generic: &str) -> bool {
         self.values.iter().any(|(name, _)| *name == self.named(generic))
     }
 

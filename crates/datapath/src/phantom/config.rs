@@ -189,39 +189,34 @@ impl Formats {
     /// Reads the formats that the block has as generics; the others are those of the default configuration.
     pub(crate) fn given(given: &Given) -> Result<Self, ConfigError> {
         let default = Self::default();
-        let parts = |signed: bool, stem: &str, default: Format| {
-            if given.has(&format!("{stem}_INT")) { given.parts(signed, stem) } else { Ok(default) }
-        };
         Ok(Self {
-            trig: parts(true, "TRIG", default.trig)?,
-            length_frac: if given.has("LENGTH_FRAC") { given.natural("LENGTH_FRAC")? } else { default.length_frac },
-            position: parts(true, "POSITION", default.position)?,
-            stiffness: parts(false, "STIFFNESS", default.stiffness)?,
-            force: parts(true, "FORCE", default.force)?,
-            torque: parts(true, "TORQUE", default.torque)?,
+            trig: given.field(&["TRIG_INT", "TRIG_FRAC"], default.trig)?,
+            length_frac: given.field(&["LENGTH_FRAC"], default.length_frac)?,
+            position: given.field(&["POSITION_INT", "POSITION_FRAC"], default.position)?,
+            stiffness: given.field(&["STIFFNESS_INT", "STIFFNESS_FRAC"], default.stiffness)?,
+            force: given.field(&["FORCE_INT", "FORCE_FRAC"], default.force)?,
+            torque: given.field(&["TORQUE_INT", "TORQUE_FRAC"], default.torque)?,
         })
     }
 }
 
 impl Config {
-    /// Reads the generics of the encoders and of the tables; the others are those of the default.
-    pub(crate) fn of_encoders(given: &Given) -> Result<Self, ConfigError> {
-        let turn = |joint: usize| {
-            let [num, den] = given.naturals([&*format!("TURN_NUM_{joint}"), &*format!("TURN_DEN_{joint}")])?;
-            Ok(Turn { num, den })
+    /// Reads the generics that the block has; the others are those of the default.
+    pub(crate) fn given(given: &Given) -> Result<Self, ConfigError> {
+        let default = Self::default();
+        let turn = |names: &[&'static str; 2], Turn { num, den }: Turn| {
+            given.field(names, [num, den]).map(|[num, den]| Turn { num, den })
         };
+        let [turn_1, turn_2, turn_3] = default.turns;
         Ok(Self {
-            position_width: given.natural("POSITION_WIDTH")?,
-            depth_width: given.natural("DEPTH_WIDTH")?,
-            turns: [turn(1)?, turn(2)?, turn(3)?],
-            ..Self::default()
-        })
-    }
-
-    /// Returns the same with the generics of the path from the sines to the commands.
-    pub(crate) fn given(self, given: &Given) -> Result<Self, ConfigError> {
-        Ok(Self {
+            position_width: given.field(&["POSITION_WIDTH"], default.position_width)?,
             period_width: given.natural("PERIOD_WIDTH")?,
+            depth_width: given.field(&["DEPTH_WIDTH"], default.depth_width)?,
+            turns: [
+                turn(&["TURN_NUM_1", "TURN_DEN_1"], turn_1)?,
+                turn(&["TURN_NUM_2", "TURN_DEN_2"], turn_2)?,
+                turn(&["TURN_NUM_3", "TURN_DEN_3"], turn_3)?,
+            ],
             formats: Formats::given(given)?,
             lengths: given.naturals(["LENGTH_1", "LENGTH_2"])?,
             force_limit: given.natural("FORCE_LIMIT")?,
@@ -229,7 +224,6 @@ impl Config {
             gain_frac: given.natural("GAIN_FRAC")?,
             command_width: given.natural("COMMAND_WIDTH")?,
             delay: given.natural("DELAY")?,
-            ..self
         })
     }
 }

@@ -197,7 +197,7 @@ crate::circuit::part::registers!(PhantomEngine, self => *self.latest());
 
 impl Configured for PhantomEngine {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        Self::new(Config::default().given(given)?)
+        Self::new(Config::given(given)?)
     }
 }
 

@@ -197,7 +197,7 @@ impl<const SHARED: bool> LoopCircuit<59> for PhantomCircuit<SHARED> {
 
 impl<const SHARED: bool> Configured for PhantomWiring<SHARED> {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {
-        Self::new(Config::of_encoders(given)?.given(given)?)
+        Self::new(Config::given(given)?)
     }
 }
 

@@ -1,4 +1,10 @@
 //! A block's arithmetic and its clock edge over any [`Word`]: written once, used by machines and by solvers.
+//!
+//! Clocked blocks write `reset`, `tick`, `quiet` and `skip` by hand beside [`Step::step`], and tests hold both to each
+//! other. A wrapper that derives them from `step` was measured and left out. A clock edge of `zero_order_hold`,
+//! `velocity_register` and `biquad` that samples every fifth edge takes 11, 16 and 56 instructions by hand, and 498,
+//! 626 and 950 by `step`: it returns its registers as a list made anew at each edge, and shows the outputs before the
+//! edge, so that those after it take a second call.
 
 use hpu_signal::{Equations, Format, Machine, Ports, Reach, Reading, Signal, Term, Word};
 
