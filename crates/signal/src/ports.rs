@@ -157,7 +157,7 @@ pub struct Real {
 }
 
 /// An observer of a run. Traces, recordings of waveforms, rows and metrics implement it; the run calls it as it goes.
-/// An observer must not change the run.
+/// An observer must not change the run. Observers compose as pairs.
 ///
 /// ```
 /// use hpu_signal::{Cycle, Observe};
@@ -250,6 +250,69 @@ impl Observe for () {
     fn nets(&mut self, _: Cycle, _: &[i64]) {}
     #[inline]
     fn reals(&mut self, _: Cycle, _: &[f64]) {}
+}
+
+/// Implements [`Observe`] by passing everything on to each of several observers, which may be missing.
+macro_rules! passes_on {
+    ($self:ident: $([$observer:expr, $to:expr]),+) => {
+        fn watches(&$self) -> bool {
+            $($observer.is_some_and(|observer| observer.watches()))||+
+        }
+        fn measures(&$self) -> bool {
+            $($observer.is_some_and(|observer| observer.measures()))||+
+        }
+        fn reads(&$self, columns: Range<usize>) -> bool {
+            $($observer.is_some_and(|observer| observer.measures() && observer.reads(columns.clone())))||+
+        }
+        #[inline]
+        fn follows(&$self, nets: Range<usize>) -> bool {
+            $($observer.is_some_and(|observer| observer.follows(nets.clone())))||+
+        }
+        fn relates(&$self) -> bool {
+            $($observer.is_some_and(|observer| observer.relates()))||+
+        }
+        fn watches_overflows(&$self) -> bool {
+            $($observer.is_some_and(|observer| observer.watches_overflows()))||+
+        }
+        #[inline]
+        fn nets(&mut $self, cycle: Cycle, words: &[i64]) {
+            $(if let Some(observer) = $to { observer.nets(cycle, words) })+
+        }
+        #[inline]
+        fn reals(&mut $self, cycle: Cycle, values: &[f64]) {
+            $(if let Some(observer) = $to { observer.reals(cycle, values) })+
+        }
+        fn row(&mut $self, cycle: Cycle, judged: &[f64], shown: &[f64]) {
+            $(if let Some(observer) = $to { observer.row(cycle, judged, shown) })+
+        }
+        #[inline]
+        fn block(&mut $self, first: Cycle, stride: u64, width: usize, values: &[f64]) {
+            $(if let Some(observer) = $to { observer.block(first, stride, width, values) })+
+        }
+        #[inline]
+        fn still(&mut $self, first: Cycle, stride: u64, count: u64, values: &[f64]) {
+            $(if let Some(observer) = $to { observer.still(first, stride, count, values) })+
+        }
+        #[inline]
+        fn overflows(&mut $self, cycle: Cycle, nets: u64) {
+            $(if let Some(observer) = $to { observer.overflows(cycle, nets) })+
+        }
+    };
+}
+
+/// An observer that belongs to another part of the program.
+impl<O: Observe + ?Sized> Observe for &mut O {
+    passes_on!(self: [Some(&**self), Some(&mut **self)]);
+}
+
+/// An observer that may be missing.
+impl<O: Observe> Observe for Option<O> {
+    passes_on!(self: [self.as_ref(), self.as_mut()]);
+}
+
+/// Two observers of the same run: each event is passed on to the first, then to the second.
+impl<A: Observe, B: Observe> Observe for (A, B) {
+    passes_on!(self: [Some(&self.0), Some(&mut self.0)], [Some(&self.1), Some(&mut self.1)]);
 }
 
 /// The use that a run made of one signal: its range, and for how long it had lost bits.

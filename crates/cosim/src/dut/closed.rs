@@ -16,7 +16,7 @@ use crate::result::stopwatch::Stopwatch;
 use crate::result::summary::{NetUse, Summary};
 use crate::result::trace::Trace;
 use crate::run::engine::{Control, Rows};
-use crate::run::simulation::{Recorder, Simulation, judged};
+use crate::run::simulation::{Judged, Simulation, judged};
 use crate::world::axis_world::AxisWorld;
 use hpu_scene::Schedule;
 
@@ -69,12 +69,12 @@ impl DutSimulation<'_> {
         let from = self.window_start();
         let watched = ranges || observer.watches() || trace.follows(0..self.wires.nets.len());
         let contact = Contact::of(self.wires.wires.len(), from);
-        let recorder = Recorder { trace, contact, observer: Some(observer), reals: self.reals().len() };
-        let measured = recorder.measures();
-        let mut watch = Watch { rows: Rows::new(stride).averaged(from, measured), recorder };
+        let observer: (_, &mut dyn Observe) = (Judged::new(self, trace, contact), observer);
+        let measured = observer.measures();
+        let mut watch = Watch { rows: Rows::new(stride).averaged(from, measured), observer };
         let mut closed = self.begin(watched)?;
         if measured {
-            closed.world.measure(stride, &watch.recorder);
+            closed.world.measure(stride, &watch.observer);
         }
         closed.tell(0, &mut watch);
         let complete = match closed.run(end, &mut watch, control) {
@@ -84,8 +84,8 @@ impl DutSimulation<'_> {
         };
         let (edge, world) = (closed.edge, closed.world.world());
         watch.log(world, edge);
-        let Watch { rows, recorder } = watch;
-        let contact = recorder.contact.edges(edge) as f64;
+        let Watch { rows, observer: (judging, _) } = watch;
+        let contact = judging.contact(edge);
         let window = if complete { rows.judged(world, edge, self.clock().period_s()) } else { None };
         // What a design makes of a count that wraps is its own matter, so the run's position is not lost: the port is.
         let of_world = Summary { unheld: None, ..closed.world.summary() };
@@ -110,7 +110,7 @@ impl DutSimulation<'_> {
             ..of_world
         };
         let over = closed.world.over();
-        let summary = judged(self, recorder.trace, summary, contact, over);
+        let summary = judged(self, judging.trace, summary, contact, over);
         // Nothing touches a wall that is not there.
         Ok(Summary { contact_share: summary.contact_share.filter(|_| self.scene.wall_rad.is_some()), ..summary })
     }
@@ -163,13 +163,13 @@ fn take_inputs(wires: &Wires, inputs: &[i64], words: &mut [Option<i64>], bits: &
 /// order of edges.
 struct Watch<'a> {
     rows: Rows,
-    recorder: Recorder<'a>,
+    observer: (Judged<'a>, &'a mut dyn Observe),
 }
 
 impl Watch<'_> {
     /// Shows the rows up to an edge that the world has not left yet.
     fn log(&mut self, world: &AxisWorld, edge: u64) {
-        self.rows.log(world, edge, &mut self.recorder);
+        self.rows.log(world, edge, &mut self.observer);
     }
 }
 
@@ -266,7 +266,7 @@ impl Closed<'_> {
                 (usage.min, usage.max) = (usage.min.min(word), usage.max.max(word));
             }
         }
-        watch.recorder.nets(Cycle(edge), &self.shown);
+        watch.observer.nets(Cycle(edge), &self.shown);
     }
 
     /// Drives the device with the words of the outputs from the present edge on.

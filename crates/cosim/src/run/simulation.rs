@@ -294,9 +294,9 @@ pub(crate) fn run<R: Wired>(
     let (summary, contact, over) = match simulation.direct() {
         Some(direct) => direct.run((from, end), stride, trace, observer, control),
         None => {
+            let judged = Judged::around_a_wall(simulation, trace, from);
             let observer: Option<&mut dyn Observe> = if observer.watches() { Some(observer) } else { None };
-            let contact = Contact::of(simulation.outline().contact.expect("a loop around a wall"), from);
-            let observer = Recorder { trace, contact, observer, reals: simulation.reals().len() };
+            let observer = (judged, observer);
             let edge_s = simulation.clock().period_s();
             simulation.visit(Run { driver, window: (from, end), stride, modulated, edge_s, observer, control })
         }
@@ -319,38 +319,32 @@ pub fn follow<R: Simulation, E>(
 ) -> Result<Summary, E> {
     trace.begin(simulation.edges() / simulation.stride() + 1, simulation.outline().still);
     let from = simulation.window_start();
-    let contact = Contact::of(simulation.outline().contact.expect("a loop around a wall"), from);
-    let mut follow = Follow { trace, observer, contact, known: Vec::new() };
-    let (summary, over) = play(&mut follow, from)?;
-    let contact = follow.contact.edges(summary.edges) as f64;
+    let known = Known { judged: Judged::around_a_wall(simulation, trace, from), words: Vec::new() };
+    let mut both = (known, observer);
+    let (summary, over) = play(&mut both, from)?;
+    let contact = both.0.judged.contact(summary.edges);
     Ok(judged(simulation, trace, summary, contact, over))
 }
 
-/// Fills the trace, counts contact and forwards everything, unknown words too, to an observer.
-struct Follow<'a> {
-    trace: &'a mut Trace,
-    observer: &'a mut dyn Observe,
-    contact: Contact,
-    known: Vec<i64>,
+/// [`Judged`] of a run with unknown words, which count as 0.
+struct Known<'a> {
+    judged: Judged<'a>,
+    words: Vec<i64>,
 }
 
-impl Observe for Follow<'_> {
+impl Observe for Known<'_> {
     fn nets(&mut self, cycle: Cycle, words: &[i64]) {
-        self.known.clear();
-        self.known.extend(words.iter().map(|&word| if word == UNKNOWN { 0 } else { word }));
-        self.trace.nets(cycle, &self.known);
-        self.contact.see(cycle.0, &self.known);
-        self.observer.nets(cycle, words);
+        self.words.clear();
+        self.words.extend(words.iter().map(|&word| if word == UNKNOWN { 0 } else { word }));
+        self.judged.nets(cycle, &self.words);
     }
 
     fn reals(&mut self, cycle: Cycle, values: &[f64]) {
-        self.trace.reals(cycle, values);
-        self.observer.reals(cycle, values);
+        self.judged.reals(cycle, values);
     }
 
     fn row(&mut self, cycle: Cycle, judged: &[f64], shown: &[f64]) {
-        self.trace.reals(cycle, judged);
-        self.observer.row(cycle, judged, shown);
+        self.judged.row(cycle, judged, shown);
     }
 }
 
@@ -378,74 +372,65 @@ pub(crate) fn judged<R: Simulation>(
     summary
 }
 
-/// Fills the trace, counts contact and forwards everything to an observer, if there is one.
-pub(crate) struct Recorder<'a> {
+/// All that a run is judged by: its trace, and the edges of contact.
+pub(crate) struct Judged<'a> {
     pub(crate) trace: &'a mut Trace,
-    pub(crate) contact: Contact,
-    pub(crate) observer: Option<&'a mut dyn Observe>,
+    contact: Contact,
     /// Number of the plant's outputs.
-    pub(crate) reals: usize,
+    reals: usize,
 }
 
-impl Observe for Recorder<'_> {
+impl<'a> Judged<'a> {
+    /// Fills this trace of a simulation and counts this contact.
+    pub(crate) fn new(simulation: &impl Simulation, trace: &'a mut Trace, contact: Contact) -> Self {
+        Self { trace, contact, reals: simulation.reals().len() }
+    }
+
+    /// Fills this trace of a loop around a wall, and counts its contact from an edge on.
+    fn around_a_wall(simulation: &impl Simulation, trace: &'a mut Trace, from: u64) -> Self {
+        let net = simulation.outline().contact.expect("a loop around a wall");
+        Self::new(simulation, trace, Contact::of(net, from))
+    }
+
+    /// Returns the edges of contact up to an edge.
+    pub(crate) fn contact(&self, edge: u64) -> f64 {
+        self.contact.edges(edge) as f64
+    }
+}
+
+impl Observe for Judged<'_> {
     #[inline]
     fn follows(&self, nets: Range<usize>) -> bool {
-        let of_run = nets.contains(&self.contact.net()) || self.trace.follows(nets.clone());
-        of_run || self.observer.as_ref().is_some_and(|observer| observer.follows(nets))
+        nets.contains(&self.contact.net()) || self.trace.follows(nets)
     }
     fn measures(&self) -> bool {
-        self.trace.keeps_beyond(self.reals) || self.observer.as_ref().is_some_and(|observer| observer.measures())
+        self.trace.keeps_beyond(self.reals)
     }
     fn reads(&self, columns: Range<usize>) -> bool {
-        let is_read = |observer: &&mut dyn Observe| observer.measures() && observer.reads(columns.clone());
-        self.trace.keeps_any(columns.clone()) || self.observer.as_ref().is_some_and(is_read)
+        self.trace.keeps_any(columns)
     }
     fn relates(&self) -> bool {
-        self.trace.relates() || self.observer.as_ref().is_some_and(|observer| observer.relates())
+        self.trace.relates()
     }
     #[inline]
     fn nets(&mut self, cycle: Cycle, words: &[i64]) {
         self.trace.nets(cycle, words);
         self.contact.see(cycle.0, words);
-        if let Some(observer) = &mut self.observer {
-            observer.nets(cycle, words);
-        }
-    }
-    fn watches_overflows(&self) -> bool {
-        self.observer.as_ref().is_some_and(|observer| observer.watches_overflows())
-    }
-    #[inline]
-    fn overflows(&mut self, cycle: Cycle, nets: u64) {
-        if let Some(observer) = &mut self.observer {
-            observer.overflows(cycle, nets);
-        }
     }
     #[inline]
     fn reals(&mut self, cycle: Cycle, values: &[f64]) {
         self.trace.reals(cycle, values);
-        if let Some(observer) = &mut self.observer {
-            observer.reals(cycle, values);
-        }
     }
-    fn row(&mut self, cycle: Cycle, judged: &[f64], shown: &[f64]) {
+    fn row(&mut self, cycle: Cycle, judged: &[f64], _: &[f64]) {
         self.trace.reals(cycle, judged);
-        if let Some(observer) = &mut self.observer {
-            observer.row(cycle, judged, shown);
-        }
     }
     #[inline]
     fn block(&mut self, first: Cycle, stride: u64, width: usize, values: &[f64]) {
         self.trace.block(first, stride, width, values);
-        if let Some(observer) = &mut self.observer {
-            observer.block(first, stride, width, values);
-        }
     }
     #[inline]
     fn still(&mut self, first: Cycle, stride: u64, count: u64, values: &[f64]) {
         self.trace.still(first, stride, count, values);
-        if let Some(observer) = &mut self.observer {
-            observer.still(first, stride, count, values);
-        }
     }
 }
 
@@ -484,7 +469,7 @@ struct Run<'a> {
     stride: u64,
     modulated: bool,
     edge_s: f64,
-    observer: Recorder<'a>,
+    observer: (Judged<'a>, Option<&'a mut dyn Observe>),
     control: &'a Control,
 }
 
@@ -521,6 +506,6 @@ impl<'s> LoopVisitor<'s> for Run<'_> {
             nets: nets.collect(),
             ..of_world
         };
-        (summary, self.observer.contact.edges(run.edge()) as f64, run.world.over())
+        (summary, self.observer.0.contact(run.edge()), run.world.over())
     }
 }

@@ -4,7 +4,7 @@
 //! as a comparison with a simulator of VHDL, uses these traits: it is compiled once, and pays a virtual call an edge.
 
 use hpu_datapath::{AnyWiring, Repeat, Wiring, bundle, flatten};
-use hpu_signal::{Cycle, Observe, Ports};
+use hpu_signal::{Observe, Ports};
 
 use crate::result::stays::Sums;
 use crate::result::summary::Summary;
@@ -148,8 +148,8 @@ where
     fn show(&mut self, first: u64, stride: u64, observer: &dyn Observe) {
         self.0.show(first, stride, observer);
     }
-    fn leap(&mut self, end: u64, observer: &mut dyn Observe) {
-        self.0.leap(end, &mut Through(observer));
+    fn leap(&mut self, end: u64, mut observer: &mut dyn Observe) {
+        self.0.leap(end, &mut observer);
     }
     fn constants(&self) -> Vec<i64> {
         flatten(&self.1)
@@ -165,29 +165,5 @@ where
     }
     fn world(&self) -> &(dyn AnyWorld<'s> + 's) {
         &self.0.world
-    }
-}
-
-/// Shows a run to an observer whose type the loop does not know.
-struct Through<'a>(&'a mut dyn Observe);
-
-impl Observe for Through<'_> {
-    fn nets(&mut self, cycle: Cycle, words: &[i64]) {
-        self.0.nets(cycle, words);
-    }
-    fn reals(&mut self, cycle: Cycle, values: &[f64]) {
-        self.0.reals(cycle, values);
-    }
-    fn row(&mut self, cycle: Cycle, judged: &[f64], shown: &[f64]) {
-        self.0.row(cycle, judged, shown);
-    }
-    fn follows(&self, nets: std::ops::Range<usize>) -> bool {
-        self.0.follows(nets)
-    }
-    fn watches_overflows(&self) -> bool {
-        self.0.watches_overflows()
-    }
-    fn overflows(&mut self, cycle: Cycle, nets: u64) {
-        self.0.overflows(cycle, nets);
     }
 }

@@ -5,4 +5,5 @@ mod fixed;
 mod format;
 mod narrowing;
 mod notation;
+mod observers;
 mod words;
