@@ -81,6 +81,9 @@ struct Course<'d, 'p, C> {
     output_changes: u64,
     next_sample: u64,
     next_knot: usize,
+    /// The edge of the next row, and the edges between rows.
+    next_row: u64,
+    stride: u64,
     /// Current and speed between rows, if the observer asks for them.
     gauge: Option<Gauge<2>>,
     /// Integrals of current and angle from the start of the verdict's window.
@@ -142,13 +145,11 @@ impl AxisDirect<'_> {
         control: &Control,
     ) -> (Summary, f64, Option<&'static str>) {
         let clock = Stopwatch::start();
-        let mut course = Course::new(self, controller);
         let measures = trace.keeps_beyond(REALS.len()) || observer.measures();
-        if measures {
-            course.gauge = Some(Gauge::new(Pace { stride, period: None }, [true; 2]));
-        }
+        let gauge = measures.then(|| Gauge::new(Pace { stride, period: None }, [true; 2]));
+        let mut course = Course { gauge, stride, ..Course::new(self, controller) };
         let initial_j = course.axis.stored_j(&course.x);
-        let (mut edge, mut steps, mut next_row) = (0, 0u64, 0);
+        let (mut edge, mut steps) = (0, 0u64);
         let (mut complete, mut over, mut contact) = (true, None, [0.0; 3]);
         let mut unheld = self.plant.places.tally(course.start_count).unheld;
         let mut unheld_before = None;
@@ -156,29 +157,7 @@ impl AxisDirect<'_> {
             let next = course.act(edge, end);
             let before = course.x;
             course.x = course.integrator.flow((edge, next), self.plant.edge_s, &before);
-            if measures {
-                while next_row < next {
-                    course.show_measured(next_row, (edge, next), &before, trace, observer);
-                    next_row += stride;
-                }
-                course.pass((edge, next), &before);
-            } else if next_row < next {
-                let per_edge = 1.0 / (next - edge).cast_signed() as f64;
-                let rate: State = std::array::from_fn(|k| (course.x[k] - before[k]) * per_edge);
-                let gone = (next_row - edge).cast_signed() as f64;
-                let start = std::array::from_fn(|k| before[k] + rate[k] * gone);
-                let change = rate.map(|rate| rate * stride.cast_signed() as f64);
-                let (start, change) = (course.axis.reals(&start), course.axis.reals(&change));
-                let (first, rows) = (next_row, (next - 1 - next_row) / stride + 1);
-                // One pass is enough for nearly all steps.
-                for part in (0..rows).step_by(1 << 20) {
-                    let gone = |k: usize| start[k] + change[k] * part as f64;
-                    let start = if part == 0 { start } else { std::array::from_fn(gone) };
-                    let (first, rows) = (first + part * stride, (rows - part).min(1 << 20) as u32);
-                    course.show(&Lines { first, stride, rows, start, change }, trace, observer);
-                }
-                next_row += rows * stride;
-            }
+            course.show_rows((edge, next), &before, trace, observer);
             course.average(edge, next, from, &before);
             unheld.see(edge, course.encoder.count());
             if next > from {
@@ -201,13 +180,8 @@ impl AxisDirect<'_> {
                 break;
             }
         }
-        if over.is_none() && next_row == edge {
-            let (start, x) = (course.axis.reals(&course.x), course.x);
-            if measures {
-                course.show_measured(edge, (edge, edge), &x, trace, observer);
-            } else {
-                course.show(&Lines { first: edge, stride, rows: 1, start, change: [0.0; 4] }, trace, observer);
-            }
+        if over.is_none() && course.next_row == edge {
+            course.show_end(edge, trace, observer);
         }
         control.progress.store(edge, Ordering::Relaxed);
         let stored_j = course.axis.stored_j(&course.x) - initial_j;
@@ -269,6 +243,8 @@ impl<'d, 'p, C: Controller> Course<'d, 'p, C> {
             output_changes: 0,
             next_sample: 1,
             next_knot: 0,
+            next_row: 0,
+            stride: 1,
             gauge: None,
             sums: [0.0; 2],
         }
@@ -402,6 +378,45 @@ impl<'d, 'p, C: Controller> Course<'d, 'p, C> {
     fn pass(&mut self, (edge, next): (u64, u64), before: &State) {
         if let Some(gauge) = &self.gauge {
             self.gauge = Some(gauge.after(edge, next, Some(next), &self.chord(edge, next, before, &self.x)));
+        }
+    }
+
+    /// Shows the rows in the present step, which began in the state `before`.
+    #[inline(always)]
+    fn show_rows(&mut self, (edge, next): (u64, u64), before: &State, trace: &mut Trace, observer: &mut dyn Observe) {
+        let (first, stride) = (self.next_row, self.stride);
+        if self.gauge.is_some() {
+            while self.next_row < next {
+                self.show_measured(self.next_row, (edge, next), before, trace, observer);
+                self.next_row += stride;
+            }
+            self.pass((edge, next), before);
+        } else if first < next {
+            let per_edge = 1.0 / (next - edge).cast_signed() as f64;
+            let rate: State = std::array::from_fn(|k| (self.x[k] - before[k]) * per_edge);
+            let gone = (first - edge).cast_signed() as f64;
+            let start = std::array::from_fn(|k| before[k] + rate[k] * gone);
+            let change = rate.map(|rate| rate * stride.cast_signed() as f64);
+            let (start, change) = (self.axis.reals(&start), self.axis.reals(&change));
+            let rows = (next - 1 - first) / stride + 1;
+            // One pass is enough for nearly all steps.
+            for part in (0..rows).step_by(1 << 20) {
+                let gone = |k: usize| start[k] + change[k] * part as f64;
+                let start = if part == 0 { start } else { std::array::from_fn(gone) };
+                let (first, rows) = (first + part * stride, (rows - part).min(1 << 20) as u32);
+                self.show(&Lines { first, stride, rows, start, change }, trace, observer);
+            }
+            self.next_row += rows * stride;
+        }
+    }
+
+    /// Shows the row at the edge at which the run ends.
+    fn show_end(&self, edge: u64, trace: &mut Trace, observer: &mut dyn Observe) {
+        if self.gauge.is_some() {
+            self.show_measured(edge, (edge, edge), &self.x, trace, observer);
+        } else {
+            let (start, stride) = (self.axis.reals(&self.x), self.stride);
+            self.show(&Lines { first: edge, stride, rows: 1, start, change: [0.0; 4] }, trace, observer);
         }
     }
 
