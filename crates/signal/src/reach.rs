@@ -10,7 +10,7 @@ use crate::{Format, Narrowing, Overflow, Rounding, Span, Word};
 /// use hpu_signal::{Format, Reach};
 /// let factor = Reach::of(Format::signed(18));
 /// let product = factor * factor;
-/// assert_eq!(product, Reach::new(-(1 << 17) * ((1 << 17) - 1), 1 << 34));
+/// assert_eq!((product.range.min, product.range.max), (-(1 << 17) * ((1 << 17) - 1), 1 << 34));
 /// assert!(Reach::fit_64(&[product]));
 /// ```
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

@@ -30,7 +30,7 @@ impl<B: Copy + Not<Output = B> + BitAnd<Output = B> + BitOr<Output = B>> Truth f
 /// // Computed, and its range.
 /// assert_eq!(spring(Machine::<i64>::int(40), Machine::int(3)).narrowed().word, 8);
 /// let most = spring(Reach::of(Format::unsigned(12)), Reach::of(Format::unsigned(12)));
-/// assert_eq!((most.least, most.most), (0, 255));
+/// assert_eq!((most.range.min, most.range.max), (0, 255));
 /// ```
 pub trait Word:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self> + Debug
