@@ -123,6 +123,11 @@ impl Column {
         Field { column: self, cell: Box::new(move |item| cell(item).into()) }
     }
 
+    /// Returns the key in JSON.
+    pub fn key(&self) -> &str {
+        &self.key
+    }
+
     /// Returns the name of the column in CSV and Parquet.
     pub fn file_key(&self) -> &str {
         &self.file_key
@@ -151,6 +156,12 @@ pub struct Field<'a, T> {
 }
 
 impl<T> Field<'_, T> {
+    /// Leaves the column out of all renderings but these.
+    #[must_use]
+    pub fn only(self, places: &[Place]) -> Self {
+        Self { column: self.column.only(places), ..self }
+    }
+
     /// Returns the cell of an item.
     pub fn cell(&self, item: &T) -> Cell {
         (self.cell)(item)

@@ -1,13 +1,14 @@
 //! `hpu cost`: the cost of a block in an FPGA.
 
-use std::collections::BTreeMap;
+use std::borrow::Borrow;
 use std::path::PathBuf;
+use std::sync::Mutex;
 
 use hpu_cosim::scene::{DutScene, Experiment};
 use hpu_farm::units;
-use hpu_page::{Cell, Column, Field, Page, Table};
+use hpu_page::{Cell, Column, Field, Page, Place, Table};
 use hpu_rtl::dut::DutCost;
-use hpu_rtl::{CacheFolder, Cost, CostError, Counts, HX8K_BRAM, HX8K_CELLS};
+use hpu_rtl::{Cache, CacheFolder, Cost, CostError, Counts, HX8K_BRAM, HX8K_CELLS, Setup};
 use serde_json::{Value, json};
 
 use crate::block::{find, known, labels};
@@ -69,7 +70,8 @@ pub fn answer(args: &Args) -> Result<Option<Page>, Failure> {
         return design_cost(args, scene).map(|cost| Some(design(scene, &cost)));
     }
     let setup = args.hdl.setup();
-    let price = price::price(&loaded.scene, &setup, &args.remember.open(setup.timeout)?, interrupt::heed())?;
+    let cache = args.remember.open(setup.timeout)?;
+    let price = price::price(&loaded.scene, &setup, &cache, args.jobs.get(), interrupt::heed())?;
     Ok(price.map(|price| {
         let mut page = Page::default();
         page.note(price.text());
@@ -93,7 +95,7 @@ fn of_scene(args: &Args, scene: &str) -> Result<Exit, Failure> {
     }
     let setup = args.hdl.setup();
     let cache = args.remember.open(setup.timeout)?;
-    let Some(price) = price::price(&loaded.scene, &setup, &cache, interrupt::heed())? else {
+    let Some(price) = price::price(&loaded.scene, &setup, &cache, args.jobs.get(), interrupt::heed())? else {
         return Ok(Exit::Interrupted);
     };
     let (text, json) = (price.text(), price.json());
@@ -115,6 +117,7 @@ fn of_design(args: &Args, scene: &DutScene, folder: Option<Folder>) -> Result<Ex
 }
 
 fn design_cost(args: &Args, scene: &DutScene) -> Result<DutCost, Failure> {
+    args.hdl.agree_with_design(scene)?;
     let mut simulators = args.hdl.simulators();
     if let Some(cache) = &args.remember.cache {
         simulators.cache = CacheFolder::new(Some(cache.clone()), "costs");
@@ -126,28 +129,19 @@ fn design_cost(args: &Args, scene: &DutScene) -> Result<DutCost, Failure> {
 
 /// Returns the page of a design's cost.
 fn design(scene: &DutScene, cost: &DutCost) -> Page {
-    let (target, Counts { lut4, ff, carry, bram, dsp }) =
-        cost.ecp5.map_or(("ice40-hx8k", cost.ice40), |ecp5| ("ecp5", ecp5));
-    let fits = cost.ecp5.is_none();
-    let dsp = (!fits).then_some(dsp);
-    let heads = ["lut4", "ff", "carry", "bram", "dsp", "cells"].map(|head| Column::integer("", head));
-    let columns = [Column::text("", &scene.dut.top), Column::text("", "target")].into_iter().chain(heads);
-    let mut row = Table::new("", columns);
-    let [name, target_cell] = [scene.name.as_str(), target].map(Cell::new);
-    row.add(
-        [name, target_cell]
-            .into_iter()
-            .chain([lut4, ff, carry, bram].map(Cell::new))
-            .chain([dsp.into(), cost.cells.into()]),
-    );
+    let measured = Ok(Cost { ice40: cost.ice40, cells: cost.cells, ecp5: cost.ecp5, placed: None });
+    let row = Priced { name: scene.name.clone(), label: String::new(), clocked: true, cost: measured };
+    let name = Column::text("", &scene.dut.top).of(|row: &Priced| row.name.clone());
+    let table = Table::of("", [&row], [name].into_iter().chain(counted([0; 7])));
     let mut page = Page::default();
-    page.table(row);
-    page.data("scene", &scene.name).data("top", &*scene.dut.top).data("target", target).data("lut4", lut4);
-    page.data("ff", ff).data("carry", carry).data("bram", bram).data("dsp", dsp).data("cells", cost.cells);
-    page.data("fits", fits).data("hx8k", hx8k(cost.cells, cost.ice40.bram));
-    if !fits {
+    page.table(table).data("scene", &scene.name).data("top", &*scene.dut.top);
+    for field in counted([0; 7]).chain(judged()).filter(|field| field.column.is_in(Place::Json)) {
+        page.data(field.column.key(), field.cell(&row).value);
+    }
+    if cost.ecp5.is_some() {
         page.note(format!("  {}", too_large(cost.cells, cost.ice40.bram)));
     }
+    let fits = cost.ecp5.is_none();
     for (index, clock) in scene.dut.clocks.iter().enumerate() {
         let asked_mhz = scene.clock.frequency_hz() as f64 / f64::from(clock.divide) / 1e6;
         let fmax_mhz = cost.fmax_mhz(index);
@@ -184,7 +178,6 @@ fn of_block(args: &Args, name: &str) -> Result<Exit, Failure> {
     let setup = args.hdl.setup();
     let cache = args.remember.open(setup.timeout)?;
 
-    let control = interrupt::heed();
     let clocked = blocks.iter().all(|block| block.clocked());
     let fields = fields(name, clocked);
     let mut rows = Table::new("variants", fields.iter().map(|field| field.column.clone())).gap(1);
@@ -192,30 +185,13 @@ fn of_block(args: &Args, name: &str) -> Result<Exit, Failure> {
     if !args.json {
         print(&rows.head())?;
     }
-    // A row is printed as soon as it and all rows before it are complete.
-    let mut found: BTreeMap<usize, Result<Cost, CostError>> = BTreeMap::new();
-    let all: Vec<usize> = (0..variants.len()).collect();
-    let unit = |index: usize, _: &_| {
-        // A block belongs to the thread that made it.
-        let block = find(name, &variants[index]).ok()?;
-        let cost = cache.cost(&*block, &setup);
-        (!interrupt::pressed()).then_some(Ok(cost))
-    };
-    units::run_some(&all, args.jobs.get(), control, unit, |index, cost| {
-        found.insert(index, cost.map_err(Failure::file)?);
-        while let Some(variant) = variants.get(rows.rows().len())
-            && let Some(cost) = found.remove(&rows.rows().len())
-        {
-            let row = (variant.clone(), or_reason(cost)?);
-            good &= row.1.is_ok();
-            rows.add(fields.iter().map(|field| field.cell(&row)));
-            if !args.json {
-                print(&rows.last(&verdict))?;
-            }
-        }
-        Ok::<(), Failure>(())
+    let plan: Vec<_> = variants.iter().map(|variant| (name, variant.as_str())).collect();
+    let done = measured(&plan, &args.jobs, &cache, &setup, |row| {
+        good &= row.cost.is_ok();
+        rows.add(fields.iter().map(|field| field.cell(&row)));
+        if args.json { Ok(()) } else { print(&rows.last(&verdict)) }
     })?;
-    if interrupt::pressed() {
+    if !done {
         return Ok(Exit::Interrupted);
     }
 
@@ -228,70 +204,150 @@ fn of_block(args: &Args, name: &str) -> Result<Exit, Failure> {
     Ok(if good { Exit::Fine } else { Exit::BadFile })
 }
 
-/// Returns the primitives of the HX8K with the name of that FPGA; for a block that is too large, those of the ECP5.
-pub fn target(cost: &Cost) -> (&'static str, Counts) {
-    cost.ecp5.map_or(("ice40-hx8k", cost.ice40), |ecp5| ("ecp5", ecp5))
+/// A block with the label of its configuration, and its cost or the reason why it has none.
+pub struct Priced {
+    /// Name of the block.
+    pub name: String,
+    /// Label of its configuration.
+    pub label: String,
+    /// Whether it has a clock.
+    pub clocked: bool,
+    /// Its cost, or why a tool refused it.
+    pub cost: Result<Cost, String>,
 }
 
-/// Returns the speed: megahertz for a clocked block, nanoseconds for any other.
-pub fn speed(clocked: bool, cost: &Cost) -> Option<f64> {
-    // nextpnr prints no more than hundredths.
-    let speed = if clocked { cost.fmax_mhz() } else { cost.path_ns() };
-    speed.map(|speed| (speed * 100.0).round() / 100.0)
+impl Priced {
+    /// Returns the primitives of the HX8K with the name of that FPGA; for a block that is too large, those of the ECP5.
+    fn target(&self) -> Option<(&'static str, Counts)> {
+        let cost = self.cost.as_ref().ok()?;
+        Some(cost.ecp5.map_or(("ice40-hx8k", cost.ice40), |ecp5| ("ecp5", ecp5)))
+    }
+
+    /// Returns the speed: megahertz for a clocked block, nanoseconds for any other.
+    pub fn speed(&self) -> Option<f64> {
+        let cost = self.cost.as_ref().ok()?;
+        // nextpnr prints no more than hundredths.
+        let speed = if self.clocked { cost.fmax_mhz() } else { cost.path_ns() };
+        speed.map(|speed| (speed * 100.0).round() / 100.0)
+    }
+
+    /// Returns the cost of a block that is too large for the HX8K.
+    pub fn too_large(&self) -> Option<&Cost> {
+        self.cost.as_ref().ok().filter(|cost| !cost.fits())
+    }
 }
 
-/// A variant's name, and its cost or the reason why it has none.
-type VariantCost = (String, Result<Cost, String>);
+/// Measures the cost of each block of a plan, which lists names with labels of configurations. Calls `take` with each
+/// row as soon as it and all rows before it are measured. Returns whether all are, and `false` when interrupted.
+pub fn measured(
+    plan: &[(&str, &str)],
+    jobs: &Jobs,
+    cache: &Cache,
+    setup: &Setup,
+    mut take: impl FnMut(Priced) -> Result<(), Failure>,
+) -> Result<bool, Failure> {
+    let found: Vec<Mutex<Option<(bool, Result<Cost, CostError>)>>> = plan.iter().map(|_| Mutex::new(None)).collect();
+    let all: Vec<usize> = (0..plan.len()).collect();
+    let unit = |index: usize, _: &_| {
+        // A block belongs to the thread that made it.
+        let block = find(plan[index].0, plan[index].1).ok()?;
+        let cost = cache.cost(&*block, setup);
+        *found[index].lock().expect("nobody panics with it") = Some((block.clocked(), cost));
+        (!interrupt::pressed()).then(|| Ok(String::new()))
+    };
+    let mut taken = 0;
+    units::run_some(&all, jobs.get(), interrupt::heed(), unit, |_, done| {
+        done.map_err(Failure::file)?;
+        while let Some(next) = found.get(taken)
+            && let Some((clocked, cost)) = next.lock().expect("nobody panics with it").take()
+        {
+            let (name, label) = plan[taken];
+            take(Priced { name: name.into(), label: label.into(), clocked, cost: or_reason(cost)? })?;
+            taken += 1;
+        }
+        Ok::<(), Failure>(())
+    })?;
+    Ok(!interrupt::pressed())
+}
+
+/// Returns a column's cells from the cost of a row; a row that failed has none.
+fn of<T: Borrow<Priced> + 'static>(column: Column, cell: impl Fn(&Cost) -> Cell + 'static) -> Field<'static, T> {
+    column.of(move |row: &T| row.borrow().cost.as_ref().map_or(Cell::absent(), &cell))
+}
+
+/// Returns the columns of the target and of the counts, at least so wide in text.
+pub fn counted<T: Borrow<Priced> + 'static>(widths: [usize; 7]) -> impl Iterator<Item = Field<'static, T>> {
+    let [target, lut4, ff, carry, bram, dsp, cells] = widths;
+    let counts = |row: &T| row.borrow().target();
+    let count = move |key: &str, least, count: fn(Counts) -> u64| {
+        let cell = move |row: &T| counts(row).map_or(Cell::absent(), |(_, counts)| count(counts).into());
+        Column::integer(key, key).least(least).of(cell)
+    };
+    let name = move |row: &T| counts(row).map_or(Cell::absent(), |(name, _)| name.into());
+    let multipliers = move |row: &T| match counts(row) {
+        Some((_, counts)) => Cell::from(row.borrow().too_large().map(|_| counts.dsp)),
+        None => Cell::absent(),
+    };
+    [
+        Column::text("target", "target").least(target).of(name),
+        count("lut4", lut4, |counts| counts.lut4),
+        count("ff", ff, |counts| counts.ff),
+        count("carry", carry, |counts| counts.carry),
+        count("bram", bram, |counts| counts.bram),
+        Column::integer("dsp", "dsp").least(dsp).only(&[Place::Text, Place::Json]).of(multipliers),
+        // The HX8K has no multipliers, which a file says by a number.
+        count("dsp", 0, |counts| counts.dsp).only(&[Place::File]),
+        of(Column::integer("cells", "cells").file("hx8k_cells").least(cells), |cost| cost.cells.into()),
+    ]
+    .into_iter()
+}
+
+/// Returns the columns that say in data whether the cost fits the HX8K.
+pub fn judged<T: Borrow<Priced> + 'static>() -> impl Iterator<Item = Field<'static, T>> {
+    let hx8k = |cost: &Cost| json!({ "cells": [cost.cells, HX8K_CELLS], "bram": [cost.ice40.bram, HX8K_BRAM] });
+    [
+        of(Column::integer("hx8k_bram", "").only(&[Place::File]), |cost| cost.ice40.bram.into()),
+        of(Column::flag("fits", "").file("fits_hx8k").data(), |cost| cost.fits().into()),
+        of(Column::text("hx8k", "").only(&[Place::Json]), move |cost| hx8k(cost).into()),
+    ]
+    .into_iter()
+}
+
+/// Returns the columns of speeds in JSON, and of a tool's refusal.
+pub fn timed<T: Borrow<Priced> + 'static>() -> impl Iterator<Item = Field<'static, T>> {
+    let speed = |key: &str, clocked: bool| {
+        Column::number(key, "").only(&[Place::Json]).of(move |row: &T| match &row.borrow().cost {
+            Ok(_) => Cell::from(row.borrow().speed().filter(|_| row.borrow().clocked == clocked)),
+            Err(_) => Cell::absent(),
+        })
+    };
+    [
+        speed("fmax_mhz", true),
+        speed("path_ns", false),
+        of(Column::text("placed_mhz", "").only(&[Place::Json]), |cost| json!(placed(cost)).into()),
+        Column::text("failure", "").data().of(|row: &T| row.borrow().cost.as_ref().err().cloned()),
+    ]
+    .into_iter()
+}
 
 /// Returns the columns of a block's variants.
-fn fields(name: &str, clocked: bool) -> Vec<Field<'static, VariantCost>> {
-    // A variant that failed has no figures.
-    fn of(column: Column, cell: impl Fn(&Cost) -> Cell + 'static) -> Field<'static, VariantCost> {
-        column.of(move |(_, cost): &VariantCost| cost.as_ref().map_or(Cell::absent(), &cell))
-    }
-    let count = |key: &str, least, count: fn(Counts) -> u64| {
-        of(Column::integer(key, key).least(least), move |cost| count(target(cost).1).into())
+fn fields(name: &str, clocked: bool) -> Vec<Field<'static, Priced>> {
+    let remark = |row: &Priced| match (&row.cost, row.too_large()) {
+        (Err(failure), _) => Cell::from(format!("\n  {}", failure.trim_end().replace('\n', "\n  "))).good(false),
+        (_, Some(cost)) => format!("\n  {}", too_large(cost.cells, cost.ice40.bram)).into(),
+        _ => Cell::absent(),
     };
-    let dsp = |cost: &Cost| (!cost.fits()).then_some(target(cost).1.dsp).into();
-    let in_text = if clocked { "fmax MHz" } else { "path ns" };
-    let speed_if = move |asked: bool| move |cost: &Cost| speed(clocked, cost).filter(|_| asked).into();
-    let remark = |(_, cost): &VariantCost| match cost {
-        Err(failure) => Cell::from(format!("\n  {}", failure.trim_end().replace('\n', "\n  "))).good(false),
-        Ok(cost) if !cost.fits() => format!("\n  {}", too_large(cost.cells, cost.ice40.bram)).into(),
-        Ok(_) => Cell::absent(),
-    };
-    vec![
-        Column::text("name", name).least(30).of(|(name, _): &VariantCost| name.clone()),
-        of(Column::text("target", "target").least(12), |cost| target(cost).0.into()),
-        count("lut4", 6, |counts| counts.lut4),
-        count("ff", 6, |counts| counts.ff),
-        count("carry", 6, |counts| counts.carry),
-        count("bram", 5, |counts| counts.bram),
-        of(Column::integer("dsp", "dsp").least(4), dsp),
-        of(Column::integer("cells", "cells").least(6), |cost| cost.cells.into()),
-        of(Column::flag("fits", "").data(), |cost| cost.fits().into()),
-        of(Column::text("hx8k", "").data(), |cost| hx8k(cost.cells, cost.ice40.bram).into()),
-        of(Column::number("", in_text).said().least(9), move |cost| {
-            speed(clocked, cost).map_or(Cell::new("-"), |speed| format!("{speed:.2}").into())
-        }),
-        of(Column::number("fmax_mhz", "").data(), speed_if(clocked)),
-        of(Column::number("path_ns", "").data(), speed_if(!clocked)),
-        of(Column::text("placed_mhz", "").data(), |cost| json!(placed(cost)).into()),
-        Column::text("failure", "").data().of(|(_, cost): &VariantCost| cost.as_ref().err().cloned()),
-        Column::text("", "").said().of(remark),
-    ]
-}
-
-fn hx8k(cells: u64, bram: u64) -> Value {
-    json!({ "cells": [cells, HX8K_CELLS], "bram": [bram, HX8K_BRAM] })
+    let speed = Column::number("", if clocked { "fmax MHz" } else { "path ns" }).said().least(9);
+    let speed = speed.of(|row: &Priced| match (&row.cost, row.speed()) {
+        (Err(_), _) => Cell::absent(),
+        (Ok(_), speed) => speed.map_or("-".to_string(), |speed| format!("{speed:.2}")).into(),
+    });
+    let label = Column::text("name", name).least(30).of(|row: &Priced| row.label.clone());
+    let data = judged().chain(timed());
+    let remark = Column::text("", "").said().of(remark);
+    [label].into_iter().chain(counted([12, 6, 6, 6, 5, 4, 6])).chain([speed]).chain(data).chain([remark]).collect()
 }
 
 fn too_large(cells: u64, bram: u64) -> String {
     format!("does not fit hx8k: needs {cells} of {HX8K_CELLS} logic cells, {bram} of {HX8K_BRAM} block RAMs")
-}
-
-/// Returns a variant as JSON.
-pub fn object(variant: &str, clocked: bool, cost: &Result<Cost, String>) -> Value {
-    let row = [(variant.to_string(), cost.clone())];
-    Table::of("", &row, fields("", clocked)).json()[0].take()
 }

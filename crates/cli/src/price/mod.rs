@@ -5,7 +5,6 @@ mod text;
 
 use std::num::NonZeroUsize;
 use std::sync::atomic::Ordering;
-use std::thread;
 
 use hpu_cosim::scene::{Datapath, Experiment, Loop, Scene};
 use hpu_cosim::{Control, Wired, WiredSimulation};
@@ -45,6 +44,7 @@ pub fn price(
     experiment: &Experiment,
     setup: &Setup,
     cache: &Cache,
+    jobs: NonZeroUsize,
     control: &'static Control,
 ) -> Result<Option<Price>, Failure> {
     let simulation = WiredSimulation::new(experiment).map_err(Failure::file)?;
@@ -72,7 +72,7 @@ pub fn price(
     let parts = instances.len();
     let changed: Vec<_> = knobs.iter().flat_map(|(_, _, other)| other).map(|(_, scene)| scene).collect();
     let count = parts + changed.len();
-    let found = syntheses(count, control, |index| match index.checked_sub(parts) {
+    let found = syntheses(count, jobs, control, |index| match index.checked_sub(parts) {
         None => part(scene, index, setup, cache),
         Some(index) => counts(changed[index], setup, cache),
     });
@@ -101,19 +101,19 @@ pub fn price(
     Ok(Some(price))
 }
 
-/// Does so many syntheses on all cores; `None` for those that had not begun when they were stopped.
+/// Does so many syntheses, `jobs` at a time; `None` for those that had not begun when they were stopped.
 pub(crate) fn syntheses<T: Send>(
     count: usize,
+    jobs: NonZeroUsize,
     control: &'static Control,
     work: impl Fn(usize) -> T + Sync,
 ) -> Vec<Option<T>> {
-    let cores = thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
     let counted = |index| {
         let found = work(index);
         control.progress.fetch_add(1, Ordering::Relaxed);
         found
     };
-    with_progress(count as u64, "syntheses", control, || on_threads(count, cores, control, counted))
+    with_progress(count as u64, "syntheses", control, || on_threads(count, jobs, control, counted))
 }
 
 /// Returns the primitives of an instance in the loop of a scene, or the reason why a tool refused it.

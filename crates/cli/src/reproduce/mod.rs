@@ -7,7 +7,7 @@ mod words;
 use std::path::Path;
 
 use clap::Subcommand;
-use hpu_papers::phantom::{COST, FORMATS, LADDER, LAG, SINES, TABLE_2, lag};
+use hpu_papers::phantom::{COST, FORMATS, LADDER, SINES, TABLE_2};
 use hpu_papers::studies::shipped;
 
 use crate::shell::{Exit, Failure};
@@ -16,10 +16,11 @@ use drop::Name;
 /// Run a published study again and hold it against what was printed
 ///
 /// `phantom-table-2` is the drop test of Sevcik et al. (2009), its Table 2; `phantom-ladder` is the same from ever more
-/// of the physics; the others look at the words, the sines and the cost of its datapath. With a folder, each trial (or
-/// synthesis) is kept as it is done: the same command goes on after an interruption. A study of a paper ends with a
-/// summing-up: each claim in the paper's words, and whether it is confirmed, not confirmed, or cannot be told. A claim
-/// that is not confirmed is a result and no failure; a trial that cannot be run is one.
+/// of the physics; the others look at the words, the sines and the cost of its datapath. With a folder, each trial is
+/// kept as it is done, and each synthesis is remembered as those of `hpu cost`: the same command goes on after an
+/// interruption. A study of a paper ends with a summing-up: each claim in the paper's words, and whether it is
+/// confirmed, not confirmed, or cannot be told. A claim that is not confirmed is a result and no failure; a trial that
+/// cannot be run is one.
 ///
 /// In phantom-table-2 and phantom-ladder a cell near a boundary of stability is run at several seeds (--seeds), where
 /// one draw does not decide it: a claim may then be met in k of n seeds. All other cells are run at one.
@@ -42,7 +43,7 @@ enum Study {
     #[command(name = LADDER)]
     Ladder(drop::Args),
     /// Which lags of the amplifier put PMOS-1 where it was seen, by the transmission that is assumed
-    #[command(name = LAG)]
+    #[command(name = "phantom-lag")]
     Lag(crate::beside::Args),
     /// What is proved and measured of the words, and what (1,9,22) everywhere cannot hold
     #[command(name = FORMATS)]
@@ -87,7 +88,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     match &args.study {
         Study::Table2(args) => drop::run(Name::Table2, args),
         Study::Ladder(args) => drop::run(Name::Ladder, args),
-        Study::Lag(args) => crate::beside::reproduce(&lag::comparison(), args),
+        Study::Lag(args) => crate::beside::reproduce(&shipped("phantom-lag"), args),
         Study::Formats(args) => words::formats(args),
         Study::Sines(args) => words::sines(args),
         Study::Cost(args) => cost::run(args),

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use hpu_cosim::scene::Experiment;
+use hpu_cosim::scene::{DutScene, Experiment};
 use hpu_rtl::dut::{Simulators, is_forbidden};
 use hpu_rtl::{Hdl, Setup};
 
@@ -62,6 +62,14 @@ impl Vhdl {
     /// Refuses options that a run of this scene does not read, unless it is a run of VHDL.
     pub fn agree(&self, scene: &Experiment) -> Result<(), Failure> {
         agree(self.tool_timeout, scene, ", and so does --driver rtl")
+    }
+
+    /// Refuses a folder of VHDL for a design of the user's own, which has its files in the scene.
+    pub fn agree_with_design(&self, scene: &DutScene) -> Result<(), Failure> {
+        match self.hdl {
+            Some(_) => Err(Failure::usage(format!("--hdl: the VHDL of {} is in the scene's dut.files", scene.name))),
+            None => Ok(()),
+        }
     }
 
     /// Returns the VHDL, the library and the time limit that these options ask for.

@@ -1,5 +1,7 @@
 //! The cost of one more bit of each width, by Yosys alone.
 
+use std::num::NonZeroUsize;
+
 use hpu_cosim::scene::Experiment;
 use hpu_cosim::{Wired, WiredSimulation};
 use hpu_rtl::{Cache, Counts, Setup};
@@ -17,6 +19,7 @@ pub(crate) fn one_more(
     experiment: &Experiment,
     setup: &Setup,
     cache: &Cache,
+    jobs: NonZeroUsize,
 ) -> Result<Option<Vec<(Field, OneMore)>>, Failure> {
     let simulation = WiredSimulation::new(experiment).map_err(Failure::file)?;
     let now = cache.counts(simulation.wiring().block(), setup)?;
@@ -33,7 +36,7 @@ pub(crate) fn one_more(
     };
     let one = |field: Field| Ok((field, counts(field)?.map(|more| difference(&more, &now))));
     let control = interrupt::heed();
-    let found = syntheses(fields.len(), control, |index| one(fields[index]));
+    let found = syntheses(fields.len(), jobs, control, |index| one(fields[index]));
     // A tool that was killed by the interruption has no result, so its missing price is no reason to show.
     if interrupt::pressed() { Ok(None) } else { found.into_iter().flatten().collect::<Result<_, _>>().map(Some) }
 }

@@ -7,14 +7,18 @@ mod page;
 mod proved;
 mod search;
 
+use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
+use cost::{OneMore, one_more};
 use hpu_chart::{Picture, ranges};
 use hpu_cosim::scene::Experiment;
 use hpu_rtl::{Cache, Setup};
 use hpu_signal::Notation;
 use hpu_study::widths::{Field, Measured, Recommended, by_range, measured, random, recommend, together};
 use hpu_study::{ToldTables, device};
+use proved::{Proved, proved};
+use search::Asked;
 
 use crate::command::CommandLine;
 use crate::notation::Written;
@@ -24,10 +28,6 @@ use crate::price::{self, Price};
 use crate::scene::{self, Named};
 use crate::shell::{Exit, Failure, Folder, Jobs, Remember, Watch, hdl, interrupt, values};
 use crate::work::{Find, Rows};
-
-use cost::{OneMore, one_more};
-use proved::{Proved, proved};
-use search::Asked;
 
 /// Show what every signal of a scene needs, and what each bit buys
 ///
@@ -188,7 +188,7 @@ fn show_page(args: &Args, experiments: &[Experiment], prices: Option<(&Cache, &S
     let Some(mut found) = measure(args, experiments, interrupt::watch())? else { return Ok(Exit::Interrupted) };
     found.tables = tables;
     if let Some((cache, setup)) = prices
-        && !price(&mut found, &experiments[0], setup, cache)?
+        && !price(&mut found, &experiments[0], (setup, cache), args.jobs.get())?
     {
         return Ok(Exit::Interrupted);
     }
@@ -289,8 +289,13 @@ fn measure(args: &Args, experiments: &[Experiment], watch: Watch) -> Result<Opti
 }
 
 /// Puts prices on the page: of one more bit, and of the loop as it is. Returns false when interrupted.
-fn price(page: &mut Widths, experiment: &Experiment, setup: &Setup, cache: &Cache) -> Result<bool, Failure> {
-    let Some(price) = price::price(experiment, setup, cache, interrupt::heed())? else { return Ok(false) };
+fn price(
+    page: &mut Widths,
+    experiment: &Experiment,
+    (setup, cache): (&Setup, &Cache),
+    jobs: NonZeroUsize,
+) -> Result<bool, Failure> {
+    let Some(price) = price::price(experiment, setup, cache, jobs, interrupt::heed())? else { return Ok(false) };
     page.price = Some(price);
     if let Err(why) = device(experiment).priced() {
         page.one_more = Err(format!("not priced; {why}"));
@@ -300,7 +305,7 @@ fn price(page: &mut Widths, experiment: &Experiment, setup: &Setup, cache: &Cach
         // The page has no place for it; the price has the scene's own keys.
         return Ok(true);
     }
-    let Some(all) = one_more(experiment, setup, cache)? else { return Ok(false) };
+    let Some(all) = one_more(experiment, setup, cache, jobs)? else { return Ok(false) };
     page.one_more = Ok(all);
     Ok(true)
 }

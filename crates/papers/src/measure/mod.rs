@@ -1,5 +1,6 @@
 //! The measures of a study: each takes a scene under overrides and gives named values.
 
+mod drops;
 pub mod filter;
 mod limits;
 mod motion;
@@ -250,6 +251,22 @@ static MEASURES: &[Measure] = &[
         keys: &[key("rest", Takes::Number), option("over", Takes::Number), option("shown", Takes::Numbers)],
         gives: velocity::GIVES,
         run: velocity::velocity,
+    },
+    Measure {
+        name: "fitting",
+        about: "Drops of a PHANToM onto three `walls`, the softest first: the values of a key with which the first is \
+                passive in all `trials` along all `axes` and the second is not (`narrow`), or the third is not (`wide`).",
+        is_of_scene: true,
+        keys: &[
+            key("key", Takes::Text),
+            key("values", Takes::Numbers),
+            key("unit", Takes::Text),
+            key("axes", Takes::Text),
+            key("walls", Takes::Numbers),
+            key("trials", Takes::Number),
+        ],
+        gives: &["narrow", "wide"],
+        run: drops::fitting,
     },
 ];
 

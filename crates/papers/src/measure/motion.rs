@@ -2,21 +2,21 @@
 
 use hpu_cosim::scene::{Experiment, OutcomeKind, Scene};
 use hpu_cosim::{ANGLE, Control, Driver, Simulation, Summary, Trace, Verdict, Wired, WiredSimulation};
+use hpu_page::summary::untold;
 
 use super::{Asked, LONGEST, Taken, numbers, text};
 use crate::Error;
 use crate::template::{Value, Values, length};
-use hpu_page::summary::untold;
 
 /// A finished run.
-struct Made {
+pub(super) struct Made {
     experiment: Experiment,
     summary: Summary,
     trace: Trace,
 }
 
 /// Runs the scene under its overrides and further ones.
-fn make(asked: &Asked, more: &[(String, String)], control: &Control) -> Result<Made, Error> {
+pub(super) fn make(asked: &Asked, more: &[(String, String)], control: &Control) -> Result<Made, Error> {
     let experiment = asked.experiment(more)?;
     let simulation = WiredSimulation::new(&experiment)?;
     let mut trace = simulation.brief_trace();
@@ -43,7 +43,7 @@ impl Made {
     /// # Errors
     ///
     /// Returns why the run does not tell, and what would tell.
-    fn settled(&self) -> Result<bool, Error> {
+    pub(super) fn settled(&self) -> Result<bool, Error> {
         let verdict = self.summary.verdict;
         match verdict.and_then(|verdict| untold(verdict.outcome(), verdict.telling_s())) {
             Some(why) => Err(why.into()),

@@ -121,9 +121,9 @@ pub fn claims(table: &Table) -> Vec<Claim> {
 const NEAR: &str = "within a factor of 2 along y, in every row where either is not passive";
 
 /// A quotation: the paper's words, and their place.
-pub(super) type Words = (&'static str, &'static str);
+type Words = (&'static str, &'static str);
 
-pub(super) const PMOS_1: Words = (
+const PMOS_1: Words = (
     "The observed maximum virtual environment stiffness on the PMOS-1 system [...] is significantly higher (750-1000 \
      N/m) than the theoretical maximum stiffness of 10 N/m",
     "Sec. 4",

@@ -12,7 +12,6 @@
 mod claims;
 pub mod formats;
 pub mod ladder;
-pub mod lag;
 pub mod postures;
 mod published;
 mod seeds;
@@ -44,10 +43,6 @@ pub use hpu_study::phantom::TABLE_2;
 pub const DEVICE: &str = "PHANToM";
 /// Table 2 of the paper by ever more of the physics, as `hpu reproduce` takes its name.
 pub const LADDER: &str = "phantom-ladder";
-/// The lags of the amplifier that fit.
-pub const LAG: &str = "phantom-lag";
-const TITLE_OF_LAG: &str =
-    "PHANToM: the amplifier's lag that puts PMOS-1 at 750 to 1000 N/m, by the transmission that is assumed";
 /// The formats of the words.
 pub const FORMATS: &str = "phantom-formats";
 /// The sources of sine.

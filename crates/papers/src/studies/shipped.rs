@@ -15,8 +15,15 @@ macro_rules! studies {
 }
 
 /// Names and texts of the files in `testbench/studies`.
-static STUDIES: &[(&str, &str)] =
-    studies!["hybrid-loop", "input-shaper", "criteria", "power-scaling", "three-dof", "velocity-estimators"];
+static STUDIES: &[(&str, &str)] = studies![
+    "hybrid-loop",
+    "input-shaper",
+    "criteria",
+    "power-scaling",
+    "three-dof",
+    "velocity-estimators",
+    "phantom-lag",
+];
 
 /// Returns names and texts of the shipped studies.
 pub fn shipped_texts() -> &'static [(&'static str, &'static str)] {

@@ -1,19 +1,21 @@
 //! The summing-up of reproductions: every claim with a finding, computed from the results of its lines.
 
-use std::collections::BTreeMap;
-
 use hpu_cosim::Control;
+use hpu_cosim::scene::Platform;
 use hpu_cosim::scene::{Direction, Platform};
 use hpu_farm::Row;
 use hpu_papers::phantom::{RUNGS, Rung, Study, Tables, Trial, TrialSetup, Verdict, ladder, lag, table_text};
+use hpu_papers::phantom::{RUNGS, Rung, Study, Tables, Trial, TrialSetup, Verdict, ladder, table_text};
 use hpu_papers::studies::comparison::{Comparison, Found, Line, beside_text, sums};
-use hpu_papers::studies::shipped;
 use hpu_papers::studies::summing::{Finding, Sum, summing_up};
+use hpu_papers::studies::{read, shipped};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use crate::studies::load;
 
 fn comparisons() -> [Comparison; 5] {
-    let [hybrid, shaper, scaling, three_dof] =
-        ["hybrid-loop", "input-shaper", "power-scaling", "three-dof"].map(shipped);
-    [hybrid, shaper, scaling, three_dof, lag::comparison()]
+    ["hybrid-loop", "input-shaper", "power-scaling", "three-dof", "phantom-lag"].map(shipped)
 }
 
 /// Returns the findings if the lines have these figures.
@@ -117,7 +119,7 @@ fn findings_follow_the_figures() {
     assert_eq!(expected, [Confirmed, NotConfirmed, NotConfirmed, NotConfirmed, NotConfirmed]);
 
     // The lag is fitted to this claim.
-    let fitted = findings(&lag::comparison(), |_| vec![0.3; 2]);
+    let fitted = findings(&shipped("phantom-lag"), |_| Vec::new());
     assert_eq!(of(&fitted, "a"), CannotBeTold);
 }
 
@@ -211,10 +213,32 @@ fn the_ladder_sums_up_by_model() {
 #[test]
 fn one_lag_and_another_transmission_fit_pmos_1_and_a_longer_lag_does_not() {
     // Along y, with the joint under test alone. A transmission adds a lag of its own.
-    let fits = |stiffness: &str, lag: u32| {
-        let found = lag::fitting("tested", &[Direction::Y], stiffness, &[lag], &Control::default());
-        found.expect("not stopped").expect("measured").figures[0].is_finite()
+    let narrow = |stiffness: &str, lags: &str| {
+        let text = format!(
+            r#"
+            name = "own"
+            title = "Own"
+            [[group]]
+            name = "g"
+            [[group.line]]
+            what = "w"
+            text = "{{lags.narrow}}"
+            [group.line.measure.lags]
+            measure = "fitting"
+            scene = "phantom-drop"
+            set = ['platform.kind=PMOS-1', 'model.joints=tested', 'model.transmission_stiffness={stiffness}']
+            key = "model.amplifier_lag"
+            values = {lags}
+            unit = "ms"
+            axes = "y"
+            walls = [750, 1000, 1250]
+            trials = 3
+            "#
+        );
+        let study = read("own.toml", text.as_bytes(), &[], Arc::new(load)).unwrap_or_else(|errors| panic!("{errors}"));
+        (study.comparison.lines[0].measure)(&Control::default()).expect("not stopped").expect("measured").text
     };
-    assert!(fits("3.5 kN/m", 35) && !fits("3.5 kN/m", 60));
-    assert!(fits("0", 20) && !fits("0", 40), "with a rigid transmission it is a shorter lag that fits");
+    assert_eq!(narrow("3.5 kN/m", "[0.35, 0.6]"), "0.35");
+    assert_eq!(narrow("0", "[0.2, 0.4]"), "0.20", "with a rigid transmission it is a shorter lag that fits");
+    assert_eq!(narrow("0", "[0.4]"), "none");
 }

@@ -11,7 +11,7 @@ use hpu_papers::studies::summing::Finding;
 use hpu_papers::studies::{Study, read};
 use hpu_papers::template::{Template, Value, Values};
 
-fn load(name: &str, set: &[(String, String)]) -> Result<Experiment, String> {
+pub fn load(name: &str, set: &[(String, String)]) -> Result<Experiment, String> {
     if name == "creep" {
         let mut load = |_: &str| unreachable!("no file is named");
         return Experiment::parse("creep.toml", include_str!("../../../study/tests/creep.toml"), set, &mut load)
@@ -299,6 +299,9 @@ fn every_measure_gives_every_value_that_it_names() {
             "least_damping" => ", by = \"linear\"",
             "shaper_gain" => ", frequency = 10",
             "velocity" => ", rest = 1",
+            "fitting" => {
+                ", key = \"model.amplifier_lag\", values = [0.4], unit = \"ms\", axes = \"y\", walls = [5], trials = 1"
+            }
             // These take minutes; the shipped studies use each of their values.
             "stable" | "limits" => continue,
             _ => "",
@@ -308,6 +311,7 @@ fn every_measure_gives_every_value_that_it_names() {
             "velocity" => ("qube-arm", "['run.duration=30 ms']"),
             "touch" => ("gimbal-switch", "[]"),
             "segment" => ("gimbal-shear", ALL_OF_A_SEGMENT),
+            "fitting" => ("phantom-drop", "['run.duration=1 s']"),
             _ if is_motor => ("conventional-wall-1khz", "[]"),
             _ => ("impulse-engine", "['run.duration=300 ms', 'record.plant_rate=10 kHz']"),
         };

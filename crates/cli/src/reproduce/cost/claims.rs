@@ -15,8 +15,9 @@ pub fn sums(rows: &[CostRow]) -> Vec<Sum> {
 }
 
 /// Returns the costs in the rows of a block, by label.
-fn of<'a>(rows: &'a [CostRow], name: &'a str) -> impl Iterator<Item = (&'static str, &'a Cost)> {
-    rows.iter().filter(move |row| row.name == name).filter_map(|row| Some((row.label, row.cost.as_ref().ok()?)))
+fn of<'a>(rows: &'a [CostRow], name: &'a str) -> impl Iterator<Item = (&'a str, &'a Cost)> {
+    let priced = rows.iter().map(|row| &row.priced).filter(move |priced| priced.name == name);
+    priced.filter_map(|priced| Some((&*priced.label, priced.cost.as_ref().ok()?)))
 }
 
 fn rate(rows: &[CostRow]) -> Sum {
@@ -78,13 +79,15 @@ mod tests {
     use hpu_rtl::{Counts, Placed};
 
     use super::*;
+    use crate::cost::Priced;
 
     /// Returns a row with the numbers that claims read: cells, and the fastest clock of a block that fits.
-    fn row(name: &'static str, label: &'static str, cells: u64, mhz: Option<f64>) -> CostRow {
+    fn row(name: &str, label: &str, cells: u64, mhz: Option<f64>) -> CostRow {
         let some = Counts { lut4: 1, ff: 1, carry: 1, bram: 1, dsp: 0 };
         let ecp5 = mhz.is_none().then_some(some);
         let placed = mhz.map(|mhz| [Placed::Mhz(mhz); 3]);
-        CostRow { name, label, clocked: true, cost: Ok(Cost { ice40: some, cells, ecp5, placed }), proof: None }
+        let cost = Ok(Cost { ice40: some, cells, ecp5, placed });
+        CostRow { priced: Priced { name: name.into(), label: label.into(), clocked: true, cost }, proof: None }
     }
 
     fn findings(rows: &[CostRow]) -> [Finding; 3] {
@@ -110,7 +113,8 @@ mod tests {
             row("trig_cordic", "default", 2560, Some(6.0)),
         ];
         assert_eq!(findings(&slow), [NotConfirmed, CannotBeTold, NotConfirmed]);
-        let failed = CostRow { cost: Err("no Yosys".into()), ..row("trig_cordic", "default", 1, None) };
+        let mut failed = row("trig_cordic", "default", 1, None);
+        failed.priced.cost = Err("no Yosys".into());
         assert_eq!([findings(&[]), findings(&[failed])], [[CannotBeTold; 3]; 2]);
     }
 }

@@ -1,22 +1,24 @@
 //! A row of the study of costs: a block or loop, its cost, and the proved errors of its words.
 
+use std::borrow::Borrow;
+
 use hpu_papers::phantom::formats::{STIFFNESS_MAX_N_PER_M, full_scales_nm};
-use hpu_rtl::Cost;
 
 use super::{Config, bounds, loop_variants};
+use crate::cost::Priced;
 
 /// A block or loop with its result.
-pub(crate) struct CostRow {
-    /// Its name.
-    pub name: &'static str,
-    /// Label of its configuration.
-    pub label: &'static str,
-    /// Whether it has a clock.
-    pub clocked: bool,
-    /// Its cost, or the reason why it has none.
-    pub cost: Result<Cost, String>,
+pub struct CostRow {
+    /// Its cost.
+    pub priced: Priced,
     /// The proved errors, if it is a loop.
     pub proof: Option<Proof>,
+}
+
+impl Borrow<Priced> for CostRow {
+    fn borrow(&self) -> &Priced {
+        &self.priced
+    }
 }
 
 /// The proved errors of a loop's words.

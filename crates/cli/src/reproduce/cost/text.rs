@@ -1,14 +1,15 @@
 //! The rows of the study of costs as text, CSV and JSON.
 
+use hpu_page::{Cell, Column, Place, Table};
 use hpu_papers::phantom::{COST, DEVICE};
 use hpu_papers::studies::summing::summing_up;
-use hpu_rtl::{Counts, HX8K_BRAM, HX8K_CELLS};
+use hpu_rtl::{Cost, HX8K_BRAM, HX8K_CELLS};
 use serde_json::{Value, json};
 
 use super::Config;
 use super::claims::sums;
 use super::row::{CostRow, Proof};
-use crate::cost::{speed, target};
+use crate::cost::{counted, judged, timed};
 
 /// Returns all rows as text.
 pub fn text(versions: &[String], rows: &[CostRow]) -> String {
@@ -23,55 +24,66 @@ pub fn text(versions: &[String], rows: &[CostRow]) -> String {
          which is no part of the errors.\n\n",
         versions.join(", ")
     );
-    text += &format!(
-        "{:<20} {:<12} {:<11}{:>7}{:>6}{:>7}{:>5}{:>5}{:>7}{:>12} |{:>6}{:>9}{:>9}{:>10}{:>8}\n",
-        "block",
-        "variant",
-        "target",
-        "lut4",
-        "ff",
-        "carry",
-        "bram",
-        "dsp",
-        "cells",
-        "speed",
-        "depth",
-        "tip um",
-        "13 bits",
-        "torque %",
-        "length"
-    );
-    for row in rows {
-        text += &table_row(row);
-    }
+    text += &table(rows).painted(&|cell, _| cell.to_string());
     text + &tables() + &summing_up(&sums(rows))
 }
 
-fn table_row(row: &CostRow) -> String {
-    let CostRow { name, label, clocked, cost, proof } = row;
-    let proof = proof.as_ref().map_or(String::new(), |proof| {
-        let Proof { depth_width, position_um, position_13_um, torque_percent, length_um } = proof;
-        format!(" |{depth_width:>6}{position_um:>9.3}{position_13_um:>9.3}{torque_percent:>10.5}{length_um:>8.3}")
-    });
-    let cost = match cost {
-        Ok(cost) => cost,
-        Err(failure) => return format!("{name:<20} {label:<12} {}{proof}\n", failure.trim_end()),
+/// Returns the rows as a table for text, CSV and JSON.
+pub fn table(rows: &[CostRow]) -> Table {
+    let speed = |row: &CostRow| {
+        let unit = if row.priced.clocked { "MHz" } else { "ns" };
+        match (&row.priced.cost, row.priced.speed()) {
+            (Err(_), _) => Cell::absent(),
+            (Ok(_), speed) => speed.map_or("-".to_string(), |speed| format!("{speed:.2} {unit}")).into(),
+        }
     };
-    let (target, Counts { lut4, ff, carry, bram, dsp }) = target(cost);
-    let dsp = if cost.fits() { "-".to_string() } else { dsp.to_string() };
-    let unit = if *clocked { "MHz" } else { "ns" };
-    let speed = speed(*clocked, cost).map_or("-".to_string(), |speed| format!("{speed:.2} {unit}"));
-    let mut line = format!(
-        "{name:<20} {label:<12} {target:<11}{lut4:>7}{ff:>6}{carry:>7}{bram:>5}{dsp:>5}{:>7}{speed:>12}{proof}\n",
-        cost.cells
-    );
-    if !cost.fits() {
-        line += &format!(
-            "{:<33} does not fit the HX8K: {} of {HX8K_CELLS} logic cells, {} of {HX8K_BRAM} block RAMs\n",
-            "", cost.cells, cost.ice40.bram
-        );
-    }
-    line
+    let in_file = |key: &str, clocked: bool| {
+        let speed = move |row: &CostRow| row.priced.speed().filter(|_| row.priced.clocked == clocked);
+        let text = move |row: &CostRow| speed(row).map(|speed| format!("{speed:.2}"));
+        Column::text(key, "").only(&[Place::File]).of(text)
+    };
+    // A figure of the proof has fewer digits in text than in the file.
+    let proved = |key: &str, head: &str, least: usize, digits: [usize; 2], figure: fn(&Proof) -> f64| {
+        let [text, file] = digits.map(|digits| {
+            move |row: &CostRow| match &row.proof {
+                Some(proof) => Cell::from(format!("{:.digits$}", figure(proof))),
+                None => Cell::absent(),
+            }
+        });
+        let said = Column::number("", head).least(least).said().of(text);
+        [said, Column::text(key, "").only(&[Place::File]).of(file)]
+    };
+    let depth = |row: &CostRow| row.proof.as_ref().map_or(Cell::absent(), |proof| proof.depth_width.into());
+    let places = [Place::Text, Place::File];
+    let remark = |row: &CostRow| match (&row.priced.cost, row.priced.too_large()) {
+        (Err(failure), _) => Cell::from(format!("\n  {}", failure.trim_end().replace('\n', "\n  "))).good(false),
+        (_, Some(Cost { cells, ice40, .. })) => format!(
+            "\n{:<33} does not fit the HX8K: {cells} of {HX8K_CELLS} logic cells, {} of {HX8K_BRAM} block RAMs",
+            "", ice40.bram
+        )
+        .into(),
+        _ => Cell::absent(),
+    };
+    let mut fields = vec![
+        Column::text("block", "block").least(20).of(|row: &CostRow| row.priced.name.clone()),
+        Column::text("name", "variant").file("variant").least(12).of(|row: &CostRow| row.priced.label.clone()),
+    ];
+    fields.extend(counted([11, 6, 5, 6, 4, 4, 6]).chain(judged()));
+    fields.extend([
+        Column::number("", "speed").least(11).said().of(speed),
+        in_file("fmax_mhz", true),
+        in_file("path_ns", false),
+        Column::text("", "|").said().of(|row: &CostRow| row.proof.as_ref().map_or("", |_| "|")),
+        Column::integer("depth_bits", "depth").only(&places).of(depth),
+    ]);
+    fields.extend(proved("position_error_um", "tip um", 8, [3, 4], |proof| proof.position_um));
+    fields.extend(proved("position_error_13_bits_um", "13 bits", 8, [3, 4], |proof| proof.position_13_um));
+    fields.extend(proved("torque_error_13_bits_percent", "torque %", 9, [5, 6], |proof| proof.torque_percent));
+    fields.extend(proved("length_error_um", "length", 7, [3, 4], |proof| proof.length_um));
+    fields.push(Column::text("proved", "").only(&[Place::Json]).of(|row: &CostRow| row.proof.as_ref().map(object)));
+    fields.extend(timed());
+    fields.push(Column::text("", "").said().of(remark));
+    Table::of("blocks", rows, fields).gap(1)
 }
 
 /// Returns the text about the tables that fit into an HX8K.
@@ -100,45 +112,13 @@ fn tables() -> String {
     text
 }
 
-const CSV_HEADER: &str = "block,variant,target,lut4,ff,carry,bram,dsp,hx8k_cells,hx8k_bram,fits_hx8k,fmax_mhz,path_ns,\
-     depth_bits,position_error_um,position_error_13_bits_um,torque_error_13_bits_percent,length_error_um,failure\n";
-
-/// Returns a CSV with a row for each block or loop, below a line with the tools.
-pub fn csv(versions: &[String], rows: &[CostRow]) -> String {
-    let mut text = format!("# {}\n{CSV_HEADER}", versions.join(", "));
-    for CostRow { name, label, clocked, cost, proof } in rows {
-        let proof = proof.as_ref().map_or(",,,,".to_string(), |proof| {
-            let Proof { depth_width, position_um, position_13_um, torque_percent, length_um } = proof;
-            format!("{depth_width},{position_um:.4},{position_13_um:.4},{torque_percent:.6},{length_um:.4}")
-        });
-        text += &match cost {
-            Ok(cost) => {
-                let (target, Counts { lut4, ff, carry, bram, dsp }) = target(cost);
-                let speed = speed(*clocked, cost).map_or(String::new(), |speed| format!("{speed:.2}"));
-                let (fmax, path) = if *clocked { (speed, String::new()) } else { (String::new(), speed) };
-                format!(
-                    "{name},{label},{target},{lut4},{ff},{carry},{bram},{dsp},{},{},{},{fmax},{path},{proof},\n",
-                    cost.cells,
-                    cost.ice40.bram,
-                    cost.fits()
-                )
-            }
-            Err(failure) => format!("{name},{label},,,,,,,,,,,,{proof},\"{}\"\n", failure.replace('"', "\"\"")),
-        };
-    }
-    text
-}
-
-/// Returns a row as JSON.
-pub fn object(row: &CostRow) -> Value {
-    let mut object = crate::cost::object(row.label, row.clocked, &row.cost);
-    object["block"] = json!(row.name);
-    object["proved"] = json!(row.proof.as_ref().map(|proof| json!({
+/// Returns the proved errors as JSON.
+fn object(proof: &Proof) -> Value {
+    json!({
         "depth_bits": proof.depth_width,
         "position_error_m": 1e-6 * proof.position_um,
         "position_error_13_bits_m": 1e-6 * proof.position_13_um,
         "torque_error_13_bits_percent": proof.torque_percent,
         "length_error_m": 1e-6 * proof.length_um,
-    })));
-    object
+    })
 }
