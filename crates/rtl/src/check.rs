@@ -11,7 +11,8 @@ use hpu_cosim::Control;
 use hpu_datapath::{AnyBlock, block_by_name, block_names, variants_of};
 
 use crate::closed_loop::{LoopJob, LoopScene, Loops};
-use crate::engines::ghdl::{GhdlError, Library};
+use crate::engines::error::Error;
+use crate::engines::ghdl::Library;
 use crate::engines::hdl::Setup;
 use crate::engines::sources::sources;
 use crate::engines::tool::{Fault, Tool, ToolError};
@@ -69,9 +70,9 @@ impl CheckOptions {
 ///
 /// # Errors
 ///
-/// [`GhdlError`] when GHDL is missing, the VHDL does not analyse, or a tool is at fault. A mismatch is not an error but
+/// [`Error`] when GHDL is missing, the VHDL does not analyse, or a tool is at fault. A mismatch is not an error but
 /// a result, and so is a run that the VHDL stopped.
-pub fn check(options: &CheckOptions) -> Result<CheckReport, GhdlError> {
+pub fn check(options: &CheckOptions) -> Result<CheckReport, Error> {
     Check::new(options)?.run(&Control::default(), |_| Ok(()))
 }
 
@@ -108,11 +109,11 @@ impl<'o> Check<'o> {
     ///
     /// # Errors
     ///
-    /// [`GhdlError`] when GHDL is missing or too old, the VHDL does not analyse, or a scene has no VHDL.
-    pub fn new(options: &'o CheckOptions) -> Result<Self, GhdlError> {
+    /// [`Error`] when GHDL is missing or too old, the VHDL does not analyse, or a scene has no VHDL.
+    pub fn new(options: &'o CheckOptions) -> Result<Self, Error> {
         let scenes = options.scenes.iter().map(|scene| LoopJob::new(scene).map(LoopJob::late));
         let scenes = scenes.collect::<Result<Vec<_>, _>>()?;
-        Tool::Ghdl.version(options.setup.timeout).map_err(GhdlError::Tool)?;
+        Tool::Ghdl.version(options.setup.timeout)?;
         let (mut rows, mut jobs) = (Vec::new(), Vec::new());
         for (label, block) in options.wanted() {
             let runs = sets(&*block, &label, options);
@@ -163,8 +164,8 @@ impl<'o> Check<'o> {
     ///
     /// # Errors
     ///
-    /// [`GhdlError`] when a tool is at fault, or the error that `tell` returned.
-    pub fn run<E: From<GhdlError>>(
+    /// [`Error`] when a tool is at fault, or the error that `tell` returned.
+    pub fn run<E: From<Error>>(
         mut self,
         control: &Control,
         mut tell: impl FnMut(&CheckRow) -> Result<(), E>,
@@ -225,7 +226,7 @@ impl<'o> Check<'o> {
     }
 
     /// Runs the testbench of a configuration on one set of vectors.
-    fn vectors(&self, (label, block): &mut (String, Box<dyn AnyBlock>), set: u64) -> Result<Tally, GhdlError> {
+    fn vectors(&self, (label, block): &mut (String, Box<dyn AnyBlock>), set: u64) -> Result<Tally, Error> {
         let library = self.blocks.as_ref().expect("where a block is checked, blocks are analysed");
         block.reset();
         let stimuli = stimuli(&**block, set, self.options);
@@ -239,7 +240,7 @@ impl<'o> Check<'o> {
 }
 
 /// Compares the VHDL of a block with vectors, which are written to a file whose name contains `name`.
-pub(crate) fn held(library: &Library, vectors: &Vectors, name: &str) -> Result<Tally, GhdlError> {
+pub(crate) fn held(library: &Library, vectors: &Vectors, name: &str) -> Result<Tally, Error> {
     let (header, rows) = (&vectors.header, vectors.rows.len());
     let file = format!("{}-{name}.txt", header.block);
     library.write(&file, vectors.to_text())?;
@@ -259,10 +260,10 @@ pub(crate) fn held(library: &Library, vectors: &Vectors, name: &str) -> Result<T
 impl PendingRow {
     /// Keeps the result of a run. A complaint of GHDL about the VHDL is a result; a fault of a tool is returned as an
     /// error.
-    fn take(&mut self, set: u64, found: Result<Tally, GhdlError>, seconds: f64) -> Result<(), GhdlError> {
+    fn take(&mut self, set: u64, found: Result<Tally, Error>, seconds: f64) -> Result<(), Error> {
         let found = match found {
             Ok(tally) => Ok(tally),
-            Err(error @ GhdlError::Failed { .. }) => Err(error.to_string()),
+            Err(error) if error.is_refusal() => Err(error.to_string()),
             Err(error) => return Err(error),
         };
         self.found.insert(set, (found, seconds));
@@ -298,7 +299,7 @@ fn times_us(block: &str) -> [u64; 2] {
 }
 
 /// Analyses blocks, the blocks that they instantiate, and their testbenches.
-pub(crate) fn benches<'n>(names: impl IntoIterator<Item = &'n str>, setup: &Setup) -> Result<Library, GhdlError> {
+pub(crate) fn benches<'n>(names: impl IntoIterator<Item = &'n str>, setup: &Setup) -> Result<Library, Error> {
     let names: Vec<_> = names.into_iter().collect();
     let blocks: Vec<_> =
         block_names().iter().filter(|name| names.contains(name)).filter_map(|name| block_by_name(name)).collect();

@@ -12,8 +12,9 @@ use hpu_cosim::{Control, NetUse, SceneFile, Simulation, Summary, Trace, Wired, W
 use hpu_signal::{Clock, Observe, SignalUse};
 use hpu_wave::Around;
 
-use crate::dut::{ANSWER, DutError, Model, Process, bench, bridge, interface, simulate};
-use crate::engines::ghdl::{GhdlError, Library};
+use crate::dut::{ANSWER, Model, Process, bench, bridge, interface, simulate};
+use crate::engines::error::{Error, Reason};
+use crate::engines::ghdl::Library;
 use crate::engines::hdl::Setup;
 use crate::engines::library::place_library;
 use crate::engines::sources::sources;
@@ -39,12 +40,12 @@ pub struct LoopScene {
 ///
 /// # Errors
 ///
-/// [`GhdlError`] when GHDL or the shared library is missing, the VHDL does not analyse, or the scene has no datapath. A
+/// [`Error`] when GHDL or the shared library is missing, the VHDL does not analyse, or the scene has no datapath. A
 /// mismatch is a result.
-pub fn closed_loop(scene: &LoopScene, setup: &Setup) -> Result<CheckRow, GhdlError> {
+pub fn closed_loop(scene: &LoopScene, setup: &Setup) -> Result<CheckRow, Error> {
     let start = Instant::now();
     let job = LoopJob::new(scene)?;
-    Tool::Ghdl.version(setup.timeout).map_err(GhdlError::Tool)?;
+    Tool::Ghdl.version(setup.timeout)?;
     let loops = Loops::new(std::slice::from_ref(&job), setup)?;
     let mut row = job.row();
     row.add(Ok(job.run(&loops)?), true, start.elapsed().as_secs_f64());
@@ -69,10 +70,10 @@ pub fn run_vhdl(
     trace: &mut Trace,
     observer: &mut dyn Observe,
     control: &Control,
-) -> Result<(Summary, CheckRow), GhdlError> {
+) -> Result<(Summary, CheckRow), Error> {
     let start = Instant::now();
     let job = LoopJob::new(scene)?;
-    Tool::Ghdl.version(setup.timeout).map_err(GhdlError::Tool)?;
+    Tool::Ghdl.version(setup.timeout)?;
     let loops = Loops::new(std::slice::from_ref(&job), setup)?;
     let mut row = job.row();
     let summary = follow(simulation, trace, observer, |observer, from| {
@@ -80,7 +81,7 @@ pub fn run_vhdl(
         lockstep.show(observer, simulation.stride(), from);
         let tally = job.close(&loops, &mut lockstep, control)?;
         row.add(Ok(tally), true, start.elapsed().as_secs_f64());
-        Ok::<_, GhdlError>(sum_up(simulation, lockstep.played(simulation.clock().period_s()), &row))
+        Ok::<_, Error>(sum_up(simulation, lockstep.played(simulation.clock().period_s()), &row))
     })?;
     Ok((summary, row))
 }
@@ -118,17 +119,17 @@ pub(crate) struct LoopJob {
 }
 
 impl LoopJob {
-    pub(crate) fn new(LoopScene { source, overrides, edges }: &LoopScene) -> Result<Self, GhdlError> {
+    pub(crate) fn new(LoopScene { source, overrides, edges }: &LoopScene) -> Result<Self, Error> {
         let name = &source.name;
-        let scene = source.parse(overrides).map_err(|error| GhdlError::Scene(error.to_string()))?;
-        let simulation = WiredSimulation::new(&scene).map_err(|error| GhdlError::Scene(format!("{name}: {error}")))?;
+        let scene = source.parse(overrides).map_err(|error| Error::file(error))?;
+        let simulation = WiredSimulation::new(&scene).map_err(|error| Error::file(format!("{name}: {error}")))?;
         if !simulation.wiring().is_hardware() {
             let why = "a law in floats has no VHDL; write model.datapath = \"words\"";
-            return Err(GhdlError::Scene(format!("{name}: {why}")));
+            return Err(Error::file(format!("{name}: {why}")));
         }
         if simulation.direct().is_some() {
             let why = "with this model.solver it runs without a clock, and VHDL has one";
-            return Err(GhdlError::Scene(format!("{name}: {why}")));
+            return Err(Error::file(format!("{name}: {why}")));
         }
         let block = simulation.wiring().block();
         let nets: Vec<_> = simulation.nets().iter().map(|net| net.name).collect();
@@ -164,14 +165,14 @@ impl LoopJob {
         CheckRow::new(self.wiring, &self.scene.name)
     }
 
-    pub(crate) fn run(&self, loops: &Loops) -> Result<Tally, GhdlError> {
-        let simulation = WiredSimulation::new(&self.scene).map_err(|error| GhdlError::Scene(error.to_string()))?;
+    pub(crate) fn run(&self, loops: &Loops) -> Result<Tally, Error> {
+        let simulation = WiredSimulation::new(&self.scene).map_err(|error| Error::file(error))?;
         let mut lockstep = Lockstep::new(&simulation, self.edges, self.is_late);
         self.close(loops, &mut lockstep, &Control::default())
     }
 
     /// Runs the bench in GHDL and closes the loop through `lockstep`.
-    fn close(&self, loops: &Loops, lockstep: &mut Lockstep, control: &Control) -> Result<Tally, GhdlError> {
+    fn close(&self, loops: &Loops, lockstep: &mut Lockstep, control: &Control) -> Result<Tally, Error> {
         let Bench { unit, ports, .. } = loops.benches.iter().find(|bench| bench.of(self)).expect("every job has one");
         loops.library.elaborate(unit)?;
         let mut command = simulate(self.dut.standard, loops.library.dir(), unit);
@@ -180,14 +181,14 @@ impl LoopJob {
         let start = |words: &[u64], drives: &[bool], changes: &mut Vec<_>| {
             Process::start(Tool::Ghdl, command, loops.limit, (words, drives), changes)
         };
-        match lockstep.run(ports, start, control) {
+        match lockstep.run(ports, start, control).map_err(Error::into_reason) {
             Ok(()) => Ok(lockstep.tally(&self.around)),
-            Err(DutError::Lost { error, .. } | DutError::Tool(error)) => {
+            Err(Reason::Lost(error, _) | Reason::Tool(error)) => {
                 // This bench never ends by itself.
                 let fault = if let Fault::Failed(0) = error.fault { Fault::Silent("result") } else { error.fault };
-                Err(ToolError { step: format!("run {unit}"), fault, ..error }.into())
+                Err(Error::of_ghdl(ToolError { step: format!("run {unit}"), fault, ..error }))
             }
-            Err(error) => Err(GhdlError::Failed { step: format!("run {unit}"), said: error.to_string() }),
+            Err(error) => Err(Error::failed(&format!("run {unit}"), Error::from(error).to_string())),
         }
     }
 }
@@ -219,7 +220,7 @@ impl Bench {
 }
 
 impl Loops {
-    pub(crate) fn new(jobs: &[LoopJob], setup: &Setup) -> Result<Self, GhdlError> {
+    pub(crate) fn new(jobs: &[LoopJob], setup: &Setup) -> Result<Self, Error> {
         let mut wirings: Vec<&LoopJob> = Vec::new();
         for job in jobs {
             if wirings.iter().all(|other| other.wiring != job.wiring) {
@@ -229,7 +230,7 @@ impl Loops {
         let (mut texts, mut benches) = (Vec::new(), Vec::<Bench>::new());
         for of_wiring in wirings {
             let wiring = of_wiring.wiring;
-            let failed = |said| GhdlError::Failed { step: format!("close the loop of {wiring}"), said };
+            let failed = |said: String| Error::failed(&format!("close the loop of {wiring}"), said);
             let text = setup.hdl.text(wiring)?;
             let file = setup.hdl.file(wiring);
             // The last `end architecture` ends the architecture.

@@ -19,18 +19,17 @@ mod vectors;
 
 pub use check::{Check, CheckOptions, check};
 pub use closed_loop::{LoopScene, closed_loop, run_vhdl};
-pub use cost::{
-    Cache, Cost, CostError, Counts, HX8K_BRAM, HX8K_CELLS, Placed, SEEDS, cost, counts, tool_versions, verilog,
-};
+pub use cost::{Cache, Cost, Counts, HX8K_BRAM, HX8K_CELLS, Placed, SEEDS, cost, counts, tool_versions, verilog};
 pub use engines::cache_folder::CacheFolder;
+pub use engines::error::{Cause, Error};
 pub use engines::fault::Fault;
-pub use engines::ghdl::{GhdlError, Library};
+pub use engines::ghdl::Library;
 pub use engines::group::{Group, is_ignored, stop_tools};
 pub use engines::hdl::{Hdl, Setup, differs_from_the_hardware};
 pub use engines::note::tell_notes;
 pub use engines::sources::vhdl;
 pub use engines::temporary;
-pub use engines::tool::{Said, TIMEOUT, Tool, ToolError, output};
+pub use engines::tool::{Said, TIMEOUT, output};
 pub use hpu_wave::{Around, Column, ComparedRow};
 pub use vectors::around::around_in_file;
 pub use vectors::coverage::{Coverage, Moved, Role};
@@ -38,9 +37,9 @@ pub use vectors::generated::{generated, stale, write_committed};
 pub use vectors::junit::{Case, junit, junit_suite};
 pub use vectors::late::{Late, comparison_edges};
 pub use vectors::package::package;
-pub use vectors::reader::{Problem, VectorError, stimuli_from_csv};
+pub use vectors::reader::stimuli_from_csv;
 pub use vectors::report::{CheckReport, CheckRow, Contact, Mismatch};
 pub use vectors::scene::scene_vectors;
 pub use vectors::stimuli;
 pub use vectors::testbench::{VECTOR_READER, testbench};
-pub use vectors::vector::{Header, JsonError, Memory, Origin, Source, Stimulus, TooWide, Vectors, literal, row_line};
+pub use vectors::vector::{Header, Memory, Origin, Source, Stimulus, TooWide, VectorError, Vectors, literal, row_line};

@@ -13,7 +13,7 @@ use hpu_cosim::{Control, Summary, Sums, Wired};
 use hpu_signal::{Cycle, Format, Observe, Signal, SignalUse, UNKNOWN};
 use hpu_wave::{Around, ComparedRow};
 
-use crate::dut::DutError;
+use crate::engines::error::Error;
 use crate::engines::tool::{Fault, Tool, ToolError};
 use crate::vectors::around::{AFTER, BEFORE};
 use crate::vectors::coverage::Coverage;
@@ -153,9 +153,9 @@ impl<'s> Lockstep<'s> {
     pub(crate) fn run<S: RunningDesign>(
         &mut self,
         ports: &[Option<usize>],
-        start: impl FnOnce(&[u64], &[bool], &mut Vec<Change>) -> Result<S, DutError>,
+        start: impl FnOnce(&[u64], &[bool], &mut Vec<Change>) -> Result<S, Error>,
         control: &Control,
-    ) -> Result<(), DutError> {
+    ) -> Result<(), Error> {
         let drives: Vec<_> = ports.iter().map(|port| port.is_some_and(|net| self.drives[net])).collect();
         let mut changes = Vec::new();
         let mut running = start(&self.bits(ports), &drives, &mut changes)?;
@@ -164,13 +164,13 @@ impl<'s> Lockstep<'s> {
         while self.edge < self.edges && !self.is_over() {
             control.progress.store(self.edge, Ordering::Relaxed);
             if control.stop.load(Ordering::Relaxed) {
-                return Err(DutError::Tool(ToolError::new(Tool::Ghdl, "close a loop", Fault::Stopped, "")));
+                return Err(ToolError::new(Tool::Ghdl, "close a loop", Fault::Stopped, "").into());
             }
             self.pair.sense(&mut self.input);
             let (edges, agrees) = (self.plan(), self.mismatches == 0);
             changes.clear();
             let bits = self.bits(ports);
-            let done = running.clock(&bits, edges, true, &mut changes).map_err(DutError::from)?;
+            let done = running.clock(&bits, edges, true, &mut changes)?;
             let mut told = changes.chunk_by(|one, two| one.edge == two.edge).peekable();
             for edge in 1..=done {
                 if edge > 1 {

@@ -6,7 +6,7 @@ use hpu_cosim::scene::{Identifier, Language, SourceFile, Standard};
 use hpu_cosim::{excerpt, read_plain};
 use hpu_datapath::Generic;
 use hpu_rtl::CheckReport;
-use hpu_rtl::entity::{Entity, EntityError, Link};
+use hpu_rtl::entity::{Entity, Link};
 
 use crate::check::{Args, Shown, fields};
 use crate::shell::{Failure, interrupt, tell, values};
@@ -175,21 +175,13 @@ fn files(names: &[String]) -> Result<Vec<SourceFile>, Failure> {
     names.iter().map(read).collect()
 }
 
-/// Returns the message and exit code for an error.
-pub fn failure(error: EntityError) -> Failure {
-    match error {
-        EntityError::Refused(why) => Failure::usage(why),
-        EntityError::Simulator(fault) => fault.into(),
-    }
-}
-
 /// Compares the blocks, and shows the table as it grows. Returns the report, and the name of the simulator of theirs.
 pub fn checked(args: &Args, shown: &mut Shown) -> Result<(CheckReport, String), Failure> {
     let entity = entity(args)?;
     let simulators = args.hdl.simulators();
     let (mut report, mut engine) = (CheckReport::default(), String::new());
-    for mut configuration in entity.configurations().map_err(failure)? {
-        let compared = entity.compare(&mut configuration, &simulators).map_err(failure)?;
+    for mut configuration in entity.configurations()? {
+        let compared = entity.compare(&mut configuration, &simulators)?;
         interrupt::check()?;
         if report.rows.is_empty() {
             let block = &entity.block;

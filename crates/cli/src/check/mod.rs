@@ -6,12 +6,11 @@ pub mod prove;
 
 use std::path::PathBuf;
 
+use entity::Theirs;
 use hpu_cosim::scene::{Experiment, shipped};
 use hpu_datapath::block_names;
 use hpu_page::{Cell, Column, Field, Page, Table};
-use hpu_rtl::{
-    Check, CheckOptions, CheckReport, CheckRow, Contact, Coverage, GhdlError, Late, comparison_edges, junit,
-};
+use hpu_rtl::{Check, CheckOptions, CheckReport, CheckRow, Contact, Coverage, Error, Late, comparison_edges, junit};
 use serde_json::{Value, json};
 
 use crate::block::{find, known, known_to_proofs};
@@ -21,8 +20,6 @@ use crate::shell::{
     Exit, Failure, Folder, Jobs, Single, hdl, interrupt, print, print_json, tell, verdict, with_progress,
 };
 use crate::waves::waveform;
-
-use entity::Theirs;
 
 /// Hold the VHDL against the emulator in GHDL: blocks on vectors, loops closed around the same plant
 ///
@@ -204,7 +201,7 @@ fn edges(args: &Args, scene: &Experiment) -> u64 {
 fn checked(options: &CheckOptions, shown: &mut Shown) -> Result<CheckReport, Failure> {
     let control = interrupt::heed();
     let check = match Check::new(options) {
-        Err(error @ GhdlError::Failed { .. }) => {
+        Err(error) if error.is_refusal() => {
             // All VHDL is analysed together, so an error of the analysis is shown once.
             let row = unfinished(options, &error);
             shown.begin(fields("block", "variant"))?;
@@ -259,7 +256,7 @@ fn everything() -> (Vec<String>, Vec<String>) {
 }
 
 /// Returns the row for VHDL that does not analyse: of the first block, or of the first scene.
-fn unfinished(options: &CheckOptions, error: &GhdlError) -> CheckRow {
+fn unfinished(options: &CheckOptions, error: &Error) -> CheckRow {
     let block = options.blocks.first().map_or("loop", String::as_str);
     CheckRow {
         block: block.to_string(),

@@ -9,12 +9,11 @@ use std::time::{Duration, Instant};
 use hpu_cosim::{Wired, WiredSimulation};
 use hpu_datapath::{AnyBlock, Generic, Instance, configured, proved_variants_of};
 use hpu_page::{Cell, Column, Field, Page, Table};
-use hpu_rtl::Around;
-use hpu_rtl::formal::{Part, Proof, ProofError, Proofs, Prover, Verdict};
+use hpu_rtl::formal::{Part, Proof, Proofs, Prover, Verdict, tools};
+use hpu_rtl::{Around, Error};
 use serde_json::{Value, json};
 
-use crate::check::Args;
-use crate::check::entity;
+use crate::check::{Args, entity};
 use crate::scene::Loaded;
 use crate::shell::cache::path;
 use crate::shell::{Exit, Failure, Folder, cache_folder, interrupt, print, print_json, tell, verdict, with_progress};
@@ -27,14 +26,14 @@ const QUESTION: Duration = Duration::from_secs(60);
 type Wanted = (String, String, Option<Vec<(&'static str, Generic)>>);
 
 /// The function that proves a configuration.
-type Proving<'p> = &'p (dyn Fn(&Wanted) -> Result<Verdict, ProofError> + Sync);
+type Proving<'p> = &'p (dyn Fn(&Wanted) -> Result<Verdict, Error> + Sync);
 
 /// The result for a configuration: its index among the requested ones, its verdict, and the seconds that it took.
 struct ProofResult {
     index: usize,
     block: String,
     variant: String,
-    found: Result<Verdict, ProofError>,
+    found: Result<Verdict, Error>,
     seconds: f64,
 }
 
@@ -74,7 +73,7 @@ fn prove<T>(
         if args.blocks.is_empty() && !args.scenes.is_empty() { Vec::new() } else { listed.collect() };
     wanted.extend(of_scenes(args)?);
     let folder = cache_folder("proofs", "proofs");
-    let proofs = Proofs::open(path(&folder)?, setup.timeout).map_err(failure)?;
+    let proofs = Proofs::open(path(&folder)?, setup.timeout)?;
     let prover = Prover::new(&setup, limit).remembering(proofs);
     let proved = |(name, _, set): &Wanted| {
         let set = set.as_ref().expect("it has generics");
@@ -112,7 +111,7 @@ pub fn theirs(args: &Args) -> Result<Exit, Failure> {
     let simulators = args.hdl.simulators();
     let limit = args.hdl.setup().timeout.unwrap_or(QUESTION);
     let configurations = || entity.configurations();
-    let labels = configurations().map_err(entity::failure)?.into_iter().map(|(label, _)| label);
+    let labels = configurations()?.into_iter().map(|(label, _)| label);
     let wanted: Vec<_> = labels.map(|label| (entity.top.to_string(), label, None)).collect();
     let proved = |(_, label, _): &Wanted| {
         let own = configurations()?.into_iter().find(|(own, _)| own == label).expect("it is wanted");
@@ -157,7 +156,7 @@ fn tabled(
     }
     // A failed tool is an error, not a verdict.
     if let Some(error) = rows.into_iter().find_map(|row| row.found.err()) {
-        return Err(failure(error));
+        return Err(error.into());
     }
     Ok(Exit::when(is_well))
 }
@@ -172,7 +171,7 @@ fn proofs(
     show: &mut dyn FnMut(&ProofResult) -> Result<(), Failure>,
 ) -> Result<Option<Vec<ProofResult>>, Failure> {
     // A missing tool is reported before anything is shown.
-    hpu_rtl::formal::TOOLS.iter().try_for_each(|tool| tool.version(args.hdl.setup().timeout).map(drop))?;
+    tools(args.hdl.setup().timeout)?;
     let jobs = args.jobs.get().get().min(wanted.len().max(1));
     // For a block of the user's own, an impossible request is found only during the proof.
     if !args.theirs.is_asked() {
@@ -206,9 +205,9 @@ fn proofs(
             }
             drop(send);
             for row in done {
-                // An impossible request gives an error and no row.
-                if let Err(ProofError::Entity(error)) = row.found {
-                    return Err(entity::failure(error));
+                // An impossible request about a block of the user's own gives an error and no row.
+                if args.theirs.is_asked() && row.found.is_err() {
+                    return row.found.map(drop).map_err(Failure::from);
                 }
                 control.progress.fetch_add(1, Ordering::Relaxed);
                 show(&row)?;
@@ -323,15 +322,6 @@ fn rests_on(parts: &[Part]) -> String {
     }
     let names: Vec<_> = open.iter().map(|Part { place, block, .. }| format!("{place} ({block})")).collect();
     format!("wired: the wiring equals; not proved: {}", names.join(", "))
-}
-
-fn failure(error: ProofError) -> Failure {
-    match error {
-        ProofError::Tool(error) => error.into(),
-        ProofError::Cost(error) => error.into(),
-        ProofError::Netlist(why) => Failure::file(why),
-        ProofError::Entity(error) => entity::failure(error),
-    }
 }
 
 /// Returns the line of a row, and the counterexample if the row is refuted.

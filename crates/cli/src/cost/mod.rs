@@ -7,8 +7,8 @@ use std::sync::Mutex;
 use hpu_cosim::scene::{DutScene, Experiment};
 use hpu_farm::units;
 use hpu_page::{Cell, Column, Field, Page, Place, Table};
-use hpu_rtl::dut::DutCost;
-use hpu_rtl::{Cache, CacheFolder, Cost, CostError, Counts, HX8K_BRAM, HX8K_CELLS, Setup};
+use hpu_rtl::dut::{DutCost, at};
+use hpu_rtl::{Cache, CacheFolder, Cost, Counts, Error, HX8K_BRAM, HX8K_CELLS, Setup};
 use serde_json::{Value, json};
 
 use crate::block::{find, known, labels};
@@ -124,7 +124,7 @@ fn design_cost(args: &Args, scene: &DutScene) -> Result<DutCost, Failure> {
     }
     let control = interrupt::heed();
     let cost = with_progress(1, "designs placed", control, || simulators.cost(scene));
-    cost.map_err(|error| Failure::from(error.at(scene)))
+    cost.map_err(|error| at(error, scene).into())
 }
 
 /// Returns the page of a design's cost.
@@ -246,7 +246,7 @@ pub fn measured(
     setup: &Setup,
     mut take: impl FnMut(Priced) -> Result<(), Failure>,
 ) -> Result<bool, Failure> {
-    let found: Vec<Mutex<Option<(bool, Result<Cost, CostError>)>>> = plan.iter().map(|_| Mutex::new(None)).collect();
+    let found: Vec<Mutex<Option<(bool, Result<Cost, Error>)>>> = plan.iter().map(|_| Mutex::new(None)).collect();
     let all: Vec<usize> = (0..plan.len()).collect();
     let unit = |index: usize, _: &_| {
         // A block belongs to the thread that made it.

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use hpu_rtl::{Cache, CacheFolder, CostError, GhdlError, temporary};
+use hpu_rtl::{Cache, CacheFolder, Error, temporary};
 
 use crate::shell::exit::Failure;
 
@@ -22,9 +22,9 @@ impl Remember {
     pub fn open(&self, limit: Option<Duration>) -> Result<Cache, Failure> {
         let users = cache_folder("cost", "costs");
         let dir = self.cache.as_deref().map_or_else(|| path(&users), Ok)?;
-        Cache::open(dir, limit).map_err(|error| match error {
-            CostError::Ghdl(GhdlError::Io(..)) => Failure::usage(format!("{error}; write --cache DIR")),
-            _ => error.into(),
+        Cache::open(dir, limit).map_err(|error| match error.is_io() {
+            true => Failure::usage(format!("{error}; write --cache DIR")),
+            false => error.into(),
         })
     }
 }
@@ -44,12 +44,10 @@ pub fn path(folder: &CacheFolder) -> Result<&Path, Failure> {
 
 /// Turns a tool's refusal into its reason, which is shown in place of the cost. A tool at fault or a missing file ends
 /// the command.
-pub(crate) fn or_reason<T>(found: Result<T, CostError>) -> Result<Result<T, String>, Failure> {
+pub(crate) fn or_reason<T>(found: Result<T, Error>) -> Result<Result<T, String>, Failure> {
     match found {
         Ok(found) => Ok(Ok(found)),
-        Err(error @ (CostError::Failed { .. } | CostError::Ghdl(GhdlError::Failed { .. }))) => {
-            Ok(Err(error.to_string()))
-        }
+        Err(error) if error.is_refusal() => Ok(Err(error.to_string())),
         Err(error) => Err(error.into()),
     }
 }

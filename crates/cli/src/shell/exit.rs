@@ -4,8 +4,8 @@ use std::fmt;
 use std::path::Path;
 
 use hpu_cosim::scene::SceneError;
-use hpu_rtl::dut::{DutError, was_refused};
-use hpu_rtl::{CostError, GhdlError, ToolError};
+use hpu_rtl::dut::was_refused;
+use hpu_rtl::{Cause, Error};
 use hpu_study::Kind;
 
 /// An exit code.
@@ -98,42 +98,23 @@ impl From<SceneError> for Failure {
     }
 }
 
-impl From<ToolError> for Failure {
-    fn from(error: ToolError) -> Self {
-        let exit = match &error {
-            error if error.is_stopped() => Exit::Interrupted,
-            error if error.is_unusable() => Exit::NoTool,
-            _ => Exit::BadFile,
+impl From<Error> for Failure {
+    fn from(error: Error) -> Self {
+        let exit = match error.cause() {
+            Cause::NoTool => Exit::NoTool,
+            Cause::Stopped => Exit::Interrupted,
+            Cause::Tool | Cause::File => Exit::BadFile,
+            // VHDL or a design that a tool refuses, or that ends its simulation, has not passed the check.
+            Cause::Design => Exit::Differs,
+            Cause::Usage => Exit::Usage,
         };
         Self::new(exit, error)
     }
 }
 
-impl From<GhdlError> for Failure {
-    fn from(error: GhdlError) -> Self {
-        match error {
-            GhdlError::Tool(error) => error.into(),
-            GhdlError::Io(..) | GhdlError::Scene(_) => Self::file(error),
-            // VHDL that GHDL refuses has not passed the check.
-            GhdlError::Failed { .. } => Self::new(Exit::Differs, error),
-        }
-    }
-}
-
 impl From<hpu_cosim::dut::Fault> for Failure {
     fn from(fault: hpu_cosim::dut::Fault) -> Self {
-        match fault.downcast::<DutError>() {
-            Ok(error) => match *error {
-                DutError::Tool(error) => error.into(),
-                error @ DutError::Forbidden { .. } => Self::usage(error),
-                // A design that a tool refuses, or that ends its simulation, has not passed the check.
-                error @ (DutError::Refused { .. } | DutError::Lost { .. } | DutError::Ended(_)) => {
-                    Self::new(Exit::Differs, error)
-                }
-                error @ (DutError::Generic(..) | DutError::Io(..)) => Self::file(error),
-            },
-            Err(fault) => Self::file(fault),
-        }
+        Error::from(fault).into()
     }
 }
 
@@ -146,15 +127,6 @@ impl From<hpu_study::Error> for Failure {
             (_, Some(fault)) => Self { message, ..fault.into() },
             (Kind::Usage, None) => Self::usage(message),
             _ => Self::file(message),
-        }
-    }
-}
-
-impl From<CostError> for Failure {
-    fn from(error: CostError) -> Self {
-        match error {
-            CostError::Ghdl(GhdlError::Tool(error)) => error.into(),
-            _ => Self::file(error),
         }
     }
 }

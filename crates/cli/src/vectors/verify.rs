@@ -71,7 +71,7 @@ fn read(file: &Path, text: &str) -> Result<(Vectors, Model), Failure> {
     let at = |line: usize, error: &dyn fmt::Display| Failure::file(format!("{}:{line}: {error}", file.display()));
     if text.starts_with('{') {
         let headers = models().map(|(header, _)| header);
-        let vectors = Vectors::from_json(text, headers).map_err(|error| at(error.line(text), &error))?;
+        let vectors = Vectors::from_json(text, headers).map_err(|error| at(error.line(), &error.why()))?;
         let model = models().find(|(header, _)| *header == vectors.header);
         return Ok((vectors, model.expect("it was found by its header").1));
     }

@@ -264,7 +264,7 @@ const MODES: &[Mode] = &[
     (
         &["cost"],
         &["--scene", "testbench/dut/knee.toml", "--cache", "@COSTS"],
-        &[("set", &["--set", "clock.frequency=8 MHz"]), ("cache", &["--cache", "/proc/none"])],
+        &[("set", &["--set", "dut.top=Nothing"]), ("cache", &["--cache", "/proc/none"])],
     ),
     (
         &["reproduce", "phantom-cost"],

@@ -76,6 +76,16 @@ pub const SIGNALS: [&str; 20] = [
     "command2",
     "command3",
 ];
+/// Returns the net that bears a signal: a command is read before its register, as the scaled torque.
+fn net_of(signal: &str) -> &str {
+    match signal {
+        "command1" => "scaled1",
+        "command2" => "scaled2",
+        "command3" => "scaled3",
+        other => other,
+    }
+}
+
 /// The words inside the Jacobian, before the torques.
 const INNER: [&str; 3] = ["radial", "upper", "fore"];
 
@@ -118,11 +128,7 @@ pub fn bounds(config: &Config, stiffness_max_n_per_m: f64) -> Result<Vec<SignalB
             }
             for output in &instance.connections[instance.model.inputs().len()..] {
                 let (Some(word), signal) = (walk.nets[output.net], &nets[output.net]) else { continue };
-                // The scaled torque is the command, before its register.
-                let name = SIGNALS.into_iter().find(|told| match signal.name.strip_prefix("scaled") {
-                    Some(joint) => told.strip_prefix("command") == Some(joint),
-                    None => *told == signal.name && told.strip_prefix("command").is_none(),
-                });
+                let name = SIGNALS.into_iter().find(|told| net_of(told) == signal.name);
                 rows.extend(name.map(|name| SignalBound::of(name, signal.unit, signal.format, word)));
                 if signal.unit == "N" {
                     // From here on, errors are reported for the forces as words.

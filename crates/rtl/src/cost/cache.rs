@@ -7,8 +7,9 @@ use std::time::Duration;
 use hpu_cosim::script::Fixed;
 use hpu_datapath::AnyBlock;
 
-use super::{Cost, CostError, Counts, DEVICE, SEEDS, bench, ecp5_script, ice40_script, tool_versions};
+use super::{Cost, Counts, DEVICE, SEEDS, bench, ecp5_script, ice40_script, tool_versions};
 use crate::engines::entry::{self, Content, Entries};
+use crate::engines::error::Error;
 use crate::engines::hdl::Setup;
 use crate::engines::sources::vhdl;
 use crate::vectors::vector::literal;
@@ -31,9 +32,9 @@ impl Cache {
     ///
     /// # Errors
     ///
-    /// [`CostError`] when a tool is not installed, because a cost is valid only for the installed versions, and when
+    /// [`Error`] when a tool is not installed, because a cost is valid only for the installed versions, and when
     /// the folder cannot be made.
-    pub fn open(dir: impl Into<PathBuf>, limit: Option<Duration>) -> Result<Self, CostError> {
+    pub fn open(dir: impl Into<PathBuf>, limit: Option<Duration>) -> Result<Self, Error> {
         let tools = tool_versions(limit)?;
         Ok(Self { entries: Entries::open(dir.into())?, tools, measured: AtomicU64::new(0) })
     }
@@ -43,7 +44,7 @@ impl Cache {
     /// # Errors
     ///
     /// The errors of [`cost`](super::cost).
-    pub fn cost(&self, block: &dyn AnyBlock, setup: impl Into<Setup>) -> Result<Cost, CostError> {
+    pub fn cost(&self, block: &dyn AnyBlock, setup: impl Into<Setup>) -> Result<Cost, Error> {
         self.remembered(block, &setup.into(), |block, setup| super::cost(block, setup))
     }
 
@@ -52,7 +53,7 @@ impl Cache {
     /// # Errors
     ///
     /// The errors of [`cost`](Self::cost).
-    pub fn counts(&self, block: &dyn AnyBlock, setup: impl Into<Setup>) -> Result<Counts, CostError> {
+    pub fn counts(&self, block: &dyn AnyBlock, setup: impl Into<Setup>) -> Result<Counts, Error> {
         self.remembered(block, &setup.into(), |block, setup| super::counts(block, setup))
     }
 
@@ -70,8 +71,8 @@ impl Cache {
         &self,
         block: &dyn AnyBlock,
         setup: &Setup,
-        measure: impl FnOnce(&dyn AnyBlock, &Setup) -> Result<C, CostError>,
-    ) -> Result<C, CostError> {
+        measure: impl FnOnce(&dyn AnyBlock, &Setup) -> Result<C, Error>,
+    ) -> Result<C, Error> {
         let generics: Vec<_> =
             block.generics().iter().map(|(name, value)| format!("{name}={}", literal(*value))).collect();
         let about = format!("{} {} by {}", block.name(), generics.join(" "), self.tools.join(", "));

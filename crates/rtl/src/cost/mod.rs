@@ -14,7 +14,6 @@
 mod bench;
 mod cache;
 mod content;
-mod error;
 mod said;
 pub(crate) mod verilog;
 
@@ -29,7 +28,8 @@ use hpu_cosim::script;
 use hpu_cosim::script::{Fixed, Script, Yosys};
 use hpu_datapath::AnyBlock;
 
-use crate::engines::ghdl::{GhdlError, Library};
+use crate::engines::error::Error;
+use crate::engines::ghdl::Library;
 use crate::engines::hdl::Setup;
 use crate::engines::sources::library;
 use crate::engines::tool::{self, Fault, Tool, ToolError};
@@ -37,7 +37,6 @@ pub(crate) use said::{cell_counts, is_full, used_cells};
 use said::{fmax, sum};
 
 pub use cache::Cache;
-pub use error::CostError;
 
 /// Logic cells of the HX8K.
 pub const HX8K_CELLS: u64 = 7680;
@@ -138,8 +137,8 @@ pub(crate) const DEVICE: [&str; 3] = ["--hx8k", "--package", "ct256"];
 ///
 /// # Errors
 ///
-/// [`CostError`] when a tool is missing, refuses its input, or does not end.
-pub fn cost(block: &dyn AnyBlock, setup: impl Into<Setup>) -> Result<Cost, CostError> {
+/// [`Error`] when a tool is missing, refuses its input, or does not end.
+pub fn cost(block: &dyn AnyBlock, setup: impl Into<Setup>) -> Result<Cost, Error> {
     let (name, (library, ice40)) = (block.name(), synthesised(block, &setup.into())?);
     let pack = [&DEVICE[..], &["--pack-only", "--json", "block.json"]].concat();
     let said = run(&library, Tool::Nextpnr, name, pack)?;
@@ -161,14 +160,14 @@ pub fn cost(block: &dyn AnyBlock, setup: impl Into<Setup>) -> Result<Cost, CostE
 /// # Errors
 ///
 /// The errors of [`cost`].
-pub fn counts(block: &dyn AnyBlock, setup: impl Into<Setup>) -> Result<Counts, CostError> {
+pub fn counts(block: &dyn AnyBlock, setup: impl Into<Setup>) -> Result<Counts, Error> {
     synthesised(block, &setup.into()).map(|(_, ice40)| ice40)
 }
 
 /// Makes the block's netlist, alone and on its bench. Returns the folder with both, and the block's primitives.
-fn synthesised(block: &dyn AnyBlock, setup: &Setup) -> Result<(Library, Counts), CostError> {
+fn synthesised(block: &dyn AnyBlock, setup: &Setup) -> Result<(Library, Counts), Error> {
     let name = block.name();
-    let library = library(name, setup)?;
+    let library = library(name, setup).map_err(Error::of_input)?;
     library.write("block.v", verilog::verilog(block, &library)?)?;
     library.write("bench.v", bench::bench(block))?;
     let cells = yosys(&library, name, &ice40_script(name, NO_DPI), "ice40.txt")?;
@@ -198,28 +197,23 @@ pub(crate) fn ecp5_counts(cells: &BTreeMap<String, u64>) -> Counts {
 }
 
 /// Synthesises a block that is too large for the HX8K for the ECP5, and counts its primitives there.
-fn ecp5(library: &Library, name: &'static str) -> Result<Counts, CostError> {
+fn ecp5(library: &Library, name: &'static str) -> Result<Counts, Error> {
     Ok(ecp5_counts(&yosys(library, name, &ecp5_script(name, NO_DPI), "ecp5.txt")?))
 }
 
 /// Places the block on its bench, and times it.
-fn timing(library: &Library, name: &str, seed: u32) -> Result<Placed, CostError> {
+fn timing(library: &Library, name: &str, seed: u32) -> Result<Placed, Error> {
     let seed = seed.to_string();
     let place = [&DEVICE[..], &["--timing-allow-fail", "--seed", &seed, "--json", "bench.json"]].concat();
     match run(library, Tool::Nextpnr, name, place) {
         Ok(said) => Ok(fmax(&said).map_or(Placed::NoPath, Placed::Mhz)),
-        Err(CostError::Failed { said, .. }) if is_full(&said) => Ok(Placed::NoRoom),
+        Err(error) if is_full(error.said()) => Ok(Placed::NoRoom),
         Err(error) => Err(error),
     }
 }
 
 /// Runs Yosys on a block. Returns the cells from the statistics that its script writes.
-fn yosys(
-    library: &Library,
-    name: &str,
-    script: &Script<Yosys>,
-    stat: &str,
-) -> Result<BTreeMap<String, u64>, CostError> {
+fn yosys(library: &Library, name: &str, script: &Script<Yosys>, stat: &str) -> Result<BTreeMap<String, u64>, Error> {
     let said = run_yosys(library, name, script)?;
     let path = library.dir().join(stat);
     match fs::read_to_string(&path) {
@@ -228,13 +222,13 @@ fn yosys(
             let step = format!("synthesise {name}");
             Err(ToolError::new(Tool::Yosys, &step, Fault::Silent("table of cells"), &said).into())
         }
-        Err(error) => Err(GhdlError::Io(path, error).into()),
+        Err(error) => Err(Error::io(path, error)),
     }
 }
 
 /// Runs a script of Yosys on a block in a library's directory. Returns its standard output followed by its standard
 /// error.
-pub(crate) fn run_yosys(library: &Library, block: &str, script: &Script<Yosys>) -> Result<String, CostError> {
+pub(crate) fn run_yosys(library: &Library, block: &str, script: &Script<Yosys>) -> Result<String, Error> {
     run(library, Tool::Yosys, block, ["-q", "-p", script.as_str()])
 }
 
@@ -245,7 +239,7 @@ fn run(
     tool: Tool,
     block: &str,
     arguments: impl IntoIterator<Item = impl AsRef<OsStr>>,
-) -> Result<String, CostError> {
+) -> Result<String, Error> {
     let mut command = Command::new(tool.name());
     // The tool's temporary files are removed with the library.
     command.args(arguments).current_dir(library.dir()).env("TMPDIR", library.dir());
@@ -256,9 +250,17 @@ fn run(
         Tool::Verilator | Tool::Icarus | Tool::Z3 | Tool::Yices | Tool::Bitwuzla => "read",
     };
     let said = tool::run(tool, &format!("{step} {block}"), command, library.limit(Duration::ZERO));
-    let said = said.map_err(|error| CostError::of(block, error))?;
+    let said = said.map_err(|error| match error.refused() {
+        true => failed_on(tool, block, error.said),
+        false => error.into(),
+    })?;
     // GHDL's complaints are not Verilog.
     Ok(if tool == Tool::Ghdl { said.out } else { said.out + &said.err })
+}
+
+/// Returns the error of a tool that refused a block.
+fn failed_on(tool: Tool, block: &str, said: impl Into<String>) -> Error {
+    Error::refused(format!("{} failed on {block}", tool.name()), said).of_input()
 }
 
 /// Asks the tools of the flow for their versions. Returns their names with versions, in the order of their use. `limit`
@@ -267,8 +269,8 @@ fn run(
 /// # Errors
 ///
 /// An error when a tool is missing, too old, or does not answer.
-pub fn tool_versions(limit: Option<Duration>) -> Result<[String; 3], CostError> {
-    let ask = |tool: Tool| -> Result<String, CostError> { Ok(format!("{} {}", tool.name(), tool.version(limit)?)) };
+pub fn tool_versions(limit: Option<Duration>) -> Result<[String; 3], Error> {
+    let ask = |tool: Tool| -> Result<String, Error> { Ok(format!("{} {}", tool.name(), tool.version(limit)?)) };
     Ok([ask(Tool::Ghdl)?, ask(Tool::Yosys)?, ask(Tool::Nextpnr)?])
 }
 
@@ -276,7 +278,7 @@ pub fn tool_versions(limit: Option<Duration>) -> Result<[String; 3], CostError> 
 ///
 /// # Errors
 ///
-/// [`CostError`] when GHDL is missing or refuses the VHDL.
-pub fn verilog(block: &dyn AnyBlock, setup: impl Into<Setup>) -> Result<String, CostError> {
-    verilog::verilog(block, &library(block.name(), &setup.into())?)
+/// [`Error`] when GHDL is missing or refuses the VHDL.
+pub fn verilog(block: &dyn AnyBlock, setup: impl Into<Setup>) -> Result<String, Error> {
+    verilog::verilog(block, &library(block.name(), &setup.into()).map_err(Error::of_input)?)
 }

@@ -4,19 +4,16 @@ use std::collections::BTreeSet;
 
 use hpu_datapath::AnyBlock;
 
-use super::{CostError, run};
+use super::{failed_on, run};
+use crate::engines::error::Error;
 use crate::engines::ghdl::Library;
 use crate::engines::tool::Tool;
 use crate::vectors::vector::literal;
 
 /// Returns the Verilog of the block and of the blocks that it instantiates.
-pub fn verilog(block: &dyn AnyBlock, library: &Library) -> Result<String, CostError> {
+pub fn verilog(block: &dyn AnyBlock, library: &Library) -> Result<String, Error> {
     let text = synth(block, library, "verilog")?;
-    repaired(&text, || synth(block, library, "vhdl"))?.ok_or_else(|| CostError::Failed {
-        tool: Tool::Ghdl,
-        block: block.name().to_string(),
-        said: UNTOLD.to_string(),
-    })
+    repaired(&text, || synth(block, library, "vhdl"))?.ok_or_else(|| failed_on(Tool::Ghdl, block.name(), UNTOLD))
 }
 
 /// The message that Verilog could not be repaired.
@@ -36,7 +33,7 @@ pub(crate) fn repaired<E>(text: &str, vhdl: impl FnOnce() -> Result<String, E>) 
     Ok(with_defaults(&text, &vhdl()?))
 }
 
-fn synth(block: &dyn AnyBlock, library: &Library, language: &str) -> Result<String, CostError> {
+fn synth(block: &dyn AnyBlock, library: &Library, language: &str) -> Result<String, Error> {
     let mut arguments: Vec<String> = ["--synth", "--std=08", "-Wno-hide"].map(str::to_string).into();
     arguments.push(format!("--out={language}"));
     arguments.extend(block.generics().into_iter().map(|(name, value)| format!("-g{name}={}", literal(value))));

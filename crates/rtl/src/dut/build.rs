@@ -16,8 +16,9 @@ use hpu_cosim::script::{Fits, Yosys};
 use hpu_signal::Clock;
 use sha2::{Digest, Sha256};
 
-use super::{DutError, Simulators};
+use super::Simulators;
 use crate::engines::entry::hexadecimal;
+use crate::engines::error::{Error, Reason};
 use crate::engines::temporary::Temporary;
 use crate::engines::tool::TIMEOUT;
 use crate::{engines::owned, engines::sealed};
@@ -57,10 +58,10 @@ impl Simulators {
         model: &Model,
         tools: &str,
         results: &[&str],
-        make: impl Fn(&Path) -> Result<(), DutError>,
-    ) -> Result<Built, DutError> {
+        make: impl Fn(&Path) -> Result<(), Error>,
+    ) -> Result<Built, Error> {
         let key = key(model, tools);
-        let no_folder = |error| DutError::Io(crate::temporary::parent(), error);
+        let no_folder = |error| Error::io(crate::temporary::parent(), error);
         let cache = self.cache.path().map_err(no_folder)?;
         // Threads that want the same model build it only once.
         let turn = turn(key.clone());
@@ -69,10 +70,12 @@ impl Simulators {
         // A cache that is full is no fault of the design.
         let shortage = match &built {
             Ok(_) => None,
-            Err(DutError::Io(place, error)) if place.starts_with(cache) => {
-                Some(io::Error::new(error.kind(), error.to_string()))
-            }
-            Err(_) => self.cache.shortage(cache),
+            Err(error) => match error.reason() {
+                Reason::Io(place, error) if place.starts_with(cache) => {
+                    Some(io::Error::new(error.kind(), error.to_string()))
+                }
+                _ => self.cache.shortage(cache),
+            },
         };
         match shortage {
             Some(why) => built_in(self.cache.instead(&why).map_err(no_folder)?, &key, tools, results, &make),
@@ -87,15 +90,15 @@ fn built_in(
     key: &str,
     tools: &str,
     results: &[&str],
-    make: &impl Fn(&Path) -> Result<(), DutError>,
-) -> Result<Built, DutError> {
+    make: &impl Fn(&Path) -> Result<(), Error>,
+) -> Result<Built, Error> {
     let folder = cache.join(key);
     if sealed::holds(&folder, results) {
         return Ok(Built { path: folder, own: None });
     }
     let io = |path: &Path| {
         let path = path.to_path_buf();
-        move |error| DutError::Io(path, error)
+        move |error| Error::io(path, error)
     };
     owned::make_folders(cache).map_err(io(cache))?;
     let work = Temporary::folder_in(cache).map_err(io(cache))?;
@@ -208,7 +211,7 @@ pub(super) fn plain_names(dut: &Dut) -> Vec<(PlainName, &str)> {
 
 /// Writes the design's files into a folder: under their own names, by which they include each other, and under the
 /// plain names, by which the tools are called.
-pub(super) fn write_files(dut: &Dut, folder: &Path) -> Result<(), DutError> {
+pub(super) fn write_files(dut: &Dut, folder: &Path) -> Result<(), Error> {
     for ((plain, own), (_, content)) in plain_names(dut).iter().zip(&dut.files) {
         write(folder, own, content)?;
         if **plain != **own {
@@ -219,12 +222,12 @@ pub(super) fn write_files(dut: &Dut, folder: &Path) -> Result<(), DutError> {
 }
 
 /// Writes a file into a folder.
-pub(super) fn write(folder: &Path, name: &str, content: &[u8]) -> Result<(), DutError> {
+pub(super) fn write(folder: &Path, name: &str, content: &[u8]) -> Result<(), Error> {
     let path = folder.join(name);
     if let Some(own) = path.parent() {
-        fs::create_dir_all(own).map_err(|error: io::Error| DutError::Io(own.to_path_buf(), error))?;
+        fs::create_dir_all(own).map_err(|error: io::Error| Error::io(own, error))?;
     }
-    fs::write(&path, content).map_err(|error: io::Error| DutError::Io(path, error))
+    fs::write(&path, content).map_err(|error: io::Error| Error::io(path, error))
 }
 
 /// Returns whether a signal inside the design, at this path, has the name of a clock. Such a signal would seem

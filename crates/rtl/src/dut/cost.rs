@@ -12,10 +12,11 @@ use hpu_cosim::script::{Script, Yosys};
 use super::build::{Model, write, write_files};
 use super::interface::names_foreign;
 use super::verilator::sources;
-use super::{DutError, Simulators, is_vhdl};
+use super::{Simulators, is_vhdl, of_tool, refuses};
 use crate::cost::{
     Counts, DEVICE, HX8K_BRAM, HX8K_CELLS, NO_DPI, SEEDS, cell_counts, ecp5_counts, ice40_counts, is_full, used_cells,
 };
+use crate::engines::error::Error;
 use crate::engines::tool::{Fault, Tool, ToolError, numbers, run};
 
 /// The file in which a cost is kept.
@@ -55,44 +56,43 @@ impl Simulators {
     /// # Errors
     ///
     /// An error when a tool is missing, or refuses the design.
-    pub fn cost(&self, scene: &DutScene) -> Result<DutCost, DutError> {
+    pub fn cost(&self, scene: &DutScene) -> Result<DutCost, Error> {
         let dut = &scene.dut;
         let mut tools = vec![Tool::Yosys, Tool::Nextpnr];
         if is_vhdl(&dut.files) {
             tools.insert(0, Tool::Ghdl);
         }
         self.calls_nothing(dut)?;
-        let version =
-            |tool: Tool| Ok(format!("{} {}", tool.name(), tool.version(self.setup.timeout).map_err(DutError::Tool)?));
-        let tools = tools.into_iter().map(version).collect::<Result<Vec<_>, DutError>>()?.join(", ");
+        let version = |tool: Tool| Ok(format!("{} {}", tool.name(), tool.version(self.setup.timeout)?));
+        let tools = tools.into_iter().map(version).collect::<Result<Vec<_>, Error>>()?.join(", ");
         let built = self.built(&Model::of(scene), &format!("cost by {tools}"), &[COST], |folder| {
             write_files(dut, folder)?;
             let cost = self.priced(dut, folder)?;
             write(folder, COST, line(&cost).as_bytes())
         })?;
         let path = built.path.join(COST);
-        let text = fs::read_to_string(&path).map_err(|error| DutError::Io(path.clone(), error))?;
+        let text = fs::read_to_string(&path).map_err(|error| Error::io(&path, error))?;
         let cost = of_line(&text, &tools);
-        cost.ok_or_else(|| DutError::Ended(format!("{}: no cost; remove this file's folder", path.display())))
+        cost.ok_or_else(|| Error::ended(format!("{}: no cost; remove this file's folder", path.display())))
     }
 
     /// Refuses VHDL that names functions of a library where GHDL's synthesis may call them. That of GHDL 2 calls none.
-    fn calls_nothing(&self, dut: &Dut) -> Result<(), DutError> {
+    fn calls_nothing(&self, dut: &Dut) -> Result<(), Error> {
         let texts: Vec<_> = dut.files.iter().map(|(_, content)| String::from_utf8_lossy(content)).collect();
         let texts: Vec<_> = texts.iter().map(|text| &**text).collect();
         if !is_vhdl(&dut.files) || !names_foreign(&texts) {
             return Ok(());
         }
-        let version = Tool::Ghdl.version(self.setup.timeout).map_err(DutError::Tool)?;
+        let version = Tool::Ghdl.version(self.setup.timeout)?;
         if numbers(&version).is_some_and(|numbers| numbers < (3, 0)) {
             return Ok(());
         }
         let said =
             format!("it names functions of a library (attribute foreign), which GHDL {version} may call meanwhile");
-        Err(DutError::Refused { tool: Tool::Ghdl, top: dut.top.to_string(), said })
+        Err(refuses(Tool::Ghdl, dut, said))
     }
 
-    fn priced(&self, dut: &Dut, folder: &Path) -> Result<DutCost, DutError> {
+    fn priced(&self, dut: &Dut, folder: &Path) -> Result<DutCost, Error> {
         let (read, top) = self.read_by_yosys(dut, folder)?;
         let nextpnr = |step: &str, arguments: &[&str]| self.told(dut, folder, Tool::Nextpnr, step, arguments);
         let ice40 = script!(
@@ -103,13 +103,13 @@ impl Simulators {
         self.yosys(dut, folder, "synthesise a design", &ice40)?;
         let stat = |name: &str| {
             let path = folder.join(name);
-            fs::read_to_string(&path).map(|text| cell_counts(&text)).map_err(|error| DutError::Io(path, error))
+            fs::read_to_string(&path).map(|text| cell_counts(&text)).map_err(|error| Error::io(path, error))
         };
         let counts = ice40_counts(&stat("ice40.txt")?);
         let pack = [&DEVICE[..], &["--pack-only", "--json", "block.json"]].concat();
         let said = nextpnr("pack a design", &pack)?;
         let silent = || ToolError::new(Tool::Nextpnr, "pack a design", Fault::Silent("number of cells"), &said);
-        let cells = used_cells(&said).ok_or_else(silent).map_err(DutError::Tool)?;
+        let cells = used_cells(&said).ok_or_else(silent)?;
         let mut clocks: Vec<_> = dut.clocks.iter().map(|clock| (clock.port.to_string(), Vec::new())).collect();
         let mut ecp5 = None;
         if cells > HX8K_CELLS || counts.bram > HX8K_BRAM {
@@ -121,7 +121,7 @@ impl Simulators {
                 let seed = seed.to_string();
                 let place = [&DEVICE[..], &["--timing-allow-fail", "--seed", &seed, "--json", "block.json"]].concat();
                 let said = match nextpnr("place a design", &place) {
-                    Err(DutError::Refused { said, .. }) if is_full(&said) => String::new(),
+                    Err(error) if is_full(error.said()) => String::new(),
                     said => said?,
                 };
                 for (port, placed) in &mut clocks {
@@ -133,7 +133,7 @@ impl Simulators {
     }
 
     /// Returns the commands by which Yosys reads a design in a folder, and the name of its topmost module there.
-    pub(super) fn read_by_yosys(&self, dut: &Dut, folder: &Path) -> Result<(Script<Yosys>, Identifier), DutError> {
+    pub(super) fn read_by_yosys(&self, dut: &Dut, folder: &Path) -> Result<(Script<Yosys>, Identifier), Error> {
         let is_vhdl = is_vhdl(&dut.files);
         let (files, top) = if is_vhdl {
             (self.synthesised(dut, folder)?, dut.top.to_lowercase())
@@ -145,7 +145,7 @@ impl Simulators {
         if !is_vhdl {
             for (name, value) in &dut.generics {
                 let value = Script::<Yosys>::value(value);
-                let value = value.map_err(|why| DutError::Generic(name.to_string(), why.to_string()))?;
+                let value = value.map_err(|why| Error::generic(name, why))?;
                 read.push(script!(Yosys: "chparam -set {} {} {}; ", name, value, top));
             }
         }
@@ -153,7 +153,7 @@ impl Simulators {
     }
 
     /// Runs a script of Yosys in a folder.
-    pub(super) fn yosys(&self, dut: &Dut, folder: &Path, step: &str, script: &Script<Yosys>) -> Result<(), DutError> {
+    pub(super) fn yosys(&self, dut: &Dut, folder: &Path, step: &str, script: &Script<Yosys>) -> Result<(), Error> {
         self.told(dut, folder, Tool::Yosys, step, &["-q", "-p", script.as_str()]).map(drop)
     }
 
@@ -164,10 +164,10 @@ impl Simulators {
         tool: Tool,
         step: &str,
         arguments: &[impl AsRef<OsStr>],
-    ) -> Result<String, DutError> {
+    ) -> Result<String, Error> {
         let mut command = Command::new(tool.name());
         command.args(arguments).current_dir(folder).env("TMPDIR", folder);
-        let said = run(tool, step, command, self.limit()).map_err(|error| DutError::of(dut, error))?;
+        let said = run(tool, step, command, self.limit()).map_err(|error| of_tool(dut, error))?;
         Ok(said.out + &said.err)
     }
 }

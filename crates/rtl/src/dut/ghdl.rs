@@ -14,7 +14,8 @@ use hpu_vhpi::{ASK, INSIDE, LIST};
 use super::build::{Model, carries_clock, common_cycle, plain_names, write, write_files};
 use super::interface::{Interface, Item, entities, interface};
 use super::process::{ANSWER, Process};
-use super::{DutError, Simulators, allowed};
+use super::{Simulators, allowed, of_tool, refuses};
+use crate::engines::error::Error;
 use crate::engines::ghdl::writes_programs;
 use crate::engines::library::{LIBRARY, place_library};
 use crate::engines::temporary::Temporary;
@@ -40,8 +41,8 @@ pub(super) struct Analysed {
 impl Simulators {
     /// Analyses a design for simulation in GHDL, with its inner signals if `inside` is set. `why` is added to the name
     /// of the engine.
-    pub(super) fn ghdl(&self, model: &Model, why: &str, inside: bool) -> Result<Analysed, DutError> {
-        let version = Tool::Ghdl.version(self.setup.timeout).map_err(DutError::Tool)?;
+    pub(super) fn ghdl(&self, model: &Model, why: &str, inside: bool) -> Result<Analysed, Error> {
+        let version = Tool::Ghdl.version(self.setup.timeout)?;
         let (folder, ports) = self.elaborated(model, inside)?;
         let engine = format!("GHDL {version}{why}");
         let limit = self.setup.timeout.unwrap_or(ANSWER);
@@ -49,21 +50,21 @@ impl Simulators {
     }
 
     /// Returns the ports of a design in VHDL, as GHDL elaborates it.
-    pub(super) fn ports_of_vhdl(&self, model: &Model) -> Result<Vec<Port>, DutError> {
+    pub(super) fn ports_of_vhdl(&self, model: &Model) -> Result<Vec<Port>, Error> {
         self.elaborated(model, false).map(|(_, ports)| ports)
     }
 
     /// Analyses a design with its bench, and asks the bench for the design's ports.
-    fn elaborated(&self, model: &Model, inside: bool) -> Result<(Temporary, Vec<Port>), DutError> {
+    fn elaborated(&self, model: &Model, inside: bool) -> Result<(Temporary, Vec<Port>), Error> {
         let dut = model.dut;
         // The elaboration of VHDL runs its functions.
         allowed(dut)?;
-        let folder = Temporary::folder().map_err(|error| DutError::Io(crate::temporary::parent(), error))?;
+        let folder = Temporary::folder().map_err(|error| Error::io(crate::temporary::parent(), error))?;
         write_files(dut, folder.path())?;
         self.analyse(dut, folder.path())?;
         let texts: Vec<_> = dut.files.iter().map(|(_, content)| String::from_utf8_lossy(content)).collect();
         let texts: Vec<_> = texts.iter().map(|text| &**text).collect();
-        let refused = |said: String| DutError::Refused { tool: Tool::Ghdl, top: dut.top.to_string(), said };
+        let refused = |said: String| refuses(Tool::Ghdl, dut, said);
         let interface = interface(&texts, &dut.top).ok_or_else(|| {
             let all = entities(&texts);
             refused(format!("no file declares the entity `{}`; there are {}", dut.top, all.join(", ")))
@@ -81,9 +82,9 @@ impl Simulators {
         write(folder.path(), OWN[1], bench.as_bytes())?;
         let mut command = self.ghdl_command("-a", dut, folder.path());
         command.args(OWN);
-        let say = |error| DutError::of(dut, error);
+        let say = |error| of_tool(dut, error);
         run(Tool::Ghdl, "connect a design", command, self.limit()).map_err(say)?;
-        place_library(folder.path()).map_err(|error| DutError::Ended(error.to_string()))?;
+        place_library(folder.path()).map_err(Error::ended)?;
         if writes_programs(self.limit()) {
             let mut command = self.ghdl_command("-e", dut, folder.path());
             command.arg(BENCH);
@@ -126,12 +127,12 @@ impl Simulators {
     }
 
     /// Analyses the design's own files.
-    pub(super) fn analyse(&self, dut: &Dut, folder: &Path) -> Result<(), DutError> {
+    pub(super) fn analyse(&self, dut: &Dut, folder: &Path) -> Result<(), Error> {
         let mut command = self.ghdl_command("-a", dut, folder);
         command.arg(format!("--work={}", dut.library));
         command.args(plain_names(dut).iter().map(|(name, _)| name));
         let analysed = run(Tool::Ghdl, "analyse a design", command, self.limit());
-        analysed.map(|_| ()).map_err(|error| DutError::of(dut, error))
+        analysed.map(|_| ()).map_err(|error| of_tool(dut, error))
     }
 
     pub(super) fn ghdl_command(&self, verb: &str, dut: &Dut, folder: &Path) -> Command {
@@ -191,7 +192,7 @@ pub(crate) fn bridge(standard: Standard) -> String {
 
 /// Returns the bench, an entity called `name`. It has a signal for each port, of the port's own type. The ports other
 /// than clocks and reset are written and read by their position in the list.
-pub(crate) fn bench(name: &str, model: &Model, interface: &Interface) -> Result<String, DutError> {
+pub(crate) fn bench(name: &str, model: &Model, interface: &Interface) -> Result<String, Error> {
     let dut = model.dut;
     let mut constants = String::new();
     for generic in &interface.generics {
@@ -202,7 +203,7 @@ pub(crate) fn bench(name: &str, model: &Model, interface: &Interface) -> Result<
             }
             Some((name, value)) => {
                 let value = Script::<Vhdl>::expression(&value.to_string());
-                value.map_err(|error| DutError::Generic(name.to_string(), error.to_string()))?.to_string()
+                value.map_err(|error| Error::generic(name, error))?.to_string()
             }
             None => generic.default.clone().unwrap_or_default(),
         };

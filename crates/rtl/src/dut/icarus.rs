@@ -10,7 +10,8 @@ use hpu_cosim::script::{Script, Verilog};
 use super::build::{Model, write, write_files};
 use super::process::ANSWER;
 use super::verilator::sources;
-use super::{DutError, Simulators};
+use super::{Simulators, of_tool};
+use crate::engines::error::Error;
 use crate::engines::temporary::Temporary;
 use crate::engines::tool::{Tool, run};
 
@@ -37,19 +38,19 @@ impl Simulators {
         model: &Model,
         (ports, has_clock): (&[Port], bool),
         rows: &[Vec<u64>],
-    ) -> Result<Option<Vec<Answer>>, DutError> {
+    ) -> Result<Option<Vec<Answer>>, Error> {
         let dut = model.dut;
-        let folder = Temporary::folder().map_err(|error| DutError::Io(crate::temporary::parent(), error))?;
+        let folder = Temporary::folder().map_err(|error| Error::io(crate::temporary::parent(), error))?;
         let folder = folder.path();
         write_files(dut, folder)?;
-        let say = |error| DutError::of(dut, error);
+        let say = |error| of_tool(dut, error);
         let read = |top: &str, more: &[&str]| {
             let mut command = Command::new(Tool::Icarus.name());
             command.current_dir(folder).args(["-g2012", "-I.", "-s", top]).args(more).args(sources(dut));
             run(Tool::Icarus, "read a design", command, self.limit()).map_err(say)
         };
         match read(&dut.top, &["-t", "null"]) {
-            Err(DutError::Refused { .. }) => return Ok(None),
+            Err(error) if error.is_refusal() => return Ok(None),
             other => other?,
         };
         write(folder, SOURCE, bench(dut, (ports, has_clock), rows.len(), model.settle).as_bytes())?;
@@ -62,7 +63,7 @@ impl Simulators {
         let answers: Vec<Answer> = said.out.lines().filter_map(answer).collect();
         if answers.len() != rows.len() {
             let done = answers.len();
-            return Err(DutError::Ended(format!("the simulation by iverilog ended after row {done}:\n{}", said.all())));
+            return Err(Error::ended(format!("the simulation by iverilog ended after row {done}:\n{}", said.all())));
         }
         Ok(Some(answers))
     }

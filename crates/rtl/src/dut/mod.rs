@@ -18,8 +18,6 @@ mod process;
 mod transition;
 mod verilator;
 
-use std::fmt;
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -27,8 +25,9 @@ use hpu_cosim::dut::{Design, Designs, Fault, Port};
 use hpu_cosim::scene::{Dut, DutScene, Engine, Language, SourceFile};
 
 use crate::engines::cache_folder::CacheFolder;
+use crate::engines::error::{Error, Reason};
 use crate::engines::hdl::Setup;
-use crate::engines::tool::{Fault as ToolFault, Tool, ToolError};
+use crate::engines::tool::{Tool, ToolError};
 
 pub(crate) use build::Model;
 pub use cost::DutCost;
@@ -52,87 +51,6 @@ pub fn is_forbidden() -> bool {
     FORBIDDEN.load(Ordering::Relaxed) || is_set()
 }
 
-/// Why a design could not be built or simulated.
-#[derive(Debug)]
-pub enum DutError {
-    /// Designs must not be simulated; see [`is_forbidden`].
-    Forbidden {
-        /// The design's topmost unit.
-        top: String,
-    },
-    /// A tool is missing, or did not do its job.
-    Tool(ToolError),
-    /// A tool refused the design; its message is shortened.
-    Refused {
-        /// The tool.
-        tool: Tool,
-        /// The design's topmost unit.
-        top: String,
-        /// The tool's message.
-        said: String,
-    },
-    /// The value of a generic of this name cannot be written in the design's language; the text says why.
-    Generic(String, String),
-    /// The simulation ended, or did not answer.
-    Lost {
-        /// The fault.
-        error: ToolError,
-        /// The last clock edge that the simulation answered for.
-        edge: u64,
-    },
-    /// Something that is needed is missing, or the run cannot go on; the text says why.
-    Ended(String),
-    /// A file could not be read or written.
-    Io(PathBuf, std::io::Error),
-}
-
-impl fmt::Display for DutError {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        match self {
-            Self::Forbidden { top } => write!(
-                f,
-                "the design `{top}` is not simulated: a design is code that runs on this machine, and HPU_NO_DUT or \
-                 --no-dut forbids it; leave both out if you trust the design"
-            ),
-            Self::Tool(error) => error.fmt(f),
-            Self::Refused { tool, top, said } => write!(f, "{} refuses `{top}`:\n{}", tool.name(), said.trim_end()),
-            Self::Generic(name, why) => write!(f, "generic `{name}`: {why}"),
-            Self::Ended(said) => f.write_str(said.trim_end()),
-            Self::Lost { error: ToolError { tool, fault, said, .. }, edge } => {
-                let tool = tool.name();
-                let head = format!("the simulation by {tool} ended");
-                match fault {
-                    ToolFault::TooLong(limit) => {
-                        let limit_s = limit.as_secs_f64();
-                        write!(f, "the design does not end a step: {tool} gave no answer for {limit_s} s")?;
-                    }
-                    ToolFault::Failed(code) => write!(f, "{head} with code {code}")?,
-                    ToolFault::Killed(signal) => write!(f, "{head} by signal {signal}")?,
-                    ToolFault::Stopped => write!(f, "{head}, for it was stopped,")?,
-                    _ => write!(f, "{head} without an answer")?,
-                }
-                write!(f, " after clock edge {edge}")?;
-                if said.trim().is_empty() {
-                    f.write_str("; it said nothing")
-                } else {
-                    write!(f, ":\n{}", said.trim_end())
-                }
-            }
-            Self::Io(path, error) => write!(f, "{}: {error}", path.display()),
-        }
-    }
-}
-
-impl std::error::Error for DutError {}
-
-impl From<Fault> for DutError {
-    /// Returns the `DutError` inside a fault of a running simulator; any other fault becomes
-    /// [`Ended`](DutError::Ended).
-    fn from(fault: Fault) -> Self {
-        fault.downcast().map_or_else(|other| Self::Ended(other.to_string()), |error| *error)
-    }
-}
-
 /// Whether a design was not simulated because that [is forbidden](is_forbidden).
 static REFUSED: AtomicBool = AtomicBool::new(false);
 
@@ -143,32 +61,39 @@ pub fn was_refused() -> bool {
 }
 
 /// Refuses to simulate a design where that [is forbidden](is_forbidden).
-fn allowed(dut: &Dut) -> Result<(), DutError> {
+fn allowed(dut: &Dut) -> Result<(), Error> {
     if !is_forbidden() {
         return Ok(());
     }
     REFUSED.store(true, Ordering::Relaxed);
-    Err(DutError::Forbidden { top: dut.top.to_string() })
+    Err(Error::usage(format!(
+        "the design `{}` is not simulated: a design is code that runs on this machine, and HPU_NO_DUT or --no-dut \
+         forbids it; leave both out if you trust the design",
+        dut.top
+    )))
 }
 
-impl DutError {
-    /// Returns the error of a scene's design as a fault: where the scene's text is wrong, with its line.
-    pub fn at(self, scene: &DutScene) -> Fault {
-        let Self::Generic(name, why) = self else { return self.into() };
-        let keys = ["generics", "parameters"].map(|section| format!("dut.{section}.{name}"));
-        let key = keys.iter().find(|key| scene.gives(key)).unwrap_or(&keys[0]);
-        scene.error(key, why).into()
-    }
+/// Returns the error of a scene's design as a fault: where the scene's text is wrong, with its line.
+pub fn at(error: Error, scene: &DutScene) -> Fault {
+    let Reason::Generic(name, why) = error.reason() else { return error.into() };
+    let keys = ["generics", "parameters"].map(|section| format!("dut.{section}.{name}"));
+    let key = keys.iter().find(|key| scene.gives(key)).unwrap_or(&keys[0]);
+    scene.error(key, why.clone()).into()
+}
 
-    /// Returns the error of a tool that worked on a design: the tool refused the design, or failed by itself. Files
-    /// have their own names in it.
-    fn of(dut: &Dut, error: ToolError) -> Self {
-        if !error.refused() {
-            return Self::Tool(error);
-        }
-        let said = build::plain_names(dut).iter().fold(error.said, |said, (plain, own)| said.replace(&**plain, own));
-        Self::Refused { tool: error.tool, top: dut.top.to_string(), said }
+/// Returns the error of a tool that refuses a design.
+pub(crate) fn refuses(tool: Tool, dut: &Dut, said: impl Into<String>) -> Error {
+    Error::refused(format!("{} refuses `{}`", tool.name(), dut.top), said)
+}
+
+/// Returns the error of a tool that worked on a design: the tool refused the design, or failed by itself. Files have
+/// their own names in it.
+pub(crate) fn of_tool(dut: &Dut, error: ToolError) -> Error {
+    if !error.refused() {
+        return error.into();
     }
+    let said = build::plain_names(dut).iter().fold(error.said, |said, (plain, own)| said.replace(&**plain, own));
+    refuses(error.tool, dut, said)
 }
 
 /// The installed simulators.
@@ -182,7 +107,7 @@ pub struct Simulators {
 
 impl Simulators {
     /// Builds a design that is compared with a block: VHDL in GHDL, which knows unknown bits, Verilog in Verilator.
-    pub(crate) fn of_model(&self, model: &Model) -> Result<Box<dyn Design>, DutError> {
+    pub(crate) fn of_model(&self, model: &Model) -> Result<Box<dyn Design>, Error> {
         allowed(model.dut)?;
         if is_vhdl(&model.dut.files) {
             return Ok(Box::new(self.ghdl(model, "", false)?));
@@ -191,7 +116,7 @@ impl Simulators {
     }
 
     /// Returns the ports of such a design, of which no program is made.
-    pub(crate) fn ports_of_model(&self, model: &Model) -> Result<Vec<Port>, DutError> {
+    pub(crate) fn ports_of_model(&self, model: &Model) -> Result<Vec<Port>, Error> {
         if is_vhdl(&model.dut.files) {
             return Ok(self.ghdl(model, "", false)?.ports().to_vec());
         }
@@ -203,7 +128,7 @@ impl Designs for Simulators {
     fn build(&self, scene: &DutScene, inside: bool) -> Result<Arc<dyn Design>, Fault> {
         let (is_vhdl, model) = (is_vhdl(&scene.dut.files), Model::of(scene));
         allowed(&scene.dut)?;
-        let built: Result<Arc<dyn Design>, DutError> = match (scene.dut.engine, is_vhdl) {
+        let built: Result<Arc<dyn Design>, Error> = match (scene.dut.engine, is_vhdl) {
             (Engine::Ghdl, false) => {
                 return Err(scene.error("dut.engine", "GHDL reads VHDL; write \"verilator\" or \"auto\"").into());
             }
@@ -215,19 +140,19 @@ impl Designs for Simulators {
                 Ok(design) => Ok(Arc::new(design) as _),
                 // A design that GHDL itself refuses is refused. If only the way through Verilog fails, GHDL simulates
                 // it.
-                Err(DutError::Tool(error)) if error.tool != Tool::Verilator || !error.is_unusable() => {
-                    Err(DutError::Tool(error))
+                Err(error) if error.tool().is_some_and(|tool| tool.tool != Tool::Verilator || !tool.is_unusable()) => {
+                    Err(error)
                 }
                 Err(error) => {
-                    let why = match &error {
-                        DutError::Tool(_) => "; there is no Verilator".to_string(),
-                        error => format!("; Verilator does not take it: {}", first_line(&error.to_string())),
+                    let why = match error.tool() {
+                        Some(_) => "; there is no Verilator".to_string(),
+                        None => format!("; Verilator does not take it: {}", first_line(&error.to_string())),
                     };
                     self.ghdl(&model, &why, inside).map(|design| Arc::new(design) as _)
                 }
             },
         };
-        built.map_err(|error| error.at(scene))
+        built.map_err(|error| at(error, scene))
     }
 }
 

@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use hpu_cosim::dut::{Change, Fault, RunningDesign};
 use hpu_vhpi::{DESCRIPTOR, put, take};
 
-use super::DutError;
+use crate::engines::error::{Error, Reason};
 use crate::engines::group::{Group, is_stopping};
 use crate::engines::tool::{Fault as ToolFault, Tool, ToolError};
 
@@ -47,9 +47,9 @@ impl Process {
         limit: Duration,
         (words, drives): (&[u64], &[bool]),
         changes: &mut Vec<Change>,
-    ) -> Result<Self, DutError> {
+    ) -> Result<Self, Error> {
         let not_started = |error| ToolError::new(tool, SIMULATE, ToolFault::NotStarted(error), "");
-        let (ours, theirs) = UnixStream::pair().map_err(not_started).map_err(DutError::Tool)?;
+        let (ours, theirs) = UnixStream::pair().map_err(not_started)?;
         let descriptor = theirs.as_raw_fd();
         let given = move || {
             // SAFETY: this runs between fork and exec, on descriptors that belong to this process.
@@ -65,8 +65,7 @@ impl Process {
         // SAFETY: `given` calls nothing but `dup2` or `fcntl`, which are safe between fork and exec.
         unsafe { command.pre_exec(given) };
         command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
-        let mut group =
-            Group::start(&mut command).map_err(|fault| DutError::Tool(ToolError::new(tool, SIMULATE, fault, "")))?;
+        let mut group = Group::start(&mut command).map_err(|fault| ToolError::new(tool, SIMULATE, fault, ""))?;
         drop(theirs);
         let said = Arc::new(Mutex::new(Vec::new()));
         let mut readers = Vec::new();
@@ -76,7 +75,7 @@ impl Process {
         if let Some(err) = group.child.stderr.take() {
             readers.push(listen(err, Arc::clone(&said)));
         }
-        ours.set_read_timeout(Some(limit)).map_err(not_started).map_err(DutError::Tool)?;
+        ours.set_read_timeout(Some(limit)).map_err(not_started)?;
         let mut process = Self { tool, group, stream: ours, said, readers, limit, edge: 0, request: Vec::new() };
         process.request.push(words.len() as u64);
         process.request.extend(drives.iter().map(|drives| u64::from(*drives)));
@@ -86,7 +85,7 @@ impl Process {
     }
 
     /// Sends the request for `edges` edges, and takes the answer.
-    fn ask(&mut self, edges: u64, ports: usize, changes: &mut Vec<Change>) -> Result<u64, DutError> {
+    fn ask(&mut self, edges: u64, ports: usize, changes: &mut Vec<Change>) -> Result<u64, Error> {
         let answer = put(&mut self.stream, &self.request).and_then(|()| {
             take_answer(&mut io::BufReader::with_capacity(1 << 14, &mut self.stream), (edges, ports), changes)
         });
@@ -101,7 +100,7 @@ impl Process {
     }
 
     /// Returns the reason why the simulator does not answer.
-    fn lost(&mut self, error: &io::Error) -> DutError {
+    fn lost(&mut self, error: &io::Error) -> Error {
         let fault = if matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut) {
             ToolFault::TooLong(self.limit)
         } else if error.kind() == io::ErrorKind::InvalidData {
@@ -123,7 +122,7 @@ impl Process {
             if is_stopping() { ToolFault::Stopped } else { ended.unwrap_or(ToolFault::Silent("answer")) }
         };
         let said = self.last_words();
-        DutError::Lost { error: ToolError::new(self.tool, SIMULATE, fault, &said), edge: self.edge }
+        Reason::Lost(ToolError::new(self.tool, SIMULATE, fault, &said), self.edge).into()
     }
 
     /// Returns the simulator's output.

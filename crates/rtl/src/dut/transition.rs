@@ -6,9 +6,10 @@ use hpu_cosim::scene::Dut;
 use hpu_cosim::script;
 use hpu_cosim::script::{Fixed, Yosys};
 
+use super::Simulators;
 use super::build::{write, write_files};
-use super::{DutError, Simulators};
 use crate::cost::NO_DPI;
+use crate::engines::error::Error;
 use crate::engines::temporary::Temporary;
 use crate::netlists::clocking::{self, Clocked, Timing, Unfit};
 use crate::netlists::unknown::{RULES, UNKNOWN, told};
@@ -36,12 +37,12 @@ impl Simulators {
         dut: &Dut,
         reset: Option<&str>,
         invariants: &[String],
-    ) -> Result<Result<Transition, String>, DutError> {
-        let folder = Temporary::folder().map_err(|error| DutError::Io(crate::temporary::parent(), error))?;
+    ) -> Result<Result<Transition, String>, Error> {
+        let folder = Temporary::folder().map_err(|error| Error::io(crate::temporary::parent(), error))?;
         let folder = folder.path();
         let read = |name: &str| {
             let path = folder.join(name);
-            fs::read_to_string(&path).map_err(|error| DutError::Io(path, error))
+            fs::read_to_string(&path).map_err(|error| Error::io(path, error))
         };
         write_files(dut, folder)?;
         let (source, top) = self.read_by_yosys(dut, folder)?;
@@ -52,7 +53,7 @@ impl Simulators {
         let Clocked { resets_at_once } = match clocking::clocked(&read(json)?, &top, &timing) {
             Ok(clocked) => clocked,
             Err(Unfit::Clocked(why)) => return Ok(Err(why)),
-            Err(Unfit::Unknown(why)) => return Err(DutError::Ended(why)),
+            Err(Unfit::Unknown(why)) => return Err(Error::ended(why)),
         };
         write(folder, netlist, told(&read(netlist)?).as_bytes())?;
         write(folder, RULES.0, RULES.1.as_bytes())?;

@@ -15,9 +15,10 @@ use hpu_signal::Format;
 
 use super::build::{Built, Model, PlainName, carries_clock, common_cycle, plain_names, write, write_files};
 use super::process::{ANSWER, Process};
-use super::{DutError, Simulators};
+use super::{Simulators, of_tool, refuses};
 use crate::cost::verilog::{UNTOLD, repaired};
 use crate::engines::entry::key;
+use crate::engines::error::Error;
 use crate::engines::sealed;
 use crate::engines::temporary::Temporary;
 use crate::engines::tool::{Said, Tool, run};
@@ -47,15 +48,12 @@ pub(super) struct Verilated {
 }
 
 impl Simulators {
-    pub(super) fn verilator(&self, model: &Model, inside: bool) -> Result<Verilated, DutError> {
+    pub(super) fn verilator(&self, model: &Model, inside: bool) -> Result<Verilated, Error> {
         let dut = model.dut;
         let is_vhdl = super::is_vhdl(&dut.files);
-        let version = format!("Verilator {}", Tool::Verilator.version(self.setup.timeout).map_err(DutError::Tool)?);
+        let version = format!("Verilator {}", Tool::Verilator.version(self.setup.timeout)?);
         let tools = if is_vhdl {
-            format!(
-                "{version}, of the Verilog of GHDL {}'s synthesis",
-                Tool::Ghdl.version(self.setup.timeout).map_err(DutError::Tool)?
-            )
+            format!("{version}, of the Verilog of GHDL {}'s synthesis", Tool::Ghdl.version(self.setup.timeout)?)
         } else {
             version
         };
@@ -70,7 +68,7 @@ impl Simulators {
             self.verilate(model, (folder, &sources, &top), (!is_vhdl, inside))
         })?;
         let path = built.path.join(PORTS);
-        let text = fs::read_to_string(&path).map_err(|error| DutError::Io(path, error))?;
+        let text = fs::read_to_string(&path).map_err(|error| Error::io(path, error))?;
         let mut ports: Vec<Port> = text.lines().filter_map(port).collect();
         if is_vhdl {
             // Synthesis knows only bits; the entity knows which of them are signed numbers.
@@ -87,30 +85,30 @@ impl Simulators {
     }
 
     /// Returns the files of a VHDL design as Verilog, with the errors of GHDL's synthesis repaired.
-    pub(super) fn synthesised(&self, dut: &Dut, folder: &Path) -> Result<Vec<PlainName>, DutError> {
+    pub(super) fn synthesised(&self, dut: &Dut, folder: &Path) -> Result<Vec<PlainName>, Error> {
         if let Some((name, _)) = dut.generics.iter().find(|(_, value)| value.to_string().is_empty()) {
             let why = "GHDL's synthesis takes no empty text; make it the generic's default in the design";
-            return Err(DutError::Generic(name.to_string(), why.to_string()));
+            return Err(Error::generic(name, why));
         }
         self.analyse(dut, folder)?;
-        let synth = |language: &str| -> Result<Said, DutError> {
+        let synth = |language: &str| -> Result<Said, Error> {
             let mut command = self.ghdl_command("--synth", dut, folder);
             command.arg(format!("--work={}", dut.library));
             command.arg(format!("--out={language}"));
             command.args(dut.generics.iter().map(|(name, value)| format!("-g{name}={value}"))).arg(&*dut.top);
-            run(Tool::Ghdl, "synthesise a design", command, self.limit()).map_err(|error| DutError::of(dut, error))
+            run(Tool::Ghdl, "synthesise a design", command, self.limit()).map_err(|error| of_tool(dut, error))
         };
         let text = synth("verilog")?.out;
-        let untold = || DutError::Refused { tool: Tool::Ghdl, top: dut.top.to_string(), said: UNTOLD.to_string() };
+        let untold = || refuses(Tool::Ghdl, dut, UNTOLD);
         let verilog = repaired(&text, || synth("vhdl").map(|said| said.out))?.ok_or_else(untold)?;
         write(folder, "synthesised.v", verilog.as_bytes())?;
         Ok(vec![PlainName::fixed("synthesised.v")])
     }
 
     /// Returns the ports of a design in Verilog, of which no program is made.
-    pub(super) fn ports_of_verilog(&self, model: &Model) -> Result<Vec<Port>, DutError> {
-        Tool::Verilator.version(self.setup.timeout).map_err(DutError::Tool)?;
-        let folder = Temporary::folder().map_err(|error| DutError::Io(crate::temporary::parent(), error))?;
+    pub(super) fn ports_of_verilog(&self, model: &Model) -> Result<Vec<Port>, Error> {
+        Tool::Verilator.version(self.setup.timeout)?;
+        let folder = Temporary::folder().map_err(|error| Error::io(crate::temporary::parent(), error))?;
         write_files(model.dut, folder.path())?;
         let design = (folder.path(), &sources(model.dut)[..], &*model.dut.top);
         let (_, lines) = self.translated(model.dut, design, (true, false))?;
@@ -124,8 +122,8 @@ impl Simulators {
         dut: &Dut,
         (folder, sources, top): (&Path, &[PlainName], &str),
         (generics, inside): (bool, bool),
-    ) -> Result<(Vec<Field>, String), DutError> {
-        let say = |error| DutError::of(dut, error);
+    ) -> Result<(Vec<Field>, String), Error> {
+        let say = |error| of_tool(dut, error);
         let mut command = Command::new(Tool::Verilator.name());
         command.current_dir(folder);
         // Synthesised Verilog has X in choices that never occur; a designer writes X where a choice must not occur.
@@ -155,7 +153,7 @@ impl Simulators {
             if field.width > MOST_BITS {
                 let said =
                     format!("port `{}` has {} bits; hpu takes ports of at most {MOST_BITS}", field.name, field.width);
-                return Err(DutError::Refused { tool: Tool::Verilator, top: dut.top.to_string(), said });
+                return Err(refuses(Tool::Verilator, dut, said));
             }
         }
         let lines = found.iter().map(|field| {
@@ -178,9 +176,9 @@ impl Simulators {
         model: &Model,
         (folder, sources, top): (&Path, &[PlainName], &str),
         made: (bool, bool),
-    ) -> Result<(), DutError> {
+    ) -> Result<(), Error> {
         let dut = model.dut;
-        let say = |error| DutError::of(dut, error);
+        let say = |error| of_tool(dut, error);
         let (found, lines) = self.translated(dut, (folder, sources, top), made)?;
         let mut state = state(&read(&folder.join(ROOT))?);
         // Models whose state is not in one structure cannot be compared, so they are clocked side by side to the end.
@@ -212,9 +210,9 @@ impl Simulators {
 
     /// Returns the folder in the cache that keeps the parts of Verilator that every model has. Compiling them takes as
     /// long as a small design does.
-    fn runtime(&self) -> Result<PathBuf, DutError> {
-        let version = Tool::Verilator.version(self.setup.timeout).map_err(DutError::Tool)?;
-        let cache = self.cache.path().map_err(|error| DutError::Io(crate::temporary::parent(), error))?;
+    fn runtime(&self) -> Result<PathBuf, Error> {
+        let version = Tool::Verilator.version(self.setup.timeout)?;
+        let cache = self.cache.path().map_err(|error| Error::io(crate::temporary::parent(), error))?;
         Ok(cache.join(format!("runtime-{}", key(&[&[&version, FLAGS], LEVELS.as_slice()].concat()))))
     }
 
@@ -241,7 +239,7 @@ impl Simulators {
         sources: &[PlainName],
         top: &str,
         generics: bool,
-    ) -> Result<Vec<String>, DutError> {
+    ) -> Result<Vec<String>, Error> {
         let mut command = Command::new(Tool::Verilator.name());
         command.current_dir(folder).args([
             "--xml-only",
@@ -256,7 +254,7 @@ impl Simulators {
             command.args(parameters(dut));
         }
         command.args(sources);
-        run(Tool::Verilator, "tell of a design", command, self.limit()).map_err(|error| DutError::of(dut, error))?;
+        run(Tool::Verilator, "tell of a design", command, self.limit()).map_err(|error| of_tool(dut, error))?;
         let xml = read(&folder.join("design.xml"))?;
         let signed: Vec<_> = xml
             .lines()
@@ -285,8 +283,8 @@ fn parameters(dut: &Dut) -> impl Iterator<Item = String> {
     dut.generics.iter().map(option)
 }
 
-fn read(path: &Path) -> Result<String, DutError> {
-    fs::read_to_string(path).map_err(|error| DutError::Io(path.to_path_buf(), error))
+fn read(path: &Path) -> Result<String, Error> {
+    fs::read_to_string(path).map_err(|error| Error::io(path, error))
 }
 
 /// Returns the value of an attribute on a line of XML.

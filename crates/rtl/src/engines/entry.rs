@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
 
-use crate::engines::ghdl::GhdlError;
+use crate::engines::error::Error;
 use crate::engines::note::note;
 use crate::engines::owned;
 use crate::engines::temporary::{self, Temporary, sweep_files};
@@ -65,7 +65,7 @@ pub(crate) struct Entries(PathBuf);
 
 impl Entries {
     /// Opens a folder, and makes it when it is missing.
-    pub fn open(dir: PathBuf) -> Result<Self, GhdlError> {
+    pub fn open(dir: PathBuf) -> Result<Self, Error> {
         owned::make_folders(&dir).map_err(|error| refused(&dir, error))?;
         sweep_files(&dir);
         Ok(Self(dir))
@@ -102,6 +102,6 @@ impl Entries {
     }
 }
 
-fn refused(place: &Path, error: io::Error) -> GhdlError {
-    GhdlError::Io(place.to_path_buf(), error)
+fn refused(place: &Path, error: io::Error) -> Error {
+    Error::io(place, error)
 }

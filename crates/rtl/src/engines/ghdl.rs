@@ -6,7 +6,7 @@ use std::process::Command;
 use std::sync::{Mutex, OnceLock, PoisonError};
 use std::time::Duration;
 
-pub use crate::engines::ghdl_error::GhdlError;
+use crate::engines::error::Error;
 use crate::engines::hdl::{Hdl, Setup};
 use crate::engines::temporary::Temporary;
 use crate::engines::tool::{Fault, TIMEOUT, Tool, ToolError, run};
@@ -42,14 +42,14 @@ impl Library {
     ///
     /// # Errors
     ///
-    /// [`GhdlError`]; a missing GHDL is reported first.
+    /// [`Error`]; a missing GHDL is reported first.
     pub fn analyse<'n>(
         packages: &[(String, String)],
         setup: &Setup,
         blocks: impl IntoIterator<Item = &'n str>,
         testbenches: &[(String, String)],
-    ) -> Result<Self, GhdlError> {
-        let dir = Temporary::folder().map_err(|error| GhdlError::Io(crate::temporary::parent(), error))?;
+    ) -> Result<Self, Error> {
+        let dir = Temporary::folder().map_err(|error| Error::io(crate::temporary::parent(), error))?;
         let library = Self { dir, timeout: setup.timeout, elaborated: Mutex::default() };
         let mut command = library.command("-a");
         for (name, text) in packages {
@@ -60,7 +60,7 @@ impl Library {
             let file = setup.hdl.file(block);
             match &setup.hdl {
                 Hdl::Folder(_) => {
-                    command.arg(fs::canonicalize(&file).map_err(|error| GhdlError::Io(file, error))?);
+                    command.arg(fs::canonicalize(&file).map_err(|error| Error::io(file, error))?);
                 }
                 Hdl::Carried => {
                     library.write(&file, setup.hdl.text(block)?.as_bytes())?;
@@ -72,7 +72,7 @@ impl Library {
             library.write(name, text)?;
             command.arg(name);
         }
-        run(Tool::Ghdl, "analyse the VHDL", command, library.limit(Duration::ZERO))?;
+        run(Tool::Ghdl, "analyse the VHDL", command, library.limit(Duration::ZERO)).map_err(Error::of_ghdl)?;
         Ok(library)
     }
 
@@ -90,20 +90,20 @@ impl Library {
     ///
     /// # Errors
     ///
-    /// [`GhdlError::Io`].
-    pub fn write(&self, name: impl AsRef<Path>, content: impl AsRef<[u8]>) -> Result<(), GhdlError> {
+    /// [`Error`] of the file.
+    pub fn write(&self, name: impl AsRef<Path>, content: impl AsRef<[u8]>) -> Result<(), Error> {
         let path = self.dir().join(name);
-        fs::write(&path, content).map_err(|error| GhdlError::Io(path, error))
+        fs::write(&path, content).map_err(|error| Error::io(path, error))
     }
 
     /// Removes a file from the work directory.
     ///
     /// # Errors
     ///
-    /// [`GhdlError::Io`].
-    pub fn remove(&self, name: &str) -> Result<(), GhdlError> {
+    /// [`Error`] of the file.
+    pub fn remove(&self, name: &str) -> Result<(), Error> {
         let path = self.dir().join(name);
-        fs::remove_file(&path).map_err(|error| GhdlError::Io(path, error))
+        fs::remove_file(&path).map_err(|error| Error::io(path, error))
     }
 
     /// Elaborates a unit, unless that is done. Where a back end [writes a program](writes_programs), it then runs as
@@ -111,13 +111,14 @@ impl Library {
     ///
     /// # Errors
     ///
-    /// [`GhdlError`] with GHDL's message.
-    pub(crate) fn elaborate(&self, unit: &str) -> Result<(), GhdlError> {
+    /// [`Error`] with GHDL's message.
+    pub(crate) fn elaborate(&self, unit: &str) -> Result<(), Error> {
         let mut elaborated = self.elaborated.lock().unwrap_or_else(PoisonError::into_inner);
         if !elaborated.iter().any(|other| other == unit) {
             let mut command = self.command("-e");
             command.arg(unit);
-            run(Tool::Ghdl, &format!("elaborate {unit}"), command, self.limit(Duration::ZERO))?;
+            let said = run(Tool::Ghdl, &format!("elaborate {unit}"), command, self.limit(Duration::ZERO));
+            said.map_err(Error::of_ghdl)?;
             elaborated.push(unit.to_string());
         }
         Ok(())
@@ -127,14 +128,14 @@ impl Library {
     ///
     /// # Errors
     ///
-    /// [`GhdlError::Failed`] with GHDL's message when the run ends with a failure.
+    /// [`Error`] with GHDL's message when the run ends with a failure.
     pub fn run(
         &self,
         unit: &str,
         generics: &[(&str, String)],
         environment: &[(&str, String)],
         work: Duration,
-    ) -> Result<String, GhdlError> {
+    ) -> Result<String, Error> {
         if writes_programs(self.limit(Duration::ZERO)) {
             self.elaborate(unit)?;
         }
@@ -144,12 +145,12 @@ impl Library {
         command.arg("--ieee-asserts=disable");
         command.args(generics.iter().map(|(name, value)| format!("-g{name}={value}")));
         command.envs(environment.iter().map(|(name, value)| (name, value)));
-        let said = run(Tool::Ghdl, &format!("run {unit}"), command, self.limit(work))?;
+        let said = run(Tool::Ghdl, &format!("run {unit}"), command, self.limit(work)).map_err(Error::of_ghdl)?;
         // A failure ends the run, and the bench prints its result otherwise. A simulator that prints nothing at all has
         // not run.
         if said.out.trim().is_empty() {
             let fault = Fault::Silent("result");
-            return Err(GhdlError::Tool(ToolError::new(Tool::Ghdl, &format!("run {unit}"), fault, &said.err)));
+            return Err(ToolError::new(Tool::Ghdl, &format!("run {unit}"), fault, &said.err).into());
         }
         Ok(said.out)
     }

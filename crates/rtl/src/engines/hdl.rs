@@ -1,11 +1,10 @@
 //! The source of the blocks' VHDL: a folder, or this program, which carries it.
 
 use std::borrow::Cow;
-use std::fmt;
-use std::fs;
 use std::path::{Path, PathBuf};
+use std::{fmt, fs};
 
-use crate::engines::ghdl_error::GhdlError;
+use crate::engines::error::Error;
 
 /// Returns the carried VHDL: name and text of each block.
 fn carried() -> impl Iterator<Item = (&'static str, &'static str)> {
@@ -48,14 +47,14 @@ impl Hdl {
     /// # Errors
     ///
     /// An error when the folder has no file of that block that can be read.
-    pub fn text(&self, block: &str) -> Result<Cow<'static, str>, GhdlError> {
+    pub fn text(&self, block: &str) -> Result<Cow<'static, str>, Error> {
         let place = self.file(block);
         match self {
-            Self::Folder(_) => fs::read_to_string(&place).map(Cow::Owned).map_err(|error| GhdlError::Io(place, error)),
+            Self::Folder(_) => fs::read_to_string(&place).map(Cow::Owned).map_err(|error| Error::io(place, error)),
             Self::Carried => carried()
                 .find(|(name, _)| *name == block)
                 .map(|(_, text)| Cow::Borrowed(text))
-                .ok_or_else(|| GhdlError::Io(place, std::io::ErrorKind::NotFound.into())),
+                .ok_or_else(|| Error::io(place, std::io::ErrorKind::NotFound.into())),
         }
     }
 }

@@ -3,13 +3,13 @@
 use std::fs;
 use std::path::Path;
 
-use crate::engines::ghdl::GhdlError;
+use crate::engines::error::Error;
 
 /// Name of the file.
 pub(crate) const LIBRARY: &str = "libhpu_vhpi.so";
 
 /// Writes the shared library into a folder.
-pub(crate) fn place_library(folder: &Path) -> Result<(), GhdlError> {
+pub(crate) fn place_library(folder: &Path) -> Result<(), Error> {
     let place = folder.join(LIBRARY);
-    fs::write(&place, hpu_vhpi::LIBRARY).map_err(|error| GhdlError::Io(place, error))
+    fs::write(&place, hpu_vhpi::LIBRARY).map_err(|error| Error::io(place, error))
 }

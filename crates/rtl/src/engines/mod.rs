@@ -2,9 +2,9 @@
 
 pub(crate) mod cache_folder;
 pub(crate) mod entry;
+pub(crate) mod error;
 pub(crate) mod fault;
 pub(crate) mod ghdl;
-pub(crate) mod ghdl_error;
 pub(crate) mod group;
 pub(crate) mod hdl;
 pub(crate) mod library;

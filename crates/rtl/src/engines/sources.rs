@@ -1,8 +1,6 @@
 //! Finds the VHDL files of a block.
 
-use std::io;
-
-use crate::engines::ghdl::GhdlError;
+use crate::engines::error::Error;
 use crate::engines::ghdl::Library;
 use crate::engines::hdl::{Hdl, Setup};
 
@@ -11,12 +9,12 @@ use crate::engines::hdl::{Hdl, Setup};
 /// # Errors
 ///
 /// An error when a file cannot be read.
-pub fn vhdl(name: &str, hdl: &Hdl) -> Result<String, GhdlError> {
+pub fn vhdl(name: &str, hdl: &Hdl) -> Result<String, Error> {
     sources([name], hdl)?.iter().map(|unit| hdl.text(unit)).collect()
 }
 
 /// Analyses the VHDL of a block.
-pub(crate) fn library(name: &str, setup: &Setup) -> Result<Library, GhdlError> {
+pub(crate) fn library(name: &str, setup: &Setup) -> Result<Library, Error> {
     let sources = sources([name], &setup.hdl)?;
     Library::analyse(&[], setup, sources.iter().map(String::as_str), &[])
 }
@@ -24,7 +22,7 @@ pub(crate) fn library(name: &str, setup: &Setup) -> Result<Library, GhdlError> {
 /// Returns the names of these entities and of the units that they instantiate or use, each once, in the order of
 /// analysis. No other file of a folder has to exist. Packages of the folder itself are included; the packages that are
 /// generated for each block are not.
-pub(crate) fn sources<'n>(names: impl IntoIterator<Item = &'n str>, hdl: &Hdl) -> Result<Vec<String>, GhdlError> {
+pub(crate) fn sources<'n>(names: impl IntoIterator<Item = &'n str>, hdl: &Hdl) -> Result<Vec<String>, Error> {
     let mut found = Found { hdl, begun: Vec::new(), done: Vec::new() };
     names.into_iter().try_for_each(|name| found.visit(name))?;
     Ok(found.done)
@@ -37,7 +35,7 @@ struct Found<'h> {
 }
 
 impl Found<'_> {
-    fn visit(&mut self, unit: &str) -> Result<(), GhdlError> {
+    fn visit(&mut self, unit: &str) -> Result<(), Error> {
         if self.begun.iter().any(|known| known == unit) {
             return Ok(());
         }
@@ -46,9 +44,9 @@ impl Found<'_> {
             let there = self.hdl.text(&name);
             match there {
                 Ok(_) if !is_generated(&name) => self.visit(&name)?,
-                Err(GhdlError::Io(file, error)) if is_entity => {
-                    let needs = format!("{error}; {} instantiates it", self.hdl.file(unit).display());
-                    return Err(GhdlError::Io(file, io::Error::new(error.kind(), needs)));
+                Err(error) if is_entity => {
+                    let needs = format!("; {} instantiates it", self.hdl.file(unit).display());
+                    return Err(error.with(&needs));
                 }
                 // A unit without a file of its own is in another file, or GHDL will report it missing.
                 _ => {}

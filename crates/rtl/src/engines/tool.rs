@@ -3,17 +3,17 @@
 //! A tool runs in a process group of its own for a limited time, and its output is gathered up to a limit. A tool that
 //! runs longer, writes more, or is stopped from here is killed with all processes that it started.
 
-use std::fmt;
 use std::io::Read;
 use std::os::unix::process::ExitStatusExt;
 use std::process::{Command, ExitStatus, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
-use std::thread;
 use std::time::{Duration, Instant};
+use std::{fmt, thread};
+
+use crate::engines::group::{Group, folders, is_stopping};
 
 pub use crate::engines::fault::Fault;
-use crate::engines::group::{Group, folders, is_stopping};
 
 /// The time limit of a tool, unless it is given another limit or has more to do.
 pub const TIMEOUT: Duration = Duration::from_secs(30 * 60);
@@ -97,7 +97,7 @@ impl Tool {
     /// # Errors
     ///
     /// [`ToolError`] when the tool is missing, too old, or prints no version.
-    pub fn version(self, limit: Option<Duration>) -> Result<String, ToolError> {
+    pub(crate) fn version(self, limit: Option<Duration>) -> Result<String, ToolError> {
         let mut command = self.command();
         command.arg(if matches!(self, Self::Yosys | Self::Icarus) { "-V" } else { "--version" });
         let step = "tell its version";
@@ -135,7 +135,7 @@ pub(crate) fn numbers(version: &str) -> Option<(u32, u32)> {
 }
 
 /// The failure of a tool. Its `Debug` is its message, so that a test that needs a missing tool says which one.
-pub struct ToolError {
+pub(crate) struct ToolError {
     /// The tool.
     pub tool: Tool,
     /// The step that failed.

@@ -11,15 +11,15 @@ mod wires;
 
 use std::time::Instant;
 
-use hpu_cosim::dut::{Change, Design, Fault, Port};
+use hpu_cosim::dut::{Change, Design, Port};
 use hpu_cosim::scene::{self, Dut, DutClock, Engine, Identifier, SourceFile, Standard};
 use hpu_datapath::{AnyBlock, Generic, block_names, configured, variants_of};
 use hpu_signal::Clock;
 
 use crate::check::all_stimuli;
-use crate::dut::{DutError, Model, Simulators, is_vhdl};
+use crate::dut::{Model, Simulators, is_vhdl};
+use crate::engines::error::Error;
 use crate::engines::tool::Tool;
-pub use crate::formal::EntityError;
 use crate::vectors::report::{CheckRow, Tally};
 use crate::vectors::vector::{Vectors, literal};
 use block_comparison::BlockComparison;
@@ -96,8 +96,8 @@ fn model(dut: &Dut) -> Model<'_> {
     Model { dut, clock: Clock::new(CLOCK_HZ).expect("a clock"), settle: SETTLE }
 }
 
-fn refused<T>(why: String) -> Result<T, EntityError> {
-    Err(EntityError::Refused(why))
+fn refused<T>(why: String) -> Result<T, Error> {
+    Err(Error::usage(why))
 }
 
 /// Returns the bits at the ports of theirs in a row.
@@ -136,7 +136,7 @@ impl Entity {
     /// # Errors
     ///
     /// An error when the block, a configuration or a generic does not exist.
-    pub fn configurations(&self) -> Result<Vec<Labelled>, EntityError> {
+    pub fn configurations(&self) -> Result<Vec<Labelled>, Error> {
         let name = &self.block;
         if !block_names().contains(&name.as_str()) {
             return refused(format!("no block `{name}`; there are {}", block_names().join(", ")));
@@ -169,7 +169,7 @@ impl Entity {
     ///
     /// An error when the ports or generics do not fit, the design does not compile, or the simulation fails. A
     /// difference is a result.
-    pub fn compare(&self, (label, block): &mut Labelled, simulators: &Simulators) -> Result<Compared, EntityError> {
+    pub fn compare(&self, (label, block): &mut Labelled, simulators: &Simulators) -> Result<Compared, Error> {
         let began = Instant::now();
         let dut = self.dut(&**block);
         let design = simulators.of_model(&model(&dut))?;
@@ -183,7 +183,7 @@ impl Entity {
         block.reset();
         let ours = Ours { vectors: Vectors::record(&mut **block, stimuli), resets, shift };
         let mut found = CheckRow::new(&self.top, label);
-        let version = || Tool::Icarus.version(simulators.setup.timeout).map_err(DutError::Tool);
+        let version = || Tool::Icarus.version(simulators.setup.timeout);
         let in_icarus = if self.is_vhdl() { None } else { Some(version()?) };
         let compared = match in_icarus {
             Some(version) => self.twice(&*design, (simulators, &dut, &version), &ours, (&wires, has_clock)),
@@ -205,7 +205,7 @@ impl Entity {
         (simulators, dut, version): (&Simulators, &Dut, &str),
         ours: &Ours,
         (wires, has_clock): (&[Wire], bool),
-    ) -> Result<(Tally, String), Fault> {
+    ) -> Result<(Tally, String), Error> {
         let engine = design.engine();
         let engine = match self.in_icarus(simulators, dut, ours, (wires, has_clock))? {
             Some(tally) if tally.mismatches > 0 => return Ok((tally, format!("Icarus Verilog {version}"))),
@@ -222,7 +222,7 @@ impl Entity {
         dut: &Dut,
         ours: &Ours,
         (wires, has_clock): (&[Wire], bool),
-    ) -> Result<Option<Tally>, DutError> {
+    ) -> Result<Option<Tally>, Error> {
         let ports: Vec<_> = wires.iter().map(|wire| wire.port.clone()).collect();
         let rows: Vec<_> = [settling(ours, wires)]
             .into_iter()
@@ -243,7 +243,7 @@ impl Entity {
     }
 
     /// Connects the ports of the design to those of a configuration of ours.
-    fn connected(&self, block: &dyn AnyBlock, dut: &Dut, ports: &[Port]) -> Result<Connected, EntityError> {
+    fn connected(&self, block: &dyn AnyBlock, dut: &Dut, ports: &[Port]) -> Result<Connected, Error> {
         let is_clock = |name: &str| dut.clocks.iter().any(|clock| same(&clock.port, name));
         let (clocks, ports): (Vec<_>, Vec<_>) = ports.iter().cloned().partition(|port| is_clock(&port.name));
         if let (Some(clock), []) = (&self.clock, &clocks[..]) {
@@ -254,7 +254,7 @@ impl Entity {
     }
 
     /// Simulates theirs on the rows that ours was given, and compares the answers.
-    fn simulate(&self, design: &dyn Design, ours: &Ours, wires: &[Wire]) -> Result<Tally, Fault> {
+    fn simulate(&self, design: &dyn Design, ours: &Ours, wires: &[Wire]) -> Result<Tally, Error> {
         let beside = if self.is_vhdl() { "vhdl" } else { "verilog" };
         let mut comparison = BlockComparison::new(ours, wires, beside);
         let count = ours.vectors.rows.len();
@@ -309,7 +309,7 @@ impl Entity {
 
     /// Returns the number of rows by which the answers of theirs come later than ours. The output of a register is seen
     /// after its clock edge, in the row of the inputs that went into it, like a combinational output.
-    fn shift(&self, block: &dyn AnyBlock, has_clock: bool) -> Result<i64, EntityError> {
+    fn shift(&self, block: &dyn AnyBlock, has_clock: bool) -> Result<i64, Error> {
         let shift = self.latency - i64::from(has_clock) + i64::from(block.clocked());
         if block.clocked() && !has_clock && self.latency >= 0 {
             let (block, top) = (&self.block, &self.top);

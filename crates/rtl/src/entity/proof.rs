@@ -12,9 +12,10 @@ use std::time::Duration;
 use hpu_datapath::{AnyStep, Register, variants_of};
 
 use super::wires::{What, Wire};
-use super::{Connected, Entity, EntityError, Labelled, model, refused};
+use super::{Connected, Entity, Labelled, model, refused};
 use crate::dut::{INVARIANT, Simulators, Transition};
-use crate::formal::{Edge, Links, NOT_STRAIGHT, Netlist, Proof, ProofError, Question, Verdict, decided};
+use crate::engines::error::Error;
+use crate::formal::{Edge, Links, NOT_STRAIGHT, Netlist, Proof, Question, Verdict, decided};
 
 /// The numbers of edges from the reset within which a difference is looked for, in turn.
 const EDGES: [usize; 5] = [1, 2, 4, 8, 16];
@@ -27,12 +28,7 @@ impl Entity {
     /// # Errors
     ///
     /// When the ports, generics or registers do not fit, the design does not compile, or a tool is missing.
-    pub fn prove(
-        &self,
-        (_, block): &Labelled,
-        simulators: &Simulators,
-        limit: Duration,
-    ) -> Result<Verdict, ProofError> {
+    pub fn prove(&self, (_, block): &Labelled, simulators: &Simulators, limit: Duration) -> Result<Verdict, Error> {
         let Some(equations) = block.equations() else { return Ok(Verdict::Open(NOT_STRAIGHT.to_string())) };
         let dut = self.dut(&**block);
         let ports = simulators.ports_of_model(&model(&dut))?;
@@ -126,7 +122,7 @@ impl Entity {
     }
 
     /// Refuses names of registers that do not exist.
-    fn known(&self, netlist: &Netlist, registers: &[Register]) -> Result<(), EntityError> {
+    fn known(&self, netlist: &Netlist, registers: &[Register]) -> Result<(), Error> {
         // A configuration may lack some registers of the block.
         let mut all = registers.to_vec();
         for (_, block) in variants_of(|name| name == self.block) {

@@ -5,7 +5,8 @@ use hpu_datapath::AnyBlock;
 use hpu_signal::Signal;
 
 use super::ours::Ours;
-use super::{Entity, EntityError, Link, refused};
+use super::{Entity, Link, refused};
+use crate::engines::error::Error;
 
 /// A port of theirs and its counterpart.
 pub(super) struct Wire {
@@ -40,14 +41,14 @@ impl Wire {
 impl Entity {
     /// Returns each port of theirs with its counterpart. Each output of ours must have a counterpart, or be declared to
     /// have none.
-    pub(super) fn wires(&self, block: &dyn AnyBlock, ports: &[Port]) -> Result<Vec<Wire>, EntityError> {
+    pub(super) fn wires(&self, block: &dyn AnyBlock, ports: &[Port]) -> Result<Vec<Wire>, Error> {
         for name in self.ports.iter().map(|(name, _)| name).chain(self.reset.iter().map(|(name, _)| name)) {
             if !ports.iter().any(|port| same(&port.name, name)) {
                 return refused(format!("`{}` has no port `{name}`; {}", self.top, there_are(ports)));
             }
         }
         let wire = |port: &Port| Ok(Wire { port: port.clone(), what: self.what(block, port)? });
-        let wires = ports.iter().map(wire).collect::<Result<Vec<_>, EntityError>>()?;
+        let wires = ports.iter().map(wire).collect::<Result<Vec<_>, Error>>()?;
         let outputs = block.outputs();
         if let Some(name) = self.without.iter().find(|name| !outputs.iter().any(|output| same(output.name, name))) {
             return refused(format!("{} has no output `{name}`; it has {}", self.block, names(&outputs)));
@@ -77,7 +78,7 @@ impl Entity {
         Ok(wires)
     }
 
-    fn what(&self, block: &dyn AnyBlock, port: &Port) -> Result<What, EntityError> {
+    fn what(&self, block: &dyn AnyBlock, port: &Port) -> Result<What, Error> {
         let Port { name, is_input, format, is_number, .. } = port;
         let (top, own_name) = (&self.top, &self.block);
         let way = if *is_input { "input" } else { "output" };

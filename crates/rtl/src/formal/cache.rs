@@ -1,7 +1,6 @@
 //! Remembers proofs by the SHA-256 of both sides.
 
 use std::collections::HashMap;
-use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
@@ -9,18 +8,17 @@ use std::time::Duration;
 use hpu_datapath::{AnyBlock, AnyStep};
 use hpu_signal::{Format, Term};
 
-use super::{Proof, ProofError, TOOLS, Verdict, prove};
-use crate::cost::CostError;
+use super::{Proof, TOOLS, Verdict, prove};
 use crate::engines::entry::{self, Content, Entries};
+use crate::engines::error::Error;
 use crate::engines::hdl::Setup;
 use crate::engines::sources::vhdl;
 use crate::vectors::vector::literal;
 
 /// The sources by which a proof is made. If one of them changes, earlier proofs no longer count, because questions or
 /// netlist may differ.
-const FLOW: [&str; 15] = [
+const FLOW: [&str; 14] = [
     include_str!("mod.rs"),
-    include_str!("error.rs"),
     include_str!("../netlists/mod.rs"),
     include_str!("../netlists/cells.rs"),
     include_str!("../netlists/clocking.rs"),
@@ -46,21 +44,26 @@ pub struct Proofs {
     remembered: AtomicU64,
 }
 
+/// Returns the tools of a proof with their versions. `limit` is the user's time limit of a tool, if there is one.
+///
+/// # Errors
+///
+/// When a tool is missing or too old.
+pub fn tools(limit: Option<Duration>) -> Result<String, Error> {
+    TOOLS.iter().map(|tool| Ok(format!("{} {}, ", tool.name(), tool.version(limit)?))).collect()
+}
+
 impl Proofs {
     /// Opens the proofs in a folder, and makes the folder when it is missing. `limit` is the user's time limit of a
     /// tool, if there is one.
     ///
     /// # Errors
     ///
-    /// [`ProofError`] when a tool is missing, because a proof counts only for the tools at hand; and when the folder
+    /// [`Error`] when a tool is missing, because a proof counts only for the tools at hand; and when the folder
     /// cannot be made.
-    pub fn open(dir: impl Into<PathBuf>, limit: Option<Duration>) -> Result<Self, ProofError> {
-        let mut tools = String::new();
-        for tool in TOOLS {
-            let _ = write!(tools, "{} {}, ", tool.name(), tool.version(limit)?);
-        }
-        let entries = Entries::open(dir.into()).map_err(CostError::from)?;
-        Ok(Self { entries, tools, remembered: AtomicU64::new(0) })
+    pub fn open(dir: impl Into<PathBuf>, limit: Option<Duration>) -> Result<Self, Error> {
+        let tools = tools(limit)?;
+        Ok(Self { entries: Entries::open(dir.into())?, tools, remembered: AtomicU64::new(0) })
     }
 
     /// Proves a block, as [`prove`] does, unless the same has been proved before.
@@ -68,7 +71,7 @@ impl Proofs {
     /// # Errors
     ///
     /// As [`prove`].
-    pub fn prove(&self, block: &dyn AnyBlock, setup: &Setup, limit: Duration) -> Result<Verdict, ProofError> {
+    pub fn prove(&self, block: &dyn AnyBlock, setup: &Setup, limit: Duration) -> Result<Verdict, Error> {
         let Some(equations) = block.equations() else { return prove(block, setup.clone(), limit) };
         let (key, about) = self.key(block, equations, setup)?;
         if let Some(Solvers(by)) = self.entries.find(&key) {
@@ -86,24 +89,19 @@ impl Proofs {
     ///
     /// # Errors
     ///
-    /// [`ProofError`] when the VHDL cannot be read.
-    pub fn find(&self, block: &dyn AnyBlock, setup: &Setup) -> Result<Option<Vec<&'static str>>, ProofError> {
+    /// [`Error`] when the VHDL cannot be read.
+    pub fn find(&self, block: &dyn AnyBlock, setup: &Setup) -> Result<Option<Vec<&'static str>>, Error> {
         let Some(equations) = block.equations() else { return Ok(None) };
         let (key, _) = self.key(block, equations, setup)?;
         Ok(self.entries.find(&key).map(|Solvers(by)| by))
     }
 
     /// Returns the key of a proof, and the words about it.
-    fn key(
-        &self,
-        block: &dyn AnyBlock,
-        equations: &dyn AnyStep,
-        setup: &Setup,
-    ) -> Result<(String, String), ProofError> {
+    fn key(&self, block: &dyn AnyBlock, equations: &dyn AnyStep, setup: &Setup) -> Result<(String, String), Error> {
         let generics: Vec<_> =
             block.generics().iter().map(|(name, value)| format!("{name}={}", literal(*value))).collect();
         let about = format!("{} {} by {}", block.name(), generics.join(" "), self.tools);
-        let vhdl = vhdl(block.name(), &setup.hdl).map_err(CostError::from)?;
+        let vhdl = vhdl(block.name(), &setup.hdl)?;
         Ok((entry::key(&[&FLOW.concat(), &about, &vhdl, &terms(equations)]), about))
     }
 

@@ -29,28 +29,25 @@
 //! equivalent, else vectors kill it.
 
 mod cache;
-mod error;
 mod netlist;
 mod prover;
 mod query;
 mod solver;
 mod tried;
 
-use std::fmt;
 use std::time::Duration;
 
 use hpu_datapath::{AnyBlock, AnyStep};
 use hpu_wave::Around;
 
-use crate::cost::CostError;
+use crate::engines::error::Error;
 use crate::engines::hdl::Setup;
-use crate::engines::tool::{Tool, ToolError};
+use crate::engines::tool::Tool;
 
 use query::Query;
 use solver::Answer;
 
-pub use cache::Proofs;
-pub use error::EntityError;
+pub use cache::{Proofs, tools};
 pub(crate) use netlist::{Links, Netlist};
 pub use prover::{Part, Prover};
 pub(crate) use query::{Edge, Question};
@@ -90,61 +87,6 @@ impl Proof {
     }
 }
 
-/// The reason why a proof could not be tried.
-#[derive(Debug)]
-pub enum ProofError {
-    /// A tool is missing, or failed.
-    Tool(ToolError),
-    /// The VHDL, or the netlist made of it, was refused.
-    Cost(CostError),
-    /// The netlist and the equations do not belong together.
-    Netlist(String),
-    /// The request about a block of the user's own is impossible, or its tools failed.
-    Entity(EntityError),
-}
-
-impl fmt::Display for ProofError {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        match self {
-            Self::Tool(error) => error.fmt(f),
-            Self::Cost(error) => error.fmt(f),
-            Self::Netlist(why) => f.write_str(why),
-            Self::Entity(error) => error.fmt(f),
-        }
-    }
-}
-
-impl std::error::Error for ProofError {}
-
-impl ProofError {
-    /// Returns the tool that failed, if one did.
-    pub fn tool(&self) -> Option<&ToolError> {
-        match self {
-            Self::Tool(error) => Some(error),
-            Self::Cost(error) => error.tool(),
-            Self::Netlist(_) | Self::Entity(_) => None,
-        }
-    }
-}
-
-impl<E: Into<EntityError>> From<E> for ProofError {
-    fn from(error: E) -> Self {
-        Self::Entity(error.into())
-    }
-}
-
-impl From<ToolError> for ProofError {
-    fn from(error: ToolError) -> Self {
-        Self::Tool(error)
-    }
-}
-
-impl From<CostError> for ProofError {
-    fn from(error: CostError) -> Self {
-        Self::Cost(error)
-    }
-}
-
 /// The reason why a block without equations is open.
 pub const NOT_STRAIGHT: &str = "its clock edge is not told as equations; its vectors stand";
 
@@ -152,8 +94,8 @@ pub const NOT_STRAIGHT: &str = "its clock edge is not told as equations; its vec
 ///
 /// # Errors
 ///
-/// [`ProofError`] when a tool is missing, the VHDL does not synthesise, or its registers are not those of the block.
-pub fn prove(block: &dyn AnyBlock, setup: impl Into<Setup>, limit: Duration) -> Result<Verdict, ProofError> {
+/// [`Error`] when a tool is missing, the VHDL does not synthesise, or its registers are not those of the block.
+pub fn prove(block: &dyn AnyBlock, setup: impl Into<Setup>, limit: Duration) -> Result<Verdict, Error> {
     let setup = setup.into();
     let Some(equations) = block.equations() else {
         return Ok(match Netlist::new(block, &setup)? {
@@ -171,11 +113,11 @@ pub fn prove(block: &dyn AnyBlock, setup: impl Into<Setup>, limit: Duration) -> 
     }
 }
 
-fn ask(equations: &dyn AnyStep, netlist: &Netlist, limit: Duration) -> Result<Verdict, ProofError> {
+fn ask(equations: &dyn AnyStep, netlist: &Netlist, limit: Duration) -> Result<Verdict, Error> {
     let registers = AnyStep::registers(equations);
     let edge = Edge::new(equations, netlist, &registers);
     let mut solvers = Vec::new();
-    let mut is_so = |query: Query| -> Result<bool, ProofError> {
+    let mut is_so = |query: Query| -> Result<bool, Error> {
         Ok(matches!(answered(&query, limit, &mut solvers)?, Answer::Unsatisfiable))
     };
     // A net that is proved equal to the equations' number may be anything in later queries. A difference that a solver
@@ -214,7 +156,7 @@ pub(crate) fn decided(
     question: Question,
     limit: Duration,
     solvers: &mut Vec<&'static str>,
-) -> Result<Option<Verdict>, ProofError> {
+) -> Result<Option<Verdict>, Error> {
     let query = edge.pose(question)?;
     let mut verdict = told(edge.name(), &query, answered(&query, limit, solvers)?);
     if let Some(Verdict::Refuted(about, around)) = &mut verdict
@@ -237,12 +179,12 @@ fn told(name: &'static str, query: &Query, answer: Answer) -> Option<Verdict> {
 }
 
 /// Returns the answer to a question. An impossible premise is refused, because everything would follow from it.
-fn answered(query: &Query, limit: Duration, solvers: &mut Vec<&'static str>) -> Result<Answer, ProofError> {
+fn answered(query: &Query, limit: Duration, solvers: &mut Vec<&'static str>) -> Result<Answer, Error> {
     let (answer, solver) = solver::race(query, limit)?;
     if matches!(answer, Answer::Unsatisfiable) {
         if !solver::is_possible(query, limit)? {
             let about = &query.about;
-            return Err(ProofError::Netlist(format!("no state is possible in what is asked about {about}")));
+            return Err(Error::file(format!("no state is possible in what is asked about {about}")));
         }
         solvers.push(solver);
     }
@@ -250,4 +192,4 @@ fn answered(query: &Query, limit: Duration, solvers: &mut Vec<&'static str>) -> 
 }
 
 /// The tools that a proof needs.
-pub const TOOLS: [Tool; 5] = [Tool::Ghdl, Tool::Yosys, Tool::Z3, Tool::Yices, Tool::Bitwuzla];
+pub(crate) const TOOLS: [Tool; 5] = [Tool::Ghdl, Tool::Yosys, Tool::Z3, Tool::Yices, Tool::Bitwuzla];

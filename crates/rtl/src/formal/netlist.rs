@@ -9,9 +9,9 @@ use hpu_cosim::script;
 use hpu_cosim::script::{Fixed, Script, Yosys};
 use hpu_datapath::AnyBlock;
 
-use super::ProofError;
 use crate::cost::{self, NO_DPI, verilog::verilog};
-use crate::engines::ghdl::{GhdlError, Library};
+use crate::engines::error::Error;
+use crate::engines::ghdl::Library;
 use crate::engines::hdl::Setup;
 use crate::engines::sources::library;
 use crate::netlists::cells::plain;
@@ -58,8 +58,8 @@ pub(crate) struct Links {
 
 impl Netlist {
     /// Returns the netlist of a block, or the reason why its step is not one rising edge of the clock.
-    pub(super) fn new(block: &dyn AnyBlock, setup: &Setup) -> Result<Result<Self, String>, ProofError> {
-        let library = library(block.name(), setup).map_err(cost::CostError::from)?;
+    pub(super) fn new(block: &dyn AnyBlock, setup: &Setup) -> Result<Result<Self, String>, Error> {
+        let library = library(block.name(), setup).map_err(Error::of_input)?;
         let verilog = verilog(block, &library)?;
         Self::read(Rc::new(library), block.name(), &verilog)
     }
@@ -69,8 +69,8 @@ impl Netlist {
     pub(super) fn without_tables(
         block: &dyn AnyBlock,
         setup: &Setup,
-    ) -> Result<Result<(Self, Vec<String>), String>, ProofError> {
-        let (name, library) = (block.name(), library(block.name(), setup).map_err(cost::CostError::from)?);
+    ) -> Result<Result<(Self, Vec<String>), String>, Error> {
+        let (name, library) = (block.name(), library(block.name(), setup).map_err(Error::of_input)?);
         let verilog = without_tables(&verilog(block, &library)?);
         let library = Rc::new(library);
         let netlist = match Self::read(Rc::clone(&library), name, &verilog)? {
@@ -86,16 +86,16 @@ impl Netlist {
         );
         cost::run_yosys(&library, name, &script)?;
         let made = fs::read_to_string(library.dir().join("made.txt"));
-        let made = made.map_err(|error| cost::CostError::from(GhdlError::Io(library.dir().to_path_buf(), error)))?;
+        let made = made.map_err(|error| Error::io(library.dir(), error))?;
         let made = made.lines().map(str::to_string).collect();
         Ok(Ok((netlist, made)))
     }
 
     /// Reads a netlist of a block from Verilog. First, before anything is transformed, it reads the clocks.
-    fn read(library: Rc<Library>, name: &'static str, verilog: &str) -> Result<Result<Self, String>, ProofError> {
-        let io = |error| cost::CostError::from(GhdlError::Io(library.dir().to_path_buf(), error));
+    fn read(library: Rc<Library>, name: &'static str, verilog: &str) -> Result<Result<Self, String>, Error> {
+        let io = |error| Error::io(library.dir(), error);
         let file = |name: &str| fs::read_to_string(library.dir().join(name)).map_err(io);
-        library.write("block.v", verilog).map_err(cost::CostError::from)?;
+        library.write("block.v", verilog)?;
         let script = script!(Yosys: "read_verilog{} block.v; {}", NO_DPI, clocking::early(Fixed(name)));
         cost::run_yosys(&library, name, &script)?;
         let [json, text] = clocking::EARLY;
@@ -103,15 +103,15 @@ impl Netlist {
         match clocking::clocked(&file(json)?, name, &timing) {
             Ok(_) => {}
             Err(Unfit::Clocked(why)) => return Ok(Err(why)),
-            Err(Unfit::Unknown(why)) => return Err(ProofError::Netlist(why)),
+            Err(Unfit::Unknown(why)) => return Err(Error::file(why)),
         }
-        library.write(text, told(&file(text)?)).map_err(cost::CostError::from)?;
-        library.write(RULES.0, RULES.1).map_err(cost::CostError::from)?;
+        library.write(text, told(&file(text)?))?;
+        library.write(RULES.0, RULES.1)?;
         Self::written(library, name, &[]).map(Ok)
     }
 
     /// Returns the same netlist in which these nets may be anything.
-    pub(super) fn cut(&self, nets: &[Net]) -> Result<Self, ProofError> {
+    pub(super) fn cut(&self, nets: &[Net]) -> Result<Self, Error> {
         let nets: Vec<_> = nets.iter().filter_map(|(name, _)| self.net(name)).map(|(net, _)| net).collect();
         let library = self.library.as_ref().map(Rc::clone).expect("nets of a block's own netlist");
         Self::written(library, &self.name, &nets)
@@ -123,8 +123,8 @@ impl Netlist {
         Self { text, name: name.to_string(), is_clocked, nets, registers, inputs, library: None, links }
     }
 
-    fn written(library: Rc<Library>, name: &str, cuts: &[&str]) -> Result<Self, ProofError> {
-        let io = |error| cost::CostError::from(GhdlError::Io(library.dir().to_path_buf(), error));
+    fn written(library: Rc<Library>, name: &str, cuts: &[&str]) -> Result<Self, Error> {
+        let io = |error| Error::io(library.dir(), error);
         // A net that is not cut only makes the question longer.
         let cuts = cuts.iter().filter_map(|net| Script::<Yosys>::net(net));
         let cuts: Script<Yosys> = cuts.map(|net| script!(Yosys: "cutpoint w:{}; ", net)).collect();

@@ -6,8 +6,8 @@ use std::time::Duration;
 
 use hpu_datapath::{AnyBlock, Generic, Parts};
 
-use super::{ProofError, Proofs, Verdict, prove};
-use crate::cost::CostError;
+use super::{Proofs, Verdict, prove};
+use crate::engines::error::Error;
 use crate::engines::hdl::Setup;
 use crate::engines::sources::library;
 use crate::netlists::cells::Modules;
@@ -63,7 +63,7 @@ impl Prover {
     /// # Errors
     ///
     /// As [`prove`].
-    pub fn prove(&self, block: &dyn AnyBlock) -> Result<Verdict, ProofError> {
+    pub fn prove(&self, block: &dyn AnyBlock) -> Result<Verdict, Error> {
         let Some(parts) = block.parts() else { return self.alone(block) };
         let leaves = match self.leaves(block, parts)? {
             Ok(leaves) => leaves,
@@ -73,7 +73,7 @@ impl Prover {
             let verdict = self.alone(&*model)?;
             Ok(Part { place, block: model.name(), generics: model.generics(), verdict })
         };
-        Ok(Verdict::Wired(leaves.into_iter().map(part).collect::<Result<_, ProofError>>()?))
+        Ok(Verdict::Wired(leaves.into_iter().map(part).collect::<Result<_, Error>>()?))
     }
 
     /// Returns the first difference between the wiring of a block and that of its VHDL. Returns `None` if they are
@@ -82,17 +82,17 @@ impl Prover {
     ///
     /// # Errors
     ///
-    /// [`ProofError`] when a tool is missing, or the VHDL does not synthesise.
-    pub fn wiring(&self, block: &dyn AnyBlock) -> Result<Option<String>, ProofError> {
+    /// [`Error`] when a tool is missing, or the VHDL does not synthesise.
+    pub fn wiring(&self, block: &dyn AnyBlock) -> Result<Option<String>, Error> {
         let Some(parts) = block.parts() else { return Ok(None) };
         Ok(self.leaves(block, parts)?.err())
     }
 
     /// Returns the leaves of a wiring that is equal, or the first difference.
-    fn leaves(&self, block: &dyn AnyBlock, parts: Parts) -> Result<Result<Vec<Leaf>, String>, ProofError> {
-        let library = library(block.name(), &self.setup).map_err(CostError::from)?;
+    fn leaves(&self, block: &dyn AnyBlock, parts: Parts) -> Result<Result<Vec<Leaf>, String>, Error> {
+        let library = library(block.name(), &self.setup).map_err(Error::of_input)?;
         let modules = Modules::new(block, &library)?;
-        let unread = || ProofError::Netlist(format!("the netlist of {} by Yosys is not understood", block.name()));
+        let unread = || Error::file(format!("the netlist of {} by Yosys is not understood", block.name()));
         let wired = modules.wired(block.name(), &library)?.ok_or_else(unread)?;
         let leaves = match leaves(&wired, block, parts) {
             Ok(leaves) => leaves,
@@ -112,7 +112,7 @@ impl Prover {
     }
 
     /// Returns the proof of a block alone; another thread that asks for the same one waits.
-    fn alone(&self, block: &dyn AnyBlock) -> Result<Verdict, ProofError> {
+    fn alone(&self, block: &dyn AnyBlock) -> Result<Verdict, Error> {
         let known = self.known(block);
         let mut verdict = lock(&known.verdict);
         if verdict.is_none() {
@@ -125,11 +125,11 @@ impl Prover {
     }
 
     /// Returns the netlist of a block alone: that of its proof, apart from the numbers of nets.
-    fn netlist(&self, block: &dyn AnyBlock) -> Result<Arc<str>, ProofError> {
+    fn netlist(&self, block: &dyn AnyBlock) -> Result<Arc<str>, Error> {
         let known = self.known(block);
         let mut netlist = lock(&known.netlist);
         if netlist.is_none() {
-            let library = library(block.name(), &self.setup).map_err(CostError::from)?;
+            let library = library(block.name(), &self.setup).map_err(Error::of_input)?;
             *netlist = Some(Modules::new(block, &library)?.netlist(block.name()).into());
         }
         Ok(Arc::clone(netlist.as_ref().expect("it is synthesised")))

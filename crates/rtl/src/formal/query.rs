@@ -7,8 +7,8 @@ use hpu_datapath::{AnyStep, Lemma, Register};
 use hpu_signal::{Clock, Defined, Format, Signal, Term};
 use hpu_wave::{Around, Column, ComparedRow};
 
-use super::ProofError;
 use super::netlist::{Net, Netlist};
+use crate::engines::error::Error;
 use crate::vectors::vector::hex;
 
 /// A question.
@@ -90,7 +90,7 @@ impl<'e> Edge<'e> {
     }
 
     /// Poses a question.
-    pub(super) fn pose(&self, question: Question) -> Result<Query, ProofError> {
+    pub(super) fn pose(&self, question: Question) -> Result<Query, Error> {
         match question {
             Question::Edge => self.edge(&[]),
             Question::Reset => Ok(self.reset()),
@@ -100,7 +100,7 @@ impl<'e> Edge<'e> {
 
     /// Poses a question with the condition that unknown bits of the netlist (X, Z, or a net that nothing drives) reach
     /// an answer. Returns `None` if the netlist has none.
-    pub(super) fn about_unknown(&self, question: Question) -> Result<Option<Query>, ProofError> {
+    pub(super) fn about_unknown(&self, question: Question) -> Result<Option<Query>, Error> {
         if !self.netlist.has_unknown_bits() {
             return Ok(None);
         }
@@ -123,7 +123,7 @@ impl<'e> Edge<'e> {
     }
 
     /// Makes a question about the block's results from the state and the inputs. The nets in `cuts` may have any words.
-    fn posed(&self, cuts: &[Net]) -> Result<Posed, ProofError> {
+    fn posed(&self, cuts: &[Net]) -> Result<Posed, Error> {
         let Self { block, registers, ref whole, .. } = *self;
         let cut;
         let netlist = if cuts.is_empty() {
@@ -144,7 +144,7 @@ impl<'e> Edge<'e> {
             let high = low + format.width() - 1;
             let bits = match netlist.register(&register.path()) {
                 Some((net, width)) if high >= width => {
-                    return Err(ProofError::Netlist(format!("the VHDL's `{net}` has {width} bits, ours {}", high + 1)));
+                    return Err(Error::file(format!("the VHDL's `{net}` has {width} bits, ours {}", high + 1)));
                 }
                 Some((net, _)) => Some(format!("((_ extract {high} {low}) {})", netlist.bits(net, "s"))),
                 None => None,
@@ -183,7 +183,7 @@ impl<'e> Edge<'e> {
     }
 
     /// Returns the nets at which the equations can be cut: those that the VHDL has, each once.
-    pub(super) fn nets(&self) -> Result<Vec<Net>, ProofError> {
+    pub(super) fn nets(&self) -> Result<Vec<Net>, Error> {
         let Posed { cuts, .. } = self.posed(&[])?;
         let mut nets: Vec<Net> = Vec::new();
         for (name, own, _) in cuts {
@@ -196,7 +196,7 @@ impl<'e> Edge<'e> {
     }
 
     /// Makes the question about a net at which the equations can be cut; the nets in `cuts` may be anything.
-    pub(super) fn net(&self, (name, own): &Net, cuts: &[Net]) -> Result<Query, ProofError> {
+    pub(super) fn net(&self, (name, own): &Net, cuts: &[Net]) -> Result<Query, Error> {
         let Posed { mut query, cuts, .. } = self.posed(cuts)?;
         let term = cuts.into_iter().find_map(|(met, _, term)| (met == *name).then_some(term));
         if let (Some(term), Some((net, width))) = (term, self.netlist.net(name)) {
@@ -212,11 +212,11 @@ impl<'e> Edge<'e> {
     }
 
     /// Makes the question about outputs, and about registers after an edge.
-    pub(super) fn edge(&self, cuts: &[Net]) -> Result<Query, ProofError> {
+    pub(super) fn edge(&self, cuts: &[Net]) -> Result<Query, Error> {
         let Posed { mut query, next, shown, .. } = self.posed(cuts)?;
         for (output, ours) in self.block.outputs().iter().zip(shown) {
             if self.netlist.port(output.name).is_empty() && !self.netlist.is_foreign() {
-                return Err(ProofError::Netlist(format!("the VHDL has no output `{}`", output.name)));
+                return Err(Error::file(format!("the VHDL has no output `{}`", output.name)));
             }
             query.shows(self.netlist, output, "s", ours);
         }

@@ -6,8 +6,8 @@ use std::sync::mpsc;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use super::ProofError;
 use super::query::Query;
+use crate::engines::error::Error;
 use crate::engines::temporary::Temporary;
 use crate::engines::tool::{Fault, Said, Tool, ToolError, run_unless};
 
@@ -40,13 +40,13 @@ pub(super) fn known(limit: Option<Duration>) -> Result<(), ToolError> {
 }
 
 /// Returns whether the premises of a question can hold: whether there is a state with such inputs.
-pub(super) fn is_possible(query: &Query, limit: Duration) -> Result<bool, ProofError> {
+pub(super) fn is_possible(query: &Query, limit: Duration) -> Result<bool, Error> {
     let (answer, _) = raced(&format!("{}(check-sat)\n", query.given), limit)?;
     Ok(matches!(answer, Answer::Satisfiable(_)))
 }
 
 /// Returns the first answer to a question, and the solver that gave it.
-pub(super) fn race(query: &Query, limit: Duration) -> Result<(Answer, &'static str), ProofError> {
+pub(super) fn race(query: &Query, limit: Duration) -> Result<(Answer, &'static str), Error> {
     let Query { given, differs, .. } = query;
     let names: Vec<_> = query.names().collect();
     let shown = if names.is_empty() { String::new() } else { format!("(get-value ({}))\n", names.join(" ")) };
@@ -54,7 +54,7 @@ pub(super) fn race(query: &Query, limit: Duration) -> Result<(Answer, &'static s
 }
 
 /// Returns the first answer to a text; the other solvers are stopped.
-fn raced(text: &str, limit: Duration) -> Result<(Answer, &'static str), ProofError> {
+fn raced(text: &str, limit: Duration) -> Result<(Answer, &'static str), Error> {
     let io = |error| ToolError::new(Tool::Z3, "be asked", Fault::NotStarted(error), "");
     let folder = Temporary::folder().map_err(io)?;
     let path = folder.path().join("query.smt2");

@@ -12,9 +12,9 @@ use hpu_signal::{Format, Signal, Term};
 
 use super::netlist::Netlist;
 use super::query::{Edge, Question};
-use super::{Proof, ProofError, Verdict};
+use super::{Proof, Verdict};
 use crate::check::{benches, held};
-use crate::cost::CostError;
+use crate::engines::error::Error;
 use crate::engines::hdl::Setup;
 use crate::vectors::vector::{Header, Vectors};
 
@@ -43,7 +43,7 @@ pub(super) fn can_be(equations: &dyn AnyStep) -> bool {
 }
 
 /// Proves a block whose inputs [can be](can_be) tried.
-pub(super) fn tried(equations: &dyn AnyStep, setup: &Setup, limit: Duration) -> Result<Verdict, ProofError> {
+pub(super) fn tried(equations: &dyn AnyStep, setup: &Setup, limit: Duration) -> Result<Verdict, Error> {
     let (netlist, remembers) = match Netlist::without_tables(equations, setup)? {
         Ok(found) => found,
         Err(why) => return Ok(Verdict::Refused(why)),
@@ -60,8 +60,8 @@ pub(super) fn tried(equations: &dyn AnyStep, setup: &Setup, limit: Duration) -> 
     if let Some(other) = super::decided(&edge, Question::Reset, limit, &mut by)? {
         return Ok(other);
     }
-    let library = benches([equations.name()], setup).map_err(CostError::from)?;
-    let tally = held(&library, &all(equations), "all").map_err(CostError::from)?;
+    let library = benches([equations.name()], setup).map_err(Error::of_input)?;
+    let tally = held(&library, &all(equations), "all").map_err(Error::of_input)?;
     Ok(match tally.first {
         Some(mut first) => {
             first.around.rows.retain(|row| row.number == first.row);

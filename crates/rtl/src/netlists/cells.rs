@@ -8,8 +8,9 @@ use hpu_cosim::script::Yosys;
 use hpu_datapath::AnyBlock;
 use serde_json::Value;
 
-use crate::cost::{self, CostError, NO_DPI, verilog::verilog};
-use crate::engines::ghdl::{GhdlError, Library};
+use crate::cost::{self, NO_DPI, verilog::verilog};
+use crate::engines::error::Error;
+use crate::engines::ghdl::Library;
 
 /// The modules of an entity by name: the entity's own module, and those that it instantiates.
 pub(crate) struct Modules {
@@ -70,7 +71,7 @@ impl Cell {
 
 impl Modules {
     /// Reads the modules of an entity in the configuration of a block.
-    pub(crate) fn new(block: &dyn AnyBlock, library: &Library) -> Result<Self, CostError> {
+    pub(crate) fn new(block: &dyn AnyBlock, library: &Library) -> Result<Self, Error> {
         Ok(Self::split(&verilog(block, library)?))
     }
 
@@ -137,7 +138,7 @@ impl Modules {
     /// Returns the ports of all modules, and the cells of modules that instantiate others. Of modules that instantiate
     /// none, Yosys reads only the ports. Nothing is optimised: each assignment becomes one net, each operation a cell.
     /// `None` if what Yosys writes is not understood.
-    pub(crate) fn wired(&self, top: &str, library: &Library) -> Result<Option<BTreeMap<String, Module>>, CostError> {
+    pub(crate) fn wired(&self, top: &str, library: &Library) -> Result<Option<BTreeMap<String, Module>>, Error> {
         let mut text = String::new();
         for (name, lines) in &self.texts {
             let is_whole = name == top || lines.iter().any(|line| self.instance(line).is_some());
@@ -146,8 +147,8 @@ impl Modules {
             kept.iter().for_each(|line| text += &format!("{line}\n"));
             text += if is_whole { "" } else { "endmodule\n" };
         }
-        let io = |error| CostError::from(GhdlError::Io(library.dir().to_path_buf(), error));
-        library.write("wiring.v", text).map_err(CostError::from)?;
+        let io = |error| Error::io(library.dir(), error);
+        library.write("wiring.v", text)?;
         let script = script!(Yosys: "read_verilog{} wiring.v; proc -noopt; write_json wiring.json", NO_DPI);
         cost::run_yosys(library, top, &script)?;
         let json = fs::read_to_string(library.dir().join("wiring.json")).map_err(io)?;

@@ -165,8 +165,8 @@ fn without_the_tools_the_packages_to_install_are_named() {
     const CHILD: &str = "HPU_TEST_WITHOUT_TOOLS";
     if let Some(which) = std::env::var_os(CHILD) {
         let error = cost(&*block("synchronizer", "default"), hdl()).expect_err("a tool is missing");
-        let missing = error.tool().expect("a tool's fault");
-        assert!(matches!(missing.fault, Fault::Missing) && missing.tool.name() == which, "{error}");
+        let named = error.to_string().contains(&format!("`{which}` is not installed"));
+        assert!(matches!(error.fault(), Some(Fault::Missing)) && named, "{error}");
         assert!(error.to_string().contains("yosys nextpnr-ice40 fpga-icestorm"), "{error}");
         return;
     }

@@ -8,7 +8,8 @@ use std::thread;
 use std::time::Duration;
 
 use hpu_datapath::{AnyBlock, Generic, block_names, configured, proved_variants_of};
-use hpu_rtl::formal::{NOT_STRAIGHT, Prover, Verdict, prove};
+use hpu_rtl::Setup;
+use hpu_rtl::formal::{NOT_STRAIGHT, Proofs, Prover, Verdict, prove};
 
 const HDL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../hdl");
 
@@ -55,6 +56,12 @@ fn find(name: &str, label: &str) -> Box<dyn AnyBlock> {
     found.map(|(_, block)| block).unwrap_or_else(|| panic!("no {name} {label}"))
 }
 
+/// Returns the proofs that earlier runs have made, as `hpu check --formal` remembers them: by the VHDL, the equations,
+/// the tools and the sources of the proof.
+fn proofs() -> Proofs {
+    Proofs::open(Path::new(env!("CARGO_TARGET_TMPDIR")).join("proofs"), None).expect("the tools of a proof")
+}
+
 /// The number of configurations of a block that the test command proves.
 const FEW: usize = 2;
 
@@ -76,7 +83,7 @@ fn prove_all(others: bool, at_least: usize) {
     let wanted = proved_variants_of(|_| true).into_iter().filter(|(label, block)| is_wanted(label, &**block));
     let names: Vec<_> = wanted.map(|(label, block)| (block.name(), label)).collect();
     assert!(names.len() >= at_least, "{}", names.len());
-    let next = AtomicUsize::new(0);
+    let (proofs, setup, next) = (proofs(), Setup::from(Path::new(HDL)), AtomicUsize::new(0));
     thread::scope(|scope| {
         for _ in 0..2 {
             scope.spawn(|| {
@@ -84,7 +91,7 @@ fn prove_all(others: bool, at_least: usize) {
                     // Its products of 20 bits are beyond every solver; its vectors stand.
                     let is_beyond = (*name, label.as_str()) == ("gimbal_inverse", "default");
                     let limit = if others && !is_beyond { LONG_LIMIT } else { LIMIT };
-                    match prove(&*find(name, label), Path::new(HDL), limit) {
+                    match proofs.prove(&*find(name, label), &setup, limit) {
                         Ok(Verdict::Proved(_)) => {}
                         Ok(Verdict::Open(_)) if is_beyond => {}
                         other => panic!("{name} {label}: {other:?}"),
@@ -283,7 +290,7 @@ fn wirings_that_take_longer_equal_their_vhdl() {
 
 #[test]
 fn a_wiring_of_proved_blocks_is_proved_and_names_those_that_are_not() {
-    let prover = Prover::new(Path::new(HDL), LIMIT);
+    let prover = Prover::new(Path::new(HDL), LIMIT).remembering(proofs());
     let parts = |name, label| match prover.prove(&*find(name, label)) {
         Ok(Verdict::Wired(parts)) => parts,
         other => panic!("{name}: {other:?}"),

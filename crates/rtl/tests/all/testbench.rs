@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use hpu_datapath::{AnyBlock, block_by_name};
-use hpu_rtl::{GhdlError, Library, Setup, VECTOR_READER, package, testbench};
+use hpu_rtl::{Library, Setup, VECTOR_READER, package, testbench};
 
 const VECTORS: &str = "\
 # position_counter in rst(0,1,0) step(1,1,0) out position(0,12,0) generics WIDTH=12
@@ -26,10 +26,8 @@ fn run(vectors: &str) -> Result<String, String> {
         .unwrap_or_else(|error| panic!("{error}"));
     library.write("v.txt", vectors).unwrap_or_else(|error| panic!("{error}"));
     library.run("tb_position_counter", &[("VECTORS", "v.txt".to_string())], &[], Duration::ZERO).map_err(|error| {
-        match error {
-            GhdlError::Failed { said, .. } => said,
-            other => panic!("{other}"),
-        }
+        assert!(error.is_refusal(), "{error}");
+        error.said().to_string()
     })
 }
 

@@ -4,15 +4,13 @@
 //! `grep -v '"sha256"' FILE | sha256sum` prints it again. Words are decimal integers of up to 64 bits, in units of
 //! their least significant bit. A reader must not read them as floats.
 
-use std::fmt;
-
 use hpu_datapath::Generic;
 use serde_json::{Map, Value, json};
 use sha2::{Digest, Sha256};
 
 use hpu_wave::Column;
 
-use super::{Header, Vectors};
+use super::{Header, VectorError, Vectors};
 use crate::engines::entry::hexadecimal;
 
 /// The source of the inputs of a set.
@@ -45,87 +43,6 @@ pub struct Origin {
     pub variant: Option<String>,
     /// The source of the inputs.
     pub source: Source,
-}
-
-/// Why a JSON file was refused.
-#[derive(Clone, PartialEq, Eq, Debug)]
-pub enum JsonError {
-    /// No line is the SHA-256, or more than one.
-    NoDigest,
-    /// The SHA-256 of the other lines is not the one in the file.
-    Edited {
-        /// The SHA-256 in the file.
-        told: String,
-        /// The SHA-256 of its other lines.
-        found: String,
-    },
-    /// The text is not JSON.
-    Syntax {
-        /// The line.
-        line: usize,
-        /// The parser's message.
-        said: String,
-    },
-    /// No known configuration has this name, these columns and these generics.
-    Unknown {
-        /// The block as the file describes it.
-        block: Value,
-    },
-    /// A row is not a list with one word for each column.
-    Row {
-        /// The row's number, counted from 1.
-        row: usize,
-        /// Number of columns.
-        expected: usize,
-    },
-    /// A value does not fit the column's format.
-    Word {
-        /// Row, counted from 1.
-        row: usize,
-        /// The column.
-        column: Column,
-        /// The value as found.
-        found: Value,
-    },
-}
-
-impl fmt::Display for JsonError {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        match self {
-            Self::NoDigest => {
-                write!(f, "one line should be `\"sha256\": \"...\"`, as `hpu vectors --format json` ends its files")
-            }
-            Self::Edited { told, found } => {
-                write!(f, "changed since it was written: its sha256 is told as {told}, and is {found}")
-            }
-            Self::Syntax { said, .. } => write!(f, "no JSON: {said}"),
-            Self::Unknown { block } => {
-                write!(f, "no configuration of a block {block} has these columns and generics; see hpu block NAME")
-            }
-            Self::Row { row, expected } => write!(f, "row {row}: {expected} words expected"),
-            Self::Word { row, column: Column { name, format, .. }, found } => {
-                let (least, most) = (format.min(), format.max());
-                write!(f, "row {row}: {name}: `{found}` is no integer from {least} to {most}, which {format} holds")
-            }
-        }
-    }
-}
-
-impl std::error::Error for JsonError {}
-
-impl JsonError {
-    /// Returns the line of the refused text to which the error belongs, counted from 1; line 1 when it belongs to none.
-    pub fn line(&self, text: &str) -> usize {
-        let of =
-            |key: &str| (1..).zip(text.lines()).find(|(_, line)| line.contains(key)).map_or(1, |(number, _)| number);
-        match self {
-            Self::NoDigest => text.lines().count().max(1),
-            Self::Edited { .. } => of(DIGEST),
-            Self::Syntax { line, .. } => *line,
-            Self::Unknown { .. } => of("\"block\""),
-            Self::Row { row, .. } | Self::Word { row, .. } => row_line(text, *row),
-        }
-    }
 }
 
 /// Returns the line of a row, counted from 1, in a file with one row a line.
@@ -205,35 +122,45 @@ impl Vectors {
     ///
     /// # Errors
     ///
-    /// [`JsonError`] when the file was changed after it was written, or does not describe a set.
-    pub fn from_json(text: &str, headers: impl IntoIterator<Item = Header>) -> Result<Self, JsonError> {
+    /// [`VectorError`] when the file was changed after it was written, or does not describe a set.
+    pub fn from_json(text: &str, headers: impl IntoIterator<Item = Header>) -> Result<Self, VectorError> {
         let told: Vec<_> = text.lines().filter(|line| line.contains(DIGEST)).collect();
         let told = match told[..] {
             [line] => line.trim().strip_prefix(DIGEST).and_then(|rest| rest.strip_prefix(": \"")?.strip_suffix('"')),
             _ => None,
         };
-        let (told, found) = (told.ok_or(JsonError::NoDigest)?, digest(text));
+        let no_digest = "one line should be `\"sha256\": \"...\"`, as `hpu vectors --format json` ends its files";
+        let told = told.ok_or_else(|| VectorError::at(text.lines().count().max(1), no_digest))?;
+        let found = digest(text);
+        let of =
+            |key: &str| (1..).zip(text.lines()).find(|(_, line)| line.contains(key)).map_or(1, |(number, _)| number);
         if told != found {
-            return Err(JsonError::Edited { told: told.to_string(), found });
+            let why = format!("changed since it was written: its sha256 is told as {told}, and is {found}");
+            return Err(VectorError::at(of(DIGEST), why));
         }
-        let json: Value = serde_json::from_str(text)
-            .map_err(|error| JsonError::Syntax { line: error.line(), said: error.to_string() })?;
+        let no_json = |error: serde_json::Error| VectorError::at(error.line(), format!("no JSON: {error}"));
+        let json: Value = serde_json::from_str(text).map_err(no_json)?;
         let same = |header: &Header| described(header).iter().all(|(key, value)| json[*key] == *value);
-        let header = headers.into_iter().find(same);
-        let header = header.ok_or_else(|| JsonError::Unknown { block: json["block"].clone() })?;
+        let header = headers.into_iter().find(same).ok_or_else(|| {
+            let block = &json["block"];
+            let why = format!("no configuration of a block {block} has these columns and generics; see hpu block NAME");
+            VectorError::at(of("\"block\""), why)
+        })?;
         let columns: Vec<_> = header.columns().cloned().collect();
+        let refused = |row: usize, why: String| VectorError::at(row_line(text, row), format!("row {row}: {why}"));
+        let wrong_row = |row| refused(row, format!("{} words expected", columns.len()));
         let read = |(row, told): (usize, &Value)| {
-            let words = told.as_array().filter(|words| words.len() == columns.len());
-            let words = words.ok_or(JsonError::Row { row, expected: columns.len() })?;
-            let word = |(column, found): (&Column, &Value)| {
+            let words = told.as_array().filter(|words| words.len() == columns.len()).ok_or_else(|| wrong_row(row))?;
+            let word = |(Column { name, format, .. }, found): (&Column, &Value)| {
                 let value = found.as_i64().map(i128::from).or(found.as_u64().map(i128::from));
-                let value = value.filter(|&value| column.format.holds(value));
-                let word = value.map(|value| column.format.wrap(value));
-                word.ok_or_else(|| JsonError::Word { row, column: column.clone(), found: found.clone() })
+                let word = value.filter(|&value| format.holds(value)).map(|value| format.wrap(value));
+                let (least, most) = (format.min(), format.max());
+                let why = || format!("{name}: `{found}` is no integer from {least} to {most}, which {format} holds");
+                word.ok_or_else(|| refused(row, why()))
             };
             columns.iter().zip(words).map(word).collect()
         };
-        let rows = json["rows"].as_array().ok_or(JsonError::Row { row: 1, expected: columns.len() })?;
+        let rows = json["rows"].as_array().ok_or_else(|| wrong_row(1))?;
         let rows = (1..).zip(rows).map(read).collect::<Result<_, _>>()?;
         Ok(Self { header, rows })
     }

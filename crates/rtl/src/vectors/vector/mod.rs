@@ -13,6 +13,7 @@
 
 mod json;
 mod memory;
+mod refusal;
 
 use std::fmt::{self, Write as _};
 
@@ -20,8 +21,9 @@ use hpu_datapath::{AnyBlock, Generic, Rom};
 use hpu_signal::{Format, Signal};
 use hpu_wave::Column;
 
-pub use json::{JsonError, Origin, Source, row_line};
+pub use json::{Origin, Source, row_line};
 pub use memory::Memory;
+pub use refusal::VectorError;
 
 /// The contents of line 1 of a vector file. [`Display`](fmt::Display) writes that line.
 #[derive(Clone, PartialEq, Eq, Debug)]
