@@ -60,12 +60,11 @@ impl Known {
 impl Ahead {
     pub(super) const NOTHING: Self = Self { until: 0, band_rad: (0.0, 0.0), event: None };
 
-    /// Returns the first event in (`from`, `to`] while the angle is in the band, `Some(None)` if there is none; `None`
-    /// if that is not known.
+    /// Whether the first event in (`from`, `to`] while the angle is in this band is known: `event`, if it is not later.
     #[inline(always)]
-    pub(super) fn within(&self, from: u64, to: u64, band_rad: (f64, f64)) -> Option<Option<Event>> {
+    pub(super) fn holds(&self, from: u64, to: u64, band_rad: (f64, f64)) -> bool {
         // An event that was found is the next one, however far the question reaches.
         let is_known = self.event.as_ref().map_or(to <= self.until, |event| event.0 > from);
-        (is_known && self.until != 0 && band_rad == self.band_rad).then(|| self.event.filter(|event| event.0 <= to))
+        is_known && self.until != 0 && band_rad == self.band_rad
     }
 }

@@ -499,10 +499,11 @@ impl<'a> Device<'a> {
     #[must_use]
     #[inline]
     pub fn next_event(&mut self, from: u64, to: u64, band_rad: (f64, f64)) -> Option<Event> {
-        match self.known.ahead.within(from, to, band_rad) {
-            Some(event) => event,
-            None => self.look_for(from, to, band_rad),
+        let ahead = &self.known.ahead;
+        if ahead.holds(from, to, band_rad) {
+            return ahead.event.filter(|event| event.0 <= to);
         }
+        self.look_for(from, to, band_rad)
     }
 
     versions! {
