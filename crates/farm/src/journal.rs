@@ -12,8 +12,8 @@ use crate::row::UnitResult;
 const FORMAT: &str = "journal 3: ";
 
 /// The journal of a set. Line 1 names the set. Each other line is a row: a checksum over the set's name and the rest of
-/// the line, which is JSON: the unit's number and its result. A row with a wrong checksum is ignored, and its unit is run
-/// again.
+/// the line, which is JSON: the unit's number and its result. A row with a wrong checksum is ignored, and its unit is
+/// run again.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Journal<T> {
     /// The intact rows.

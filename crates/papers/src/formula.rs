@@ -115,11 +115,7 @@ impl Formula {
                     (_, [other]) => one.iter().map(|one| operator(*one, *other)).collect(),
                     _ if one.len() == other.len() => one.iter().zip(&other).map(|(a, b)| operator(*a, *b)).collect(),
                     _ => {
-                        return Err(Error::new(format_args!(
-                            "a list of {} beside a list of {}",
-                            one.len(),
-                            other.len()
-                        )));
+                        return Err(format!("a list of {} beside a list of {}", one.len(), other.len()).into());
                     }
                 }
             }

@@ -14,7 +14,7 @@ use crate::request::{Refusal, Request};
 fn read(request: &Request) -> Result<Map, Refusal> {
     let source = request.source()?;
     source.runnable()?;
-    let axis = |name: &str| request.text(name)?.parse::<Axis>().map_err(Refusal::from);
+    let axis = |name: &str| request.text(name)?.parse::<Axis>().map_err(|error| Refusal::from(error.to_string()));
     let methods = vec![Method { label: "scene".into(), set: Vec::new() }];
     let mut load = |file: &str| source.load(file);
     let map = Map::new(source.named(), &source.set, (axis("x")?, axis("y")?), methods, &mut load);

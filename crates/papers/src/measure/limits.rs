@@ -162,11 +162,7 @@ pub(super) fn stable(asked: &Asked, control: &Control) -> Result<Values, Error> 
     let found = in_words(&scene, looks(asked)?, control)?;
     if let (Some(from), Some(to)) = (found.open().first(), found.open().last()) {
         let [low, high] = [from, to].map(|seen| found.digits(seen.stiffness));
-        return Err(Error::new(format_args!(
-            "not told from {low} to {high} {}: {}",
-            found.unit,
-            found.said_not_told(from, to)
-        )));
+        return Err(format!("not told from {low} to {high} {}: {}", found.unit, found.said_not_told(from, to)).into());
     }
     let known = |seen: Option<Seen>, otherwise: &str| {
         seen.map(|seen| Value::Number(seen.stiffness)).ok_or_else(|| Error::from(otherwise))

@@ -72,7 +72,7 @@ pub fn run_trial(overrides: &[(String, String)], control: &Control) -> Result<Op
         Some(Outcome::Passive { rms_m }) => Verdict::Passive { rms_m },
         Some(Outcome::NonPassive { rms_m }) => Verdict::NonPassive { rms_m },
         Some(Outcome::HighlyUnstable { at_s }) => Verdict::HighlyUnstable { at_s },
-        other => return Err(Error::new(format_args!("{SCENE} is judged as no drop trial is: {other:?}"))),
+        other => return Err(format!("{SCENE} is judged as no drop trial is: {other:?}").into()),
     };
     let why = summary.aborted.map_or(String::new(), |abort| abort.why.to_string());
     Ok(Some(Trial { verdict, edges: summary.edges, why }))

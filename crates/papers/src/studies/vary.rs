@@ -55,9 +55,7 @@ impl Variables {
                 let path = path(after);
                 let value = match self.get(path)? {
                     Value::Array(_) | Value::InlineTable(_) => {
-                        return Err(Error::new(format_args!(
-                            "${path} is a list or a table; it stands alone in quotes"
-                        )));
+                        return Err(format!("${path} is a list or a table; it stands alone in quotes").into());
                     }
                     value => written(value),
                 };

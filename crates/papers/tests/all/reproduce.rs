@@ -3,6 +3,7 @@
 use hpu_chart as chart;
 use hpu_cosim::scene::{Direction, Platform};
 use hpu_farm::Row;
+use hpu_papers::Error;
 use hpu_papers::phantom::{
     Agreement, CSV_HEADER, Claim, Class, Outcomes, Published, RUNGS, Rung, STIFFNESSES_N_PER_M, Study, Table, Tables,
     Trial, TrialSetup, Verdict, claims, csv, formats, ladder, scene, table_text,
@@ -37,7 +38,7 @@ fn as_told(point: &TrialSetup) -> f64 {
 }
 
 /// Returns the outcomes of a study of one rung at its first seed.
-fn outcomes_of(study: &Study, made: impl Fn(&TrialSetup) -> Result<Trial, String>) -> Outcomes {
+fn outcomes_of(study: &Study, made: impl Fn(&TrialSetup) -> Result<Trial, Error>) -> Outcomes {
     study.points().iter().map(made).enumerate().collect()
 }
 
@@ -45,12 +46,12 @@ fn one_seed(study: &Study) -> Study {
     Study { seeds: 1, ..study.clone() }
 }
 
-fn tables_of(study: &Study, made: impl Fn(&TrialSetup) -> Result<Trial, String>) -> Tables {
+fn tables_of(study: &Study, made: impl Fn(&TrialSetup) -> Result<Trial, Error>) -> Tables {
     let study = one_seed(study);
     Tables::new(&study, 0, &outcomes_of(&study, made))
 }
 
-fn table_of(study: &Study, made: impl Fn(&TrialSetup) -> Result<Trial, String>) -> Table {
+fn table_of(study: &Study, made: impl Fn(&TrialSetup) -> Result<Trial, Error>) -> Table {
     tables_of(study, made).first().clone()
 }
 
@@ -139,7 +140,7 @@ fn legible_cells_are_those_of_the_paper() {
     assert_eq!(Published::passive(Direction::Z, 750.0), None);
     assert_eq!(Published::passive(Direction::X, 1000.0), None);
 
-    let of = |made: &dyn Fn(&TrialSetup) -> Result<Trial, String>| {
+    let of = |made: &dyn Fn(&TrialSetup) -> Result<Trial, Error>| {
         Agreement::of(&tables_of(&Study::whole(&[Rung::SHIPPED]), made))
     };
     let agreement = |same| Agreement { legible: 112, same, mixed: 0 };
@@ -348,7 +349,7 @@ fn a_picture_of_any_part_of_the_study_is_drawn() {
             trials: 1,
             ..Study::whole(&[Rung::SHIPPED])
         };
-        for made in [Ok(0.0), Err("nothing ran".to_string())] {
+        for made in [Ok(0.0), Err(Error::new("nothing ran"))] {
             let tables = tables_of(&study, |point| made.clone().map(|limit: f64| trial(limit, point)));
             for picture in [chart::table_2(&tables, COMMAND), chart::rms(&tables, COMMAND)] {
                 assert!(picture.svg.contains(COMMAND));

@@ -4,6 +4,7 @@
 use hpu_chart as chart;
 use hpu_cosim::Control;
 use hpu_cosim::scene::{Direction, Platform};
+use hpu_papers::Error;
 use hpu_papers::phantom::{
     Agreement, Class, FIRST_SEED, Outcomes, Rung, Share, Study, Tables, Trial, TrialSetup, Verdict, csv, ladder,
     run_trial, scene, table_text,
@@ -23,7 +24,7 @@ fn column(rows: usize) -> Study {
     }
 }
 
-fn of(class: Class) -> Result<Trial, String> {
+fn of(class: Class) -> Result<Trial, Error> {
     let verdict = match class {
         Class::Passive => Verdict::Passive { rms_m: 1e-6 },
         Class::NonPassive => Verdict::NonPassive { rms_m: 1e-4 },
@@ -34,7 +35,7 @@ fn of(class: Class) -> Result<Trial, String> {
 }
 
 /// Returns trials that are passive up to a limit that depends on the seed, non-passive up to 8 N/m, and aborted beyond.
-fn up_to(limit: impl Fn(u64) -> f64) -> impl Fn(&TrialSetup) -> Result<Trial, String> {
+fn up_to(limit: impl Fn(u64) -> f64) -> impl Fn(&TrialSetup) -> Result<Trial, Error> {
     move |point| {
         of(match point.stiffness_n_per_m {
             row if row <= limit(point.seed) => Class::Passive,
@@ -45,7 +46,7 @@ fn up_to(limit: impl Fn(u64) -> f64) -> impl Fn(&TrialSetup) -> Result<Trial, St
 }
 
 /// Runs the wanted trials, so many at a time, until none is wanted.
-fn run(study: &Study, at_a_time: usize, made: impl Fn(&TrialSetup) -> Result<Trial, String>) -> Outcomes {
+fn run(study: &Study, at_a_time: usize, made: impl Fn(&TrialSetup) -> Result<Trial, Error>) -> Outcomes {
     let points = study.points();
     let mut outcomes = Outcomes::new();
     loop {

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use hpu_cosim::Control;
 use hpu_cosim::scene::{Experiment, shipped};
+use hpu_papers::Error;
 use hpu_papers::formula::Formula;
 use hpu_papers::measure::measures;
 use hpu_papers::studies::comparison::sums;
@@ -11,14 +12,15 @@ use hpu_papers::studies::summing::Finding;
 use hpu_papers::studies::{Study, read};
 use hpu_papers::template::{Template, Value, Values};
 
-pub fn load(name: &str, set: &[(String, String)]) -> Result<Experiment, String> {
+pub fn load(name: &str, set: &[(String, String)]) -> Result<Experiment, Error> {
     if name == "creep" {
         let mut load = |_: &str| unreachable!("no file is named");
         return Experiment::parse("creep.toml", include_str!("../../../study/tests/creep.toml"), set, &mut load)
-            .map_err(|error| error.to_string());
+            .map_err(Error::from);
     }
-    let scene = shipped().iter().find(|scene| scene.name == name).ok_or_else(|| format!("no scene {name}"))?;
-    scene.parse(set).map_err(|error| error.to_string())
+    let scene =
+        shipped().iter().find(|scene| scene.name == name).ok_or_else(|| Error::new(format_args!("no scene {name}")))?;
+    scene.parse(set).map_err(Error::from)
 }
 
 fn study(text: &str) -> Study {
@@ -29,13 +31,13 @@ fn errors(text: &str) -> String {
     read("own.toml", text.as_bytes(), &["map"], Arc::new(load)).err().expect("errors").to_string()
 }
 
-fn value(text: &str) -> Result<Vec<f64>, String> {
+fn value(text: &str) -> Result<Vec<f64>, Error> {
     let named = |name: &str| match name {
         "x" => Ok(vec![1.0, 2.0, 4.0]),
         "down" => Ok(vec![4.0, 2.0, 2.0]),
         "turns" => Ok(vec![1.0, 1.0, 0.0, 1.0]),
         "a.b" => Ok(vec![-3.0]),
-        _ => Err(format!("no {name}")),
+        _ => Err(Error::new(format_args!("no {name}"))),
     };
     Formula::read(text)?.value(&named)
 }
@@ -84,7 +86,7 @@ fn a_formula_that_is_none_says_what_is_expected() {
         ("1..2", "a number"),
     ] {
         let refused = value(text).expect_err(text);
-        assert!(refused.contains(words), "{text}: {refused}");
+        assert!(refused.to_string().contains(words), "{text}: {refused}");
     }
 }
 
@@ -109,7 +111,7 @@ fn a_text_holds_values_in_the_form_asked_for() {
     }
     assert_eq!(text("{m.none}"), Err("none settles".into()));
     assert_eq!(text("{m.said + 1}"), Err("m.said is a text".into()));
-    assert!(text("{m.k").is_err_and(|error| error.contains("not closed")));
+    assert!(text("{m.k").is_err_and(|error| error.to_string().contains("not closed")));
 }
 
 #[test]
@@ -369,7 +371,7 @@ fn velocity(keys: &str, set: &[&str]) -> Values {
          measure.v = {{ measure = \"velocity\", scene = \"qube-arm\", {keys}, set = [{set}] }}\n"
     ));
     let found = (study.comparison.lines[0].measure)(&Control::default()).expect("not stopped").expect("a text");
-    let value = |text: &str| text.parse().map(Value::Number).map_err(|_| text.to_string());
+    let value = |text: &str| text.parse().map(Value::Number).map_err(|_| Error::new(text));
     names.iter().zip(found.text.split(" | ")).map(|(name, text)| ((*name).into(), value(text))).collect()
 }
 
@@ -422,6 +424,6 @@ fn only_a_sampled_wall_in_words_has_estimators() {
         (["model={ datapath = \"law\", bridge = \"averaged\" }"], "a law in floats"),
     ] {
         let values = velocity("rest = 1", &set);
-        assert!(matches!(&values["rms"], Err(reason) if reason.starts_with(said)), "{values:?}");
+        assert!(matches!(&values["rms"], Err(reason) if reason.to_string().starts_with(said)), "{values:?}");
     }
 }

@@ -64,10 +64,11 @@ pub(super) fn controller(scene: &Scene, damping: Damping) -> Result<(Vec<Term>, 
                 return Ok((plain(fixed), one()));
             }
             if wall.ratio != 1 {
-                return Err(Error::new(format_args!(
+                return Err(format!(
                     "no linear loop of one rate: the velocity is renewed every {} samples",
                     wall.ratio
-                )));
+                )
+                .into());
             }
             match wall.estimator {
                 Estimator::Difference => Ok((plain(fixed), one())),

@@ -57,9 +57,7 @@ impl OpenLoop {
         let (whole, late) = (delay / period, delay % period);
         if whole > Self::MOST_WAITING {
             let most = Self::MOST_WAITING;
-            return Err(Error::new(format_args!(
-                "a delay of {whole} samples, of {most} at most for which this is worked out"
-            )));
+            return Err(format!("a delay of {whole} samples, of {most} at most for which this is worked out").into());
         }
         let hertz = scene.clock.frequency_hz() as f64;
         let times_s = [late, period - late].map(|clocks| Interval::exact(clocks as f64).over(hertz));

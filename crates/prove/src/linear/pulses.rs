@@ -120,9 +120,7 @@ impl Pulses {
         let grid = common_divisor(period, sample);
         let (samples, periods) = (period / grid, sample / grid);
         if samples > MOST_SAMPLES || periods > MOST_PERIODS {
-            return Err(Error::new(format_args!(
-                "sample and modulator have the same phase only after {samples} samples"
-            )));
+            return Err(format!("sample and modulator have the same phase only after {samples} samples").into());
         }
 
         let number = Interval::exact;

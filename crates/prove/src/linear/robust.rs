@@ -103,13 +103,10 @@ impl BoxSet {
         let keys = world.keys();
         let strange = keys.iter().find(|key| !SMOOTH.contains(key));
         if let Some(key) = strange {
-            return Err(Error::new(format_args!("no linear set over {key}; there is one over {}", SMOOTH.join(", "))));
+            return Err(format!("no linear set over {key}; there is one over {}", SMOOTH.join(", ")).into());
         }
         if keys.len() > MOST_SIDES {
-            return Err(Error::new(format_args!(
-                "no linear set over {} keys, but over {MOST_SIDES} at most",
-                keys.len()
-            )));
+            return Err(format!("no linear set over {} keys, but over {MOST_SIDES} at most", keys.len()).into());
         }
         let nominal = world.nominal();
         let damping = Damping::Fixed(nominal.wall.damping_nm_s_per_rad);

@@ -22,10 +22,11 @@ use crate::Error;
 /// For another loop, or when the scene makes no datapath.
 pub fn gappa(scene: &Scene, proof: &Proof) -> Result<String, Error> {
     if !matches!(scene.method.kind, Loop::Hybrid | Loop::Conventional) {
-        return Err(Error::new(format_args!(
+        return Err(format!(
             "a script is written of a hybrid or a conventional loop, not of `{}`",
             scene.method.kind.name()
-        )));
+        )
+        .into());
     }
     let simulation = AxisSimulation::new(scene)?;
     let of = |name: &str| {

@@ -61,7 +61,7 @@ impl<'s> Limits<'s> {
         let word = |net: &str| found.rows.get(net);
         for (net, key) in [("delta", "position_bits"), ("velocity", "velocity_bits")] {
             if !word(net).fits {
-                return Err(Error::new(format_args!("method.{key}: too few bits for the range proved")));
+                return Err(format!("method.{key}: too few bits for the range proved").into());
             }
         }
         if !words.config.saturate && !["spring", "drag"].into_iter().all(|net| word(net).fits) {

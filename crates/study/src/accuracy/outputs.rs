@@ -106,7 +106,7 @@ pub(crate) fn simulation(experiment: &Experiment) -> Result<WiredSimulation<'_>,
     let rows = simulation.edges() / simulation.stride();
     if rows > MOST_ROWS {
         let most = format!("{rows} rows would be recorded, of {MOST_ROWS} at most");
-        return Err(Error::new(format_args!("{most}: lower record.plant_rate or run.duration")));
+        return Err(format!("{most}: lower record.plant_rate or run.duration").into());
     }
     Ok(simulation)
 }

@@ -147,9 +147,10 @@ impl Loops for Axis {
         }
         if let Loop::Law(law) = scene.method.kind {
             let kind = law.name();
-            return Err(Error::new(format_args!(
+            return Err(format!(
                 "method.kind = \"{kind}\": the search is for the kinds \"hybrid\" and \"conventional\""
-            )));
+            )
+            .into());
         }
         if scene.wall.ramp.is_some() {
             return Err("wall.ramp: the words change while the scene runs; the search is of a wall that stays".into());
@@ -188,7 +189,7 @@ impl Loops for Axis {
     fn scene(&self, design: &Design, base: &Experiment) -> Result<Experiment, Error> {
         for (Key { name, accepted: (least, most), .. }, bits) in design.widths() {
             if !(least..=most).contains(&bits) {
-                return Err(Error::new(format_args!("method.{name}: {bits}: a scene takes {least} to {most}")));
+                return Err(format!("method.{name}: {bits}: a scene takes {least} to {most}").into());
             }
         }
         let scene = with(design, axis(base)?.clone())?;
@@ -290,7 +291,7 @@ impl Design {
         for (key, (int, frac)) in GAINS {
             if bits < self.get(int) {
                 let needed = format!("{key} has {} integer bits", self.get(int));
-                return Err(Error::new(format_args!("{bits} bits are too few: {needed}; write at least as many")));
+                return Err(format!("{bits} bits are too few: {needed}; write at least as many").into());
             }
             self = self.with(frac, bits - self.get(int));
         }

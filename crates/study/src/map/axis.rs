@@ -44,7 +44,7 @@ impl FromStr for Axis {
         }
         let ((from, unit), (to, other)) = (quantity(from)?, quantity(to)?);
         if !unit.is_empty() && !other.is_empty() && unit != other {
-            return Err(Error::new(format_args!("{unit} and {other}: write both ends in the same unit")));
+            return Err(format!("{unit} and {other}: write both ends in the same unit").into());
         }
         // For a design of the user's own: every whole number, if no number of cells is given.
         let whole = key.trim().starts_with(OF_A_DESIGN) && [from, to].iter().all(|end| end.fract() == 0.0);

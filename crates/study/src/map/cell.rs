@@ -159,7 +159,7 @@ impl Cell {
         let rows = simulation.edges() / simulation.stride();
         if rows > MOST_ROWS {
             let most = format!("{rows} rows would be recorded, a cell may have {MOST_ROWS}");
-            return Err(Error::new(format_args!("{most}: lower record.plant_rate or run.duration")));
+            return Err(format!("{most}: lower record.plant_rate or run.duration").into());
         }
         let mut trace = simulation.brief_trace();
         let CellLimits { events, guard } = limits;

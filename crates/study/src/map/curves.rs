@@ -44,7 +44,7 @@ impl Curves {
     pub fn new(map: &Map, method: usize, control: &Control) -> Result<Self, Error> {
         let over_x = map.x.key() == KEY;
         if !over_x && map.y.key() != KEY {
-            return Err(Error::new(format_args!("the criteria have a limit of {KEY}, which is no axis")));
+            return Err(format!("the criteria have a limit of {KEY}, which is no axis").into());
         }
         let (stiffness, other) = if over_x { (&map.x, &map.y) } else { (&map.y, &map.x) };
         let mut curves: Vec<Curve> = Vec::new();

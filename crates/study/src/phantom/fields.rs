@@ -77,7 +77,7 @@ fn also_limit(scene: &mut Scene, old: i32, new: i32) -> Result<(), Error> {
 fn holds_period(scene: &mut Scene, _: i32, bits: i32) -> Result<(), Error> {
     let period = scene.period_clocks();
     if period >> bits.min(63) > 0 {
-        return Err(Error::new(format_args!("a period of {period} clocks does not fit {bits} bits")));
+        return Err(format!("a period of {period} clocks does not fit {bits} bits").into());
     }
     Ok(())
 }

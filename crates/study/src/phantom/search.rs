@@ -74,7 +74,7 @@ impl Loops for Arm {
         }
         if scene.model.law != Law::Words {
             let law = scene.model.law.name();
-            return Err(Error::new(format_args!("model.law = \"{law}\" is computed in floats; write \"words\"")));
+            return Err(format!("model.law = \"{law}\" is computed in floats; write \"words\"").into());
         }
         if scene.room.stiffness_n_per_m == 0.0 {
             return Err("room.stiffness = 0: without a wall there is no stable stiffness".into());
@@ -148,7 +148,7 @@ impl Loops for Arm {
     /// Its tables are the deepest that hold the scene's walls.
     fn reference(&self, base: &Experiment, knobs: &[Knob], bits: Option<i32>) -> Result<Design, Error> {
         if bits.is_some() {
-            return Err(Error::new(format_args!("the reference of {A_DEVICE} is the widest design; widen a range")));
+            return Err(format!("the reference of {A_DEVICE} is the widest design; widen a range").into());
         }
         let own = Design::new(&KEYS, base);
         let wide = knobs.iter().fold(own, |wide, knob| wide.with(knob.key.field, knob.to));

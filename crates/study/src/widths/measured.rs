@@ -160,18 +160,20 @@ pub fn together(names: &[String], runs: Vec<Measured>) -> Result<Measured, Error
     let (mut all, first_name) = runs.next().ok_or("no run")?;
     for (run, name) in runs {
         if run.wiring != all.wiring {
-            return Err(Error::new(format_args!(
+            return Err(format!(
                 "{first_name} is a {}, {name} a {}: write scenes of one wiring",
                 all.wiring, run.wiring
-            )));
+            )
+            .into());
         }
         for (row, other) in all.rows.iter_mut().zip(run.rows) {
             if row.format != other.format {
                 let (name_1, name_2) = (first_name, name);
-                return Err(Error::new(format_args!(
+                return Err(format!(
                     "{} is {} in {name_1} and {} in {name_2}: give them the same widths by --set",
                     row.name, row.format, other.format
-                )));
+                )
+                .into());
             }
             join(row, other);
         }

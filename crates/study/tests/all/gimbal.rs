@@ -136,7 +136,7 @@ fn the_limits_of_a_touch_are_where_its_criteria_change() {
 fn the_criteria_refuse_what_they_do_not_know() {
     let refused = |name: &str, set: &[(&str, &str)], why: &str| {
         let error = Criteria::of(&scene(name, set)).expect_err(why);
-        assert!(error.contains(why), "{error}");
+        assert!(error.to_string().contains(why), "{error}");
     };
     refused("gimbal-shape", &[], "[finger]");
     refused("gimbal-texture", &[], "rests");

@@ -122,7 +122,7 @@ fn a_loop_that_cannot_be_held_back_says_so() {
     let scene = shipped().iter().find(|scene| scene.name == "coupled-wall").unwrap();
     let scene = scene.parse(&[]).unwrap().axis().unwrap();
     let error = settling(&scene, 2, &Control::default()).unwrap_err();
-    assert!(error.contains("only the hybrid and the conventional loop"), "{error}");
+    assert!(error.to_string().contains("only the hybrid and the conventional loop"), "{error}");
 }
 
 /// The crank's angle at a radius, by the cosine rule of the triangle of crank, rod and radius.

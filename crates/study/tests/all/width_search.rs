@@ -11,11 +11,12 @@ use hpu_cosim::{Control, Driver};
 use hpu_datapath::{LoopConfig, PwmConfig};
 use hpu_farm::UnitResult;
 use hpu_signal::Format;
+use hpu_study::Error;
 use hpu_study::accuracy::{Outputs, worst};
 use hpu_study::map::{Cell, CellLimits, SceneText};
 use hpu_study::widths::Field;
 use hpu_study::widths::search::{
-    Cost, Design, ESTIMATE_ERROR, Ended, Found, Knob, Merit, Plan, Ran, SearchError, estimate, search, search_wave,
+    Cost, Design, ESTIMATE_ERROR, Ended, Found, Knob, Merit, Plan, Ran, estimate, search, search_wave,
 };
 
 use crate::looks::{assert_readable, texts};
@@ -42,7 +43,7 @@ pub fn scene(name: &str, set: &Set) -> (String, Experiment) {
     (name.to_string(), text(name).parse(set).expect("the scene"))
 }
 
-pub fn found(scenes: &[(String, Experiment)], knobs: &[Knob], plan: Plan) -> Result<Found, SearchError> {
+pub fn found(scenes: &[(String, Experiment)], knobs: &[Knob], plan: Plan) -> Result<Found, Error> {
     let keep = |_: usize, _: &UnitResult<Ran>| Ok::<(), Infallible>(());
     match search(scenes, knobs, plan, BTreeMap::new(), &Control::default(), keep, |_| ()) {
         Ok(found) => Ok(found),
@@ -329,7 +330,7 @@ fn a_knob_that_is_none_says_what_is_accepted() {
         ("stiffness_format=8..12", "stiffness_format.int, stiffness_format.frac, "),
     ] {
         let error = text.parse::<Knob>().expect_err(text);
-        assert!(error.contains(said), "{text}: {error}");
+        assert!(error.to_string().contains(said), "{text}: {error}");
     }
     let knob: Knob = "method.pwm.bits=8..12".parse().expect("with the section in front too");
     assert_eq!((knob.to_string(), knob.values()), ("pwm.bits=8..12".into(), 5));

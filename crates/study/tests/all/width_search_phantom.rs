@@ -7,11 +7,12 @@ use std::num::NonZeroUsize;
 use hpu_cosim::scene::{Experiment, OutcomeKind, PhantomScene, shipped};
 use hpu_cosim::{Control, Driver};
 use hpu_farm::UnitResult;
+use hpu_study::Error;
 use hpu_study::accuracy::{Outputs, worst};
 use hpu_study::map::SceneText;
 use hpu_study::phantom::{cells, proved, rams, rung};
 use hpu_study::widths::Field;
-use hpu_study::widths::search::{Cost, Design, Ended, Found, Knob, Merit, Plan, Ran, RatedDesign, SearchError, search};
+use hpu_study::widths::search::{Cost, Design, Ended, Found, Knob, Merit, Plan, Ran, RatedDesign, search};
 
 type Set = Vec<(String, String)>;
 
@@ -32,7 +33,7 @@ fn plan(within: f64, jobs: usize) -> Plan {
     Plan { against: None, within, proved: false, jobs: NonZeroUsize::new(jobs).expect("some") }
 }
 
-fn found(set: &Set, knobs: &[Knob], plan: Plan) -> Result<Found, SearchError> {
+fn found(set: &Set, knobs: &[Knob], plan: Plan) -> Result<Found, Error> {
     let scene = [("phantom-drop".to_string(), text("phantom-drop").parse(set).expect("the scene"))];
     let keep = |_: usize, _: &UnitResult<Ran>| Ok::<(), Infallible>(());
     match search(&scene, knobs, plan, BTreeMap::new(), &Control::default(), keep, |_| ()) {
@@ -171,8 +172,8 @@ fn a_search_without_sense_is_refused_with_what_to_write() {
     assert!(refused(&[], &wide).contains("narrow a range"));
 
     let unread = |text: &str| text.parse::<Knob>().expect_err("no knob");
-    assert!(unread("sine.frac=3..4").contains("trig.frac"));
-    assert!(unread("depth_bits=3..9").contains("takes 4 to 15"));
-    assert!(unread("trig.frac=9..8").contains("reversed"));
-    assert!(unread("trig.frac=9").contains("takes one value only"));
+    assert!(unread("sine.frac=3..4").to_string().contains("trig.frac"));
+    assert!(unread("depth_bits=3..9").to_string().contains("takes 4 to 15"));
+    assert!(unread("trig.frac=9..8").to_string().contains("reversed"));
+    assert!(unread("trig.frac=9").to_string().contains("takes one value only"));
 }

@@ -4,9 +4,10 @@ use hpu_cosim::Control;
 use hpu_cosim::Driver;
 use hpu_cosim::scene::Experiment;
 use hpu_prove::ranges::axis_bounds;
+use hpu_study::Error;
 use hpu_study::accuracy::{Outputs, worst};
 use hpu_study::widths::Field;
-use hpu_study::widths::search::{Design, Found, Plan, SearchError};
+use hpu_study::widths::search::{Design, Found, Plan};
 
 use crate::width_search::{ANY_ERROR, PLAN, Set, found, holds_to_the_grid, knobs, scene, set, text};
 
@@ -130,7 +131,7 @@ fn a_design_that_one_motion_flatters_is_not_found_where_another_is_asked_too() {
 #[test]
 fn scenes_that_no_search_takes_together_are_refused_with_the_reason() {
     let one = knobs(&["velocity_bits=3..5"]);
-    let refused = |names: &[(&str, &[(&str, &str)])], proved: bool| -> SearchError {
+    let refused = |names: &[(&str, &[(&str, &str)])], proved: bool| -> Error {
         let scenes: Vec<_> = names.iter().map(|(name, pairs)| scene(name, &set(pairs))).collect();
         found(&scenes, &one, Plan { proved, ..PLAN }).expect_err("it is refused")
     };

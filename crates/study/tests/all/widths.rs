@@ -229,7 +229,7 @@ fn runs_of_other_wirings_or_widths_are_not_taken_together() {
     let narrow = [("run.duration", "1 ms"), ("method.position_bits", "11")];
     let runs = |other: Measured| together(&names, vec![run("hybrid-wall", &short), other]);
     let refused = runs(run("conventional-wall-1khz", &short)).expect_err("two wirings");
-    assert!(refused.contains("one is a hybrid_loop, two a conventional_loop"), "{refused}");
+    assert!(refused.to_string().contains("one is a hybrid_loop, two a conventional_loop"), "{refused}");
     let refused = runs(run("hybrid-wall", &narrow)).expect_err("two widths");
-    assert!(refused.contains("reference is (0,12,0) in one and (0,11,0) in two"), "{refused}");
+    assert!(refused.to_string().contains("reference is (0,12,0) in one and (0,11,0) in two"), "{refused}");
 }

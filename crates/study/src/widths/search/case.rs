@@ -44,10 +44,9 @@ impl Cases {
             if let Some(first) = all.first()
                 && let Some(why) = loops.difference(&first.scene, scene)
             {
-                return Err(Error::new(format_args!(
-                    "{} and {name} have {why}: one search takes scenes of one hardware",
-                    first.name
-                )));
+                return Err(
+                    format!("{} and {name} have {why}: one search takes scenes of one hardware", first.name).into()
+                );
             }
             let climbs = !all.iter().any(|before| loops.same_but_for_stiffness(&before.scene, scene));
             let outputs = scene.accuracy.outputs.clone();
@@ -79,7 +78,7 @@ impl Cases {
                 return Err(Error::of(Kind::Usage, why).at(format_args!("--vary {knob}")));
             }
             if knobs[..index].iter().any(|other| other.key == knob.key) {
-                return Err(Error::new(format_args!("{} is varied twice", knob.key.name)));
+                return Err(format!("{} is varied twice", knob.key.name).into());
             }
             if let Some(why) = loops.refuses(self.base(), knob) {
                 return Err(why.into());
@@ -88,7 +87,7 @@ impl Cases {
         let designs: u128 = knobs.iter().map(|knob| knob.values() as u128).product();
         let most = loops.keys().most_designs;
         if designs > most {
-            return Err(Error::new(format_args!("{designs} designs; at most {most} are searched: narrow a range")));
+            return Err(format!("{designs} designs; at most {most} are searched: narrow a range").into());
         }
         Ok(designs as usize)
     }

@@ -86,11 +86,11 @@ impl Knob {
             });
         };
         let (Some(from), Some(to)) = (bits(from), bits(to)) else {
-            return Err(Error::new(format_args!("`{}` is no range of bits; {SYNTAX}", range.trim())));
+            return Err(format!("`{}` is no range of bits; {SYNTAX}", range.trim()).into());
         };
         let (least, most) = key.accepted;
         if let Some(bits) = [from, to].into_iter().find(|bits| !(least..=most).contains(bits)) {
-            return Err(Error::new(format_args!("{name} cannot be {bits}: a scene takes {least} to {most}")));
+            return Err(format!("{name} cannot be {bits}: a scene takes {least} to {most}").into());
         }
         match from.cmp(&to) {
             Ordering::Less => Ok(Self { key, from, to }),

@@ -233,16 +233,8 @@ fn search_part<E>(
     let wide = loops.reference(cases.base(), knobs, plan.against)?;
     let no_reference = |why: Error| why.at(format_args!("the reference, {wide}"));
     let mut first = Kind::new(&cases, wide).map_err(no_reference)?;
-    let (mut runners, mut touches) = (Vec::new(), Vec::new());
-    for case in &cases.all {
-        let scene = wide.scene(&case.scene).map_err(no_reference)?;
-        let Some((reference, summary)) = run(&scene, control).map_err(no_reference)? else {
-            return Err(Ended::Stopped);
-        };
-        touches.push(summary.contact_share != Some(0.0));
-        let outputs = case.outputs.clone().unwrap_or_else(|| usual(reference.outcome));
-        runners.push(Runner { loops, scene: &case.scene, reference, outputs });
-    }
+    let runners = runners(&cases, wide, control).map_err(no_reference)?.ok_or(Ended::Stopped)?;
+    let (runners, touches): (Vec<Runner>, Vec<bool>) = runners.into_iter().unzip();
     let mut search = Search {
         runs: runners.len(),
         runners,
@@ -276,10 +268,7 @@ fn search_part<E>(
     search.settle(&mut around, unknown, look(f64::INFINITY), &mut told)?;
     search.settle(&mut kinds, unknown, look(plan.within), &mut told)?;
     search.settle(&mut kinds, hopeful, Kind::follow, &mut told)?;
-    let known = kinds.iter().filter(|kind| kind.is_climbed() && kind.at_best().is_some());
-    let mut points: Vec<RatedDesign> =
-        known.flat_map(|kind| kind.designs.iter().map(|&design| point(kind, design))).collect();
-    points.sort_by_key(|point| (point.merit.cost, point.design.bits()));
+    let points = points(&kinds);
     let merits: Vec<Merit> = points.iter().map(|point| point.merit).collect();
     let on = |((case, runner), touches): ((&Case, &Runner), bool)| On {
         scene: case.name.clone(),
@@ -305,6 +294,28 @@ fn search_part<E>(
         grid_runs: kinds.iter().map(Kind::grid_runs).sum(),
         failed: search.failed.into_values().collect(),
     })
+}
+
+/// Runs the reference on each scene; returns the runners of the scenes, and whether the reference touches the wall.
+/// `None` when stopped.
+fn runners<'a>(cases: &'a Cases, wide: Design, control: &Control) -> Result<Option<Vec<(Runner<'a>, bool)>>, Error> {
+    let mut all = Vec::new();
+    for case in &cases.all {
+        let Some((reference, summary)) = run(&wide.scene(&case.scene)?, control)? else { return Ok(None) };
+        let outputs = case.outputs.clone().unwrap_or_else(|| usual(reference.outcome));
+        let runner = Runner { loops: cases.loops, scene: &case.scene, reference, outputs };
+        all.push((runner, summary.contact_share != Some(0.0)));
+    }
+    Ok(Some(all))
+}
+
+/// Returns the designs whose stiffness is known, the cheapest first.
+fn points(kinds: &[Kind]) -> Vec<RatedDesign> {
+    let known = kinds.iter().filter(|kind| kind.is_climbed() && kind.at_best().is_some());
+    let mut points: Vec<RatedDesign> =
+        known.flat_map(|kind| kind.designs.iter().map(|&design| point(kind, design))).collect();
+    points.sort_by_key(|point| (point.merit.cost, point.design.bits()));
+    points
 }
 
 /// Returns the error of a grid whose designs no scene can have: the most frequent reasons with their numbers.
