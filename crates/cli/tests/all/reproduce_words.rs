@@ -3,7 +3,6 @@
 use std::fs;
 
 use crate::common::{ROOT, assert_refused, code, hpu, json, names, run, scratch, stderr, stdout, text};
-use hpu_farm::Journal;
 
 #[test]
 fn formats_and_sines_write_text_csv_and_pictures_and_print_the_text() {

@@ -2,9 +2,7 @@
 
 use hpu_cosim::Control;
 use hpu_cosim::scene::Platform;
-use hpu_cosim::scene::{Direction, Platform};
 use hpu_farm::Row;
-use hpu_papers::phantom::{RUNGS, Rung, Study, Tables, Trial, TrialSetup, Verdict, ladder, lag, table_text};
 use hpu_papers::phantom::{RUNGS, Rung, Study, Tables, Trial, TrialSetup, Verdict, ladder, table_text};
 use hpu_papers::studies::comparison::{Comparison, Found, Line, beside_text, sums};
 use hpu_papers::studies::summing::{Finding, Sum, summing_up};

@@ -330,7 +330,7 @@ mod tests {
             let rule = Narrowing { from_frac: 1, to: Format::signed(width), rounding: Rounding::NearestUp, overflow };
             let known = Affine::on_a_sheet(|| (given(-8, 7) * given(0, 7)).narrow(&rule).known());
             let made = |(a, b)| (Machine::<i64>::of(a) * Machine::of(b)).narrow(&rule).narrowed();
-            assert!(pairs().all(|pair| known.span.min <= made(pair).word.into()));
+            assert!(pairs().all(|pair| known.span.min <= i128::from(made(pair).word)));
             assert!(pairs().all(|pair| i128::from(made(pair).word) <= known.span.max));
             // The range of one product is reached, so this is not only an upper bound.
             assert_eq!(known.fits, !pairs().any(|pair| made(pair).overflowed), "{width} bits");

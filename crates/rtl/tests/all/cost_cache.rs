@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use hpu_datapath::{AnyBlock, AxisFront, Block, PositionCounter};
-use hpu_rtl::{Cache, Error};
+use hpu_rtl::Cache;
 
 /// A folder with a copy of `hdl/` and a cache, removed after the test.
 struct Desk(PathBuf);
