@@ -32,6 +32,8 @@ pub(super) struct Crossings {
     /// Ranges in which some pole is outside the circle at every stiffness; other poles' crossings were not searched
     /// there.
     pub unstable: Vec<[f64; 2]>,
+    /// Whether the search ended before all of the range was examined. What was not is among [`at`](Self::at).
+    pub ended: bool,
 }
 
 impl Place {
@@ -44,7 +46,11 @@ impl Place {
 /// The angle of half a turn, rounded up so that the whole half circle is covered.
 const END: f64 = PI.next_up();
 /// Number of boxes after which the rest of the range is left open.
-const MOST_BOXES: u32 = 100_000;
+const MOST_BOXES: u32 = 200_000;
+/// Number of boxes of one range of stiffnesses after which it is halved.
+const MOST_A_RANGE: u32 = 5_000;
+/// Number of arcs that are looked at to tell whether loops settle.
+pub(super) const MOST_ARCS: u32 = 100_000;
 /// Number of boxes that cost as much time as enclosing the function over one range of stiffnesses.
 pub(super) const BOXES_A_RANGE: u32 = 10;
 /// Relative width below which halving gains nothing.
@@ -91,9 +97,18 @@ fn searched(open: &OpenLoop, range: [f64; 2], only_first: bool) -> Crossings {
             continue;
         }
         let width = stiffness[1] - stiffness[0];
-        let mut perhaps = Vec::new();
+        let (mut perhaps, before) = (Vec::new(), boxes);
         while let Some(place) = places.pop() {
             boxes += 1;
+            if boxes - before > MOST_A_RANGE {
+                perhaps.push(place);
+                continue;
+            }
+            if boxes > MOST_BOXES {
+                at.push(stiffness);
+                (places, perhaps) = (Vec::new(), Vec::new());
+                continue;
+            }
             let (narrow, next) = match look(&function, place) {
                 Found::Nothing => continue,
                 Found::Root(stiffness, place) => {
@@ -130,7 +145,7 @@ fn searched(open: &OpenLoop, range: [f64; 2], only_first: bool) -> Crossings {
         }
     }
     at.retain(|[low, high]| *high >= range[0] && *low <= range[1]);
-    Crossings { at: joined(at), unstable: joined(unstable) }
+    Crossings { at: joined(at), unstable: joined(unstable), ended: boxes > MOST_BOXES }
 }
 
 /// Returns the ranges in ascending order, with overlapping ranges joined.
@@ -188,31 +203,33 @@ fn quotient(by: Interval, over: Interval) -> Interval {
     if over.lo > 0.0 { by.divided(over) } else { Interval::ZERO.minus(by).divided(Interval::ZERO.minus(over)) }
 }
 
+/// Examines a range of stiffnesses at `z = 1` or `z = -1`.
+fn look_at_end(function: &Characteristic, place: Place) -> Found {
+    let [low, high] = function.range;
+    let (stiffness, middle) = (Interval { lo: low, hi: high }, Interval::exact(0.5 * (low + high)));
+    let [value, over, slope] =
+        [Of::Middle, Of::Range, Of::Slope(0)].map(|of| function.at(place == Place::MinusOne, of));
+    if !over.has_zero() || !value.plus(slope.times(stiffness.minus(middle))).has_zero() {
+        return Found::Nothing;
+    }
+    if slope.has_zero() {
+        return Found::Perhaps([low, high], place);
+    }
+    let newton = middle.minus(quotient(value, slope));
+    match newton.common(stiffness) {
+        None => Found::Nothing,
+        Some(both) if newton.is_inside(stiffness) => Found::Root([both.lo, both.hi], place),
+        Some(both) => Found::Perhaps([both.lo, both.hi], place),
+    }
+}
+
 /// Examines a range of stiffnesses at a place on the circle.
 fn look(function: &Characteristic, place: Place) -> Found {
     let [low, high] = function.range;
     let stiffness = Interval { lo: low, hi: high };
     let middle = Interval::exact(0.5 * (low + high));
     let away = stiffness.minus(middle);
-    let arc = match place {
-        Place::Arc(arc) => arc,
-        Place::One | Place::MinusOne => {
-            let [value, over, slope] =
-                [Of::Middle, Of::Range, Of::Slope(0)].map(|of| function.at(place == Place::MinusOne, of));
-            if !over.has_zero() || !value.plus(slope.times(away)).has_zero() {
-                return Found::Nothing;
-            }
-            if slope.has_zero() {
-                return Found::Perhaps([low, high], place);
-            }
-            let newton = middle.minus(quotient(value, slope));
-            return match newton.common(stiffness) {
-                None => Found::Nothing,
-                Some(both) if newton.is_inside(stiffness) => Found::Root([both.lo, both.hi], place),
-                Some(both) => Found::Perhaps([both.lo, both.hi], place),
-            };
-        }
-    };
+    let Place::Arc(arc) = place else { return look_at_end(function, place) };
     let centre = Interval::exact(arc.middle());
     let aside = arc.minus(centre);
     let over = function.on(arc, Of::Range);
@@ -284,13 +301,13 @@ fn look(function: &Characteristic, place: Place) -> Found {
     Found::Perhaps(narrow, Place::Arc(next))
 }
 
-/// Whether all poles are within the unit circle at a stiffness; `None` where that cannot be told.
+/// Whether all poles are within the unit circle at a stiffness; `None` where that cannot be told, with the precision of
+/// the numbers or with the arcs that are left to be looked at.
 ///
 /// `F` has no poles outside the circle and grows there like `z` to the power of the plant's degree. So along the circle
 /// it turns around zero as many times as that degree, less one turn for each root outside. The function is followed
 /// along arcs on which it is proved not to be zero: on each arc it turns by less than half a turn.
-pub(super) fn settles(open: &OpenLoop, stiffness: f64) -> Option<bool> {
-    const MOST_ARCS: u32 = 100_000;
+pub(super) fn settles(open: &OpenLoop, stiffness: f64, left: &mut u32) -> Option<bool> {
     let function = open.over([stiffness; 2]);
     let at = |angle: f64| {
         let value = function.on(Interval::exact(angle), Of::Middle).value;
@@ -298,14 +315,14 @@ pub(super) fn settles(open: &OpenLoop, stiffness: f64) -> Option<bool> {
     };
     let mut arcs = vec![Interval { lo: 0.0, hi: END }];
     let mut before = at(0.0);
-    let (mut turned, mut looks) = (0.0, 0);
+    let mut turned = 0.0;
     while let Some(arc) = arcs.pop() {
-        looks += 1;
+        *left = left.checked_sub(1)?;
         let on = function.on(arc, Of::Middle);
         let centre = Interval::exact(arc.middle());
         let meant = function.on(centre, Of::Middle).value.plus(on.by_angle.scaled(arc.minus(centre)));
         if on.value.has_zero() && meant.has_zero() {
-            if looks > MOST_ARCS || arc.width() < 1e-15 {
+            if arc.width() < 1e-15 {
                 return None;
             }
             let middle = arc.middle();

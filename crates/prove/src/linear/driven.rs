@@ -98,7 +98,7 @@ impl DrivenSet {
 
     /// Returns the set as text.
     pub fn said(&self) -> String {
-        let StableSet { range: [low, high], unit, stable, open } = &self.set;
+        let StableSet { range: [low, high], unit, stable, open, .. } = &self.set;
         if let (Some(looked), true) = (self.looked, stable.is_empty() && open.is_empty()) {
             let [low, high] = [low, high].map(|end| figure(*end));
             return format!("none of {looked} stiffnesses from {low} to {high} {unit} settles");
@@ -168,7 +168,7 @@ pub(super) fn searched(pulses: &Pulses, scene: &Scene, range: [f64; 2], looks: u
         from = to + 1;
     }
     let Search { stable, open, .. } = search;
-    (StableSet { range, unit: super::unit(scene), stable, open }, looks.len())
+    (StableSet { range, unit: super::unit(scene), stable, open, ended: false }, looks.len())
 }
 
 impl Search<'_> {

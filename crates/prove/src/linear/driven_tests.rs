@@ -331,6 +331,21 @@ fn no_proved_stretch_of_a_thousand_random_loops_has_a_loop_that_grows_clock_by_c
 }
 
 #[test]
+fn a_search_that_would_take_minutes_ends_and_says_what_it_leaves_unknown() {
+    let scene = known("ringing-wall", &[("method.pwm.bits", "4".into())]);
+    let range = crate::linear::usual_range(&scene);
+    let damping = Damping::Fixed(scene.wall.damping_nm_s_per_rad);
+    let set = StableSet::new(&scene, damping, range).expect("a linear loop");
+    assert!(set.ended && set.said().contains("unknown, the search was ended"), "{set:?}");
+    // What is told is right: the loop decays at the end of the first stretch.
+    let stretch = set.stable.first().expect("a stretch");
+    let radius = SampledLoop::new(&scene, stretch.to.at, scene.wall.damping_nm_s_per_rad).spectral_radius();
+    assert!(stretch.from.at == range[0] && radius < 1.0, "{stretch:?}: {radius}");
+    let all = set.open.last().expect("a stretch that is open");
+    assert!(all[0] <= 1.001 * stretch.to.at && all[1] == range[1], "{set:?}");
+}
+
+#[test]
 fn a_wall_that_a_ramp_changes_has_no_linear_loop() {
     let ramp = [("wall.ramp.stiffness", "1"), ("wall.ramp.from", "100 ms"), ("wall.ramp.to", "300 ms")];
     let scene = known("hybrid-wall", &ramp.map(|(key, value)| (key, value.to_string())));

@@ -4,7 +4,7 @@ use hpu_cosim::figure;
 use hpu_cosim::scene::Scene;
 
 use super::controller::Damping;
-use super::crossings::{Crossings, crossings, first_crossings, settles};
+use super::crossings::{Crossings, MOST_ARCS, crossings, first_crossings, settles};
 use super::open_loop::OpenLoop;
 use crate::Error;
 
@@ -20,8 +20,10 @@ pub struct StableSet {
     /// The stretches of stiffness that settle, the softest first.
     pub stable: Vec<Stretch>,
     /// Ranges, beside the ends of the stretches, where stability cannot be told: the loop neither grows nor decays by
-    /// more than the numbers' precision shows.
+    /// more than the numbers' precision shows, or the search ended before.
     pub open: Vec<[f64; 2]>,
+    /// Whether the search ended before all of the range was examined.
+    pub ended: bool,
 }
 
 /// A closed interval of stiffnesses, each of which settles.
@@ -89,7 +91,7 @@ impl StableSet {
 
     /// Returns the set with these crossings.
     fn between(found: &Crossings, open_loop: &OpenLoop, scene: &Scene, range: [f64; 2]) -> Self {
-        let (mut stable, mut open) = (Vec::new(), Vec::new());
+        let (mut stable, mut open, mut arcs) = (Vec::new(), Vec::new(), MOST_ARCS);
         // A cut narrower than this is an end of a stretch; a wider one is a range that cannot be told.
         let is_end = |[low, high]: [f64; 2]| high - low <= 1e-6 * high;
         open.extend(found.at.iter().copied().filter(|cut| !is_end(*cut)));
@@ -103,7 +105,7 @@ impl StableSet {
             };
             if from.at <= to.at {
                 let verdicts = [0.5, 0.3, 0.7].map(|share| from.at + share * (to.at - from.at)).into_iter();
-                match verdicts.filter_map(|stiffness| settles(open_loop, stiffness)).next() {
+                match verdicts.filter_map(|stiffness| settles(open_loop, stiffness, &mut arcs)).next() {
                     Some(true) => stable.push(Stretch { from, to }),
                     Some(false) => {}
                     None => open.push([from.at, to.at]),
@@ -116,12 +118,13 @@ impl StableSet {
             }
         }
         open.sort_by(|a, b| a[0].total_cmp(&b[0]));
-        Self { range, unit: super::unit(scene), stable, open }
+        Self { range, unit: super::unit(scene), stable, open, ended: found.ended || arcs == 0 }
     }
 
     /// Returns the set as text, as in `0.01 to 0.7589 and 1.0955 to 4.0685 N.m/rad`.
     pub fn said(&self) -> String {
-        self.said_with("neither grows nor decays by more than is known")
+        let more = "neither grows nor decays by more than is known";
+        self.said_with(if self.ended { "unknown, the search was ended" } else { more })
     }
 
     /// Returns the set as text, with what is known of the stretches that are open.
@@ -163,7 +166,7 @@ pub(super) fn inwards(value: f64, up: bool) -> f64 {
 /// Whether the linear loop settles at a stiffness; `None` if there is no linear loop, or if it cannot be told.
 pub fn linear_settles(scene: &Scene, stiffness: f64) -> Option<bool> {
     let open_loop = OpenLoop::new(scene, Damping::Fixed(scene.wall.damping_nm_s_per_rad)).ok()?;
-    settles(&open_loop, stiffness)
+    settles(&open_loop, stiffness, &mut { MOST_ARCS })
 }
 
 #[cfg(test)]
