@@ -10,7 +10,7 @@ fn identity(n: usize) -> Matrix {
     (0..n).map(|r| (0..n).map(|c| if r == c { 1.0 } else { 0.0 }).collect()).collect()
 }
 
-fn product(a: &Matrix, b: &Matrix) -> Matrix {
+pub(crate) fn product(a: &Matrix, b: &Matrix) -> Matrix {
     let n = a.len();
     (0..n).map(|r| (0..n).map(|c| (0..n).map(|k| a[r][k] * b[k][c]).sum()).collect()).collect()
 }
@@ -23,6 +23,29 @@ fn norm(a: &Matrix) -> f64 {
 /// Returns a matrix times a number.
 pub fn scaled(a: &Matrix, factor: f64) -> Matrix {
     a.iter().map(|row| row.iter().map(|x| x * factor).collect()).collect()
+}
+
+/// Returns the solution of a system of equations, whose rows have their right side last, by elimination; `None` if there
+/// is none.
+pub(crate) fn solution(mut rows: Matrix) -> Option<Vec<f64>> {
+    let size = rows.len();
+    for k in 0..size {
+        let pivot = (k..size).max_by(|a, b| rows[*a][k].abs().total_cmp(&rows[*b][k].abs()))?;
+        rows.swap(k, pivot);
+        let by = 1.0 / rows[k][k];
+        if !by.is_finite() {
+            return None;
+        }
+        let own: Vec<f64> = rows[k].iter().map(|cell| cell * by).collect();
+        for row in &mut rows {
+            let factor = row[k];
+            if factor != 0.0 {
+                row.iter_mut().zip(&own).for_each(|(cell, own)| *cell -= factor * own);
+            }
+        }
+        rows[k] = own;
+    }
+    Some(rows.iter().map(|row| row[size]).collect())
 }
 
 /// Returns `e^A` by Taylor's series of `A / 2^s`, squared `s` times.

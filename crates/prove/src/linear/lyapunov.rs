@@ -443,7 +443,7 @@ fn fixed_point<const N: usize>(map: &Square<N>, sum: Square<N>) -> Option<Square
 /// Returns the solution of `P = M' P M + sum`, which is symmetric, by elimination; `None` if there is none.
 fn solution<const N: usize>(map: &Square<N>, sum: &Square<N>) -> Option<Square<N>> {
     let size = N * N;
-    let mut rows: Vec<Vec<f64>> = (0..size)
+    let rows = (0..size)
         .map(|at| {
             let (row, column) = (at / N, at % N);
             let term = |k: usize| {
@@ -453,23 +453,8 @@ fn solution<const N: usize>(map: &Square<N>, sum: &Square<N>) -> Option<Square<N
             (0..size).map(term).chain([sum[row][column]]).collect()
         })
         .collect();
-    for k in 0..size {
-        let pivot = (k..size).max_by(|a, b| rows[*a][k].abs().total_cmp(&rows[*b][k].abs()))?;
-        rows.swap(k, pivot);
-        let by = 1.0 / rows[k][k];
-        if !by.is_finite() {
-            return None;
-        }
-        let own: Vec<f64> = rows[k].iter().map(|cell| cell * by).collect();
-        for (_, row) in rows.iter_mut().enumerate().filter(|(at, _)| *at != k) {
-            let factor = row[k];
-            if factor != 0.0 {
-                row.iter_mut().zip(&own).for_each(|(cell, own)| *cell -= factor * own);
-            }
-        }
-        rows[k] = own;
-    }
-    Some(symmetric(&from_fn(|row| from_fn(|column| rows[row * N + column][size]))))
+    let cells = crate::sampled::solution(rows)?;
+    Some(symmetric(&from_fn(|row| from_fn(|column| cells[row * N + column]))))
 }
 
 #[cfg(test)]

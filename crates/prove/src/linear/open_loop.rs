@@ -165,6 +165,26 @@ impl OpenLoop {
         (0..size).map(|row| (0..size).map(|column| jet(row, column)).collect()).collect()
     }
 
+    /// Returns the sum of all minors of `E`, which is `det(1 + E) - 1` with `det e^(A t) = e^(t tr A)`: it does not depend
+    /// on the stiffness. Where `E` is large, its determinant is a small difference of large numbers; this identity gives
+    /// it more precisely.
+    fn by_trace(&self, states: usize) -> Jet {
+        let whole_s = self.times_s[0].plus(self.times_s[1]);
+        let trace =
+            |plant: &[Vec<Interval>]| (0..states).fold(Interval::ZERO, |sum, state| sum.plus(plant[state][state]));
+        let flowed = |trace: Interval| {
+            Series::new(&[&[vec![trace.times(whole_s)]]]).exponential_change().into_parts()[0].0[0][0]
+        };
+        let Plants { over, middle: own, sides } = &self.plant;
+        let of_all = flowed(trace(over));
+        let mut by_trace =
+            Jet { middle: own.as_ref().map_or(of_all, |own| flowed(trace(own))), over: of_all, ..Jet::ZERO };
+        for (slope, side) in by_trace.slopes[1..].iter_mut().zip(sides) {
+            *slope = trace(&side.slope).times(whole_s).times(of_all.plus(Interval::exact(1.0)));
+        }
+        by_trace
+    }
+
     /// Returns the characteristic function over a range of stiffnesses.
     pub fn over(&self, range: [f64; 2]) -> Characteristic {
         let states = self.plant.over.len() - 1;
@@ -196,23 +216,7 @@ impl OpenLoop {
         away[0] = stiffness.over.minus(stiffness.middle);
         away[1..].iter_mut().zip(&self.plant.sides).for_each(|(away, side)| *away = side.half);
         let mut open = minors(&change, states, None);
-        // det e^(A t) = e^(t tr A) does not depend on the stiffness, and det(1 + E) is the sum of all minors of E.
-        // Where E is large, its determinant is a small difference of large numbers; this identity gives it more
-        // precisely.
-        let (late_s, rest_s) = (self.times_s[0], self.times_s[1]);
-        let trace =
-            |plant: &[Vec<Interval>]| (0..states).fold(Interval::ZERO, |sum, state| sum.plus(plant[state][state]));
-        let flowed = |trace: Interval| {
-            Series::new(&[&[vec![trace.times(late_s.plus(rest_s))]]]).exponential_change().into_parts()[0].0[0][0]
-        };
-        let Plants { over, middle: own, sides } = &self.plant;
-        let of_all = flowed(trace(over));
-        let whole_s = late_s.plus(rest_s);
-        let mut by_trace =
-            Jet { middle: own.as_ref().map_or(of_all, |own| flowed(trace(own))), over: of_all, ..Jet::ZERO };
-        for (slope, side) in by_trace.slopes[1..].iter_mut().zip(sides) {
-            *slope = trace(&side.slope).times(whole_s).times(of_all.plus(Interval::exact(1.0)));
-        }
+        let by_trace = self.by_trace(states);
         let signed = |jet: Jet, negative: bool| if negative { Jet::ZERO.minus(jet) } else { jet };
         let others = (1..states).fold(by_trace, |sum, power| sum.minus(signed(open[power], (states - power) % 2 == 1)));
         open[0] = open[0].within(signed(others, states % 2 == 1));

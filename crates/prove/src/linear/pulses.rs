@@ -267,34 +267,11 @@ impl Pulses {
         }
     }
 
-    /// Returns the steps of a common period with an order of events over a stretch of stiffnesses.
-    fn steps<const N: usize>(&self, order: Order, stretch: [f64; 2]) -> Steps<N> {
-        let Order { waiting, act, phase } = order;
-        let acts = Acts::new(self, act, phase);
+    /// Returns a step without a sample.
+    fn plain<const N: usize>(&self, acts: &Acts, waiting: usize) -> Step<N> {
         let mut plain = Step { a: [[[0.0; N]; N]; 2], g: [[0.0; N]; 2], a_error: [[0.0; N]; N], g_error: [0.0; N] };
-        let period = self.flow(self.period);
-        // The column of the command that acts in this step: one that has waited, or the one just read.
-        let acting = waiting.checked_sub(1).map(|oldest| NEWEST + oldest);
-        let put = |step: &mut Step<N>, at: usize, row: [[Interval; PLANT]; 2], by_x: f64, pushed: Pushed| {
-            for column in 0..PLANT {
-                let (ends, error) = known([row[0][column], row[1][column]], by_x);
-                set(&mut step.a, at, column, ends);
-                step.a_error[at][column] = error;
-            }
-            let (ends, error) = known(pushed.ends, pushed.error);
-            match acting {
-                None => {
-                    (step.g[0][at], step.g[1][at]) = (ends[0], ends[1]);
-                    step.g_error[at] = error;
-                }
-                Some(column) => {
-                    set(&mut step.a, at, column, ends);
-                    step.a_error[at][column] = error;
-                }
-            }
-        };
-        for (state, row) in period.iter().enumerate() {
-            put(&mut plain, state, [*row; 2], 0.0, acts.state(state));
+        for (state, row) in self.flow(self.period).into_iter().enumerate() {
+            plain.put(state, [row; 2], 0.0, acts.state(state), waiting);
         }
         set(&mut plain.a, SAMPLED, SAMPLED, [1.0; 2]);
         set(&mut plain.a, VELOCITY, VELOCITY, [1.0; 2]);
@@ -304,6 +281,14 @@ impl Pulses {
                 set(&mut plain.a, NEWEST + older, NEWEST + older - 1, [1.0; 2]);
             }
         }
+        plain
+    }
+
+    /// Returns the steps of a common period with an order of events over a stretch of stiffnesses.
+    fn steps<const N: usize>(&self, order: Order, stretch: [f64; 2]) -> Steps<N> {
+        let Order { waiting, act, phase } = order;
+        let acts = Acts::new(self, act, phase);
+        let plain: Step<N> = self.plain(&acts, waiting);
 
         // What a sample errs by where its clock departs from the straight line.
         let by_x = acts.by_phase;
@@ -325,15 +310,15 @@ impl Pulses {
             }
             let mut step = plain.clone();
             let (last, pushed) = sample(index);
-            put(&mut step, SAMPLED, last, by_x, pushed);
+            step.put(SAMPLED, last, by_x, pushed, waiting);
             set(&mut step.a, SAMPLED, SAMPLED, [0.0; 2]);
             // The velocity is the change since the sample before, in this step or an earlier one.
             if index > first {
                 let (before, earlier) = sample(index - 1);
                 let change = from_fn(|end| from_fn(|state| last[end][state].minus(before[end][state])));
-                put(&mut step, VELOCITY, change, 2.0 * by_x, pushed.minus(earlier));
+                step.put(VELOCITY, change, 2.0 * by_x, pushed.minus(earlier), waiting);
             } else {
-                put(&mut step, VELOCITY, last, by_x, pushed);
+                step.put(VELOCITY, last, by_x, pushed, waiting);
                 set(&mut step.a, VELOCITY, SAMPLED, [-1.0; 2]);
             }
             set(&mut step.a, VELOCITY, VELOCITY, [0.0; 2]);
@@ -364,6 +349,26 @@ impl Pulses {
     fn flow(&self, clocks: u64) -> Flow {
         let (high, low) = (&self.coarse[(clocks >> self.bits) as usize], clocks & ((1 << self.bits) - 1));
         from_fn(|state| row(&high[state], &self.fine[low as usize]))
+    }
+}
+
+impl<const N: usize> Step<N> {
+    /// Puts what a state becomes: of the plant's states, which err by `by_x`, and of the command that acts in this step.
+    /// That is one that has waited, or the one just read.
+    fn put(&mut self, at: usize, row: [[Interval; PLANT]; 2], by_x: f64, pushed: Pushed, waiting: usize) {
+        for column in 0..PLANT {
+            let (ends, error) = known([row[0][column], row[1][column]], by_x);
+            set(&mut self.a, at, column, ends);
+            self.a_error[at][column] = error;
+        }
+        let (ends, error) = known(pushed.ends, pushed.error);
+        if waiting == 0 {
+            [self.g[0][at], self.g[1][at]] = ends;
+            self.g_error[at] = error;
+        } else {
+            set(&mut self.a, at, NEWEST + waiting - 1, ends);
+            self.a_error[at][NEWEST + waiting - 1] = error;
+        }
     }
 }
 

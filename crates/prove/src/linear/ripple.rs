@@ -8,7 +8,7 @@ use std::array::from_fn;
 
 use hpu_cosim::scene::{BridgeModel, Device, LawMethod, Loop, Scene, Winding};
 
-use crate::sampled::{Matrix, exponential, scaled};
+use crate::sampled::{Matrix, exponential, product, scaled, solution};
 use crate::waits::{Drive, Rest};
 
 /// Number of stiffnesses at which the ripple is computed before any is narrowed.
@@ -147,33 +147,14 @@ impl Pulsed {
     }
 }
 
-fn product(a: &Matrix, b: &Matrix) -> Matrix {
-    a.iter().map(|row| (0..b.len()).map(|c| row.iter().zip(b).map(|(a, b)| a * b[c]).sum()).collect()).collect()
-}
-
 /// Returns the state whose first states a map leaves as they are, with the others at 0. The map's last state is 1.
 fn fixed(map: &Matrix, states: usize) -> Option<[f64; 3]> {
-    let mut rows: Vec<Vec<f64>> = (0..states)
-        .map(|row| {
-            let own = (0..states).map(|of| f64::from(u8::from(of == row)) - map[row][of]);
-            own.chain([map[row][3]]).collect()
-        })
-        .collect();
-    for k in 0..states {
-        let pivot = (k..states).max_by(|a, b| rows[*a][k].abs().total_cmp(&rows[*b][k].abs()))?;
-        rows.swap(k, pivot);
-        let by = 1.0 / rows[k][k];
-        if !by.is_finite() {
-            return None;
-        }
-        let own: Vec<f64> = rows[k].iter().map(|cell| cell * by).collect();
-        for row in rows.iter_mut() {
-            let factor = row[k];
-            row.iter_mut().zip(&own).for_each(|(cell, own)| *cell -= factor * own);
-        }
-        rows[k] = own;
-    }
-    Some(from_fn(|state| rows.get(state).map_or(0.0, |row| row[states])))
+    let row = |row: usize| {
+        let own = (0..states).map(|of| f64::from(u8::from(of == row)) - map[row][of]);
+        own.chain([map[row][3]]).collect()
+    };
+    let found = solution((0..states).map(row).collect())?;
+    Some(from_fn(|state| found.get(state).copied().unwrap_or(0.0)))
 }
 
 /// Returns the integral of `x x'` over a time from a state on: a Taylor series over a short time, doubled.
