@@ -144,7 +144,8 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let Some((loaded, fitted)) = plan::read(args, interrupt::watch())? else { return Ok(Exit::Interrupted) };
     let simulation = AnySimulation::new(&loaded.scene, &args.hdl.simulators(), args.out.is_some())?;
     let other = args.beside.as_ref().map(|other| Loaded::new(other, &[], args.edges)).transpose()?;
-    let compared = other.as_ref().filter(|_| args.compare.is_some());
+    let is_compared = args.compare.is_some() && matches!(simulation, AnySimulation::Dut(_));
+    let compared = other.as_ref().filter(|_| is_compared);
     let beside = compared.map(|other| WiredSimulation::new(&other.scene)).transpose().map_err(Failure::file)?;
     let engine = match Plan::new(args, &loaded, &simulation, beside.as_ref())? {
         Plan::Compare(ours) => return compare(ours, args.json),
