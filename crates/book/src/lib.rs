@@ -22,7 +22,7 @@ use mdbook_driver::errors::{Error, Result};
 
 use links::Carried;
 
-/// The settings of mdBook: neither search nor fonts nor anything from a network.
+/// The settings of mdBook: a search over all pages, and neither fonts nor anything from a network.
 const SETTINGS: &str = r#"
 [book]
 title = "hpu"
@@ -40,6 +40,8 @@ smart-punctuation = false
 enable = true
 [output.html.print]
 enable = false
+[output.html.search]
+enable = true
 "#;
 
 /// Returns the folder of the repository.
@@ -99,7 +101,6 @@ fn sheets(list: &Chapter) -> Result<Vec<Chapter>> {
 /// Puts the made parts into a chapter and those below it, and has the files that they link to carried.
 fn finish(chapter: &mut Chapter, carried: &mut Carried) -> Result<()> {
     let page = chapter.path.clone().ok_or_else(|| Error::msg(format!("{} has no page", chapter.name)))?;
-    let to_root = links::to_root(&page);
     let mut whole = String::new();
     let mut is_fenced = false;
     for line in chapter.content.lines() {
@@ -108,8 +109,7 @@ fn finish(chapter: &mut Chapter, carried: &mut Carried) -> Result<()> {
             is_fenced = !is_fenced;
             whole += if is_fenced && line == "```" { "```text" } else { line };
         } else if let Some(part) = line.strip_prefix("<!-- ").and_then(|rest| rest.strip_suffix(" -->")) {
-            whole +=
-                &made(part, &to_root, carried).map_err(|error| Error::msg(format!("{}: {error}", page.display())))?;
+            whole += &made(part, carried).map_err(|error| Error::msg(format!("{}: {error}", page.display())))?;
         } else {
             whole += line;
         }
@@ -123,9 +123,8 @@ fn finish(chapter: &mut Chapter, carried: &mut Carried) -> Result<()> {
 }
 
 /// Returns the part of a page that is made while the book is rendered.
-fn made(part: &str, to_root: &str, carried: &mut Carried) -> Result<String> {
+fn made(part: &str, carried: &mut Carried) -> Result<String> {
     match part.split_once(' ').unwrap_or((part, "")) {
-        ("section", of) => section(of, to_root),
         ("keys", "") => keys(),
         ("scenes", "") => gallery::gallery(carried),
         ("blocks", "") => sheet::list(),
@@ -133,17 +132,6 @@ fn made(part: &str, to_root: &str, carried: &mut Carried) -> Result<String> {
             .ok_or_else(|| Error::msg(format!("no summing up in testbench/record/{record}.txt"))),
         _ => Err(Error::msg(format!("nothing is made for `{part}`"))),
     }
-}
-
-/// Returns a section of a file at the top of the repository, without its heading: `README.md ## Glossary`. Its links
-/// then lead out of the pages.
-fn section(of: &str, to_root: &str) -> Result<String> {
-    let missing = || Error::msg(format!("no section {of}"));
-    let (file, heading) = of.split_once(' ').ok_or_else(missing)?;
-    let whole = text(file)?;
-    let (_, rest) = whole.split_once(&format!("\n{heading}\n")).ok_or_else(missing)?;
-    let section = rest.split("\n## ").next().unwrap_or(rest).split("\n### ").next().unwrap_or(rest);
-    Ok(section.replace("](", &format!("]({to_root}")))
 }
 
 /// Returns the list of all keys, whose section names become headings.

@@ -38,7 +38,8 @@ fn kind(block: &dyn AnyBlock) -> &'static str {
 /// Returns the data sheet of a block.
 pub fn sheet(block: &dyn AnyBlock) -> Result<String> {
     let (name, header) = (block.name(), header(block)?);
-    let mut page = format!("# {name}\n\n{} ({}).\n", sentence(&header.purpose), kind(block));
+    let mut page = format!("# {name}\n\n*For people who instantiate this block, or review it.*\n");
+    page += &format!("\n{} ({}).\n", sentence(&header.purpose), kind(block));
     page += &format!("\n## Equations\n\n{}", typeset(&header.equations));
     page += "\n## Ports\n\n| | port | format | unit | meaning |\n|---|---|---|---|---|\n";
     let port = |direction: &str, port: &Signal| {

@@ -76,6 +76,13 @@ fn the_book_is_whole_without_a_network() {
     };
     let pages = of_type("html");
     assert_links(&pages, &all);
+    // The search finds a word of each page that is written by hand.
+    let index = all.iter().find(|path| path.to_string_lossy().contains("searchindex")).expect("an index of the search");
+    let index = fs::read_to_string(index).expect("text");
+    for page in files(&Path::new(env!("CARGO_MANIFEST_DIR")).join("pages")) {
+        let name = page.file_stem().and_then(|name| name.to_str()).expect("a name");
+        assert!(name == "SUMMARY" || index.contains(&format!("{name}.html#")), "{name} is not in the search");
+    }
     // Scripts and styles ask for no file of a network either.
     for (style, text) in of_type("css") {
         for begin in ["@import", "url(http", "url(\"http", "url('http", "url(//"] {
@@ -96,7 +103,7 @@ fn the_book_is_whole_without_a_network() {
             assert!(attributes(sheet, "id").contains(&part), "{name} has no {part}");
         }
         assert!(sheet.contains("<svg class=\"timing\""), "{name} has no timing figure");
-        let math = |html: &str| html.matches("<math display=\"block\"").count();
+        let math = |html: &str| html.matches("<div class=\"equations\">").count();
         assert_eq!(math(sheet), math(&typeset(&equations(name))), "equations of {name}");
     }
     // A purpose that takes two lines of the header is whole.

@@ -3,6 +3,8 @@
 use std::fs;
 use std::path::Path;
 
+use crate::readme::links;
+
 /// Each crate, and our crates that it may depend on.
 const MAY_KNOW: [(&str, &[&str]); 20] = [
     ("assets", &[]),
@@ -57,6 +59,25 @@ fn crates_know_only_whom_they_may() {
             assert!(may.contains(&known), "{name} may not know {known}");
         }
     }
+}
+
+/// A stranger finds a place by the names that ARCHITECTURE.md gives beside the link to its file.
+#[test]
+fn names_in_the_list_of_places_are_in_the_files_that_it_links_to() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).expect("the project");
+    let text = fs::read_to_string(root.join("ARCHITECTURE.md")).expect("ARCHITECTURE.md");
+    let (_, places) = text.split_once("## Where to begin to read\n").expect("the list of places");
+    let mut seen = 0;
+    for row in places.split("\n## ").next().expect("a section").lines().filter(|line| line.starts_with("| ")) {
+        let files = links(row).map(|link| root.join(link)).filter(|path| path.is_file());
+        let source: String = files.map(|path| fs::read_to_string(path).expect("a file")).collect();
+        let is_name = |span: &&str| span.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+        for name in row.split('`').skip(1).step_by(2).filter(is_name) {
+            assert!(source.contains(name), "{name} is not in the files of: {row}");
+            seen += 1;
+        }
+    }
+    assert!(seen > 5, "{seen} names");
 }
 
 /// A test file that no `mod` line names would never run, without any message.

@@ -1,5 +1,6 @@
 //! README.md and the book: every command in them runs, and the output shown below a command is its output. Every figure
-//! of README comes from a run or a record, or is listed as one that depends on the machine or is from the literature.
+//! of them comes from a run or a record, or is listed as one that depends on the machine or is from the literature.
+//! Every link of them and of the other pages at the top leads to a file, and to a heading in it.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -10,7 +11,7 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use crate::common::{ROOT, code, scratch, stderr, stdout};
-use crate::readme_tables::{BOOK, COMMANDS, EXCEPTED, FIGURES, Form, From};
+use crate::readme_tables::{COMMANDS, EXCEPTED, FIGURES, Form, From};
 
 /// A piece of a page: a command, the output that is shown below the commands before it, or a file for the commands
 /// after it.
@@ -19,10 +20,6 @@ enum Piece {
     Command(String),
     Output(Vec<String>),
     File { name: String, text: String },
-}
-
-fn readme() -> String {
-    fs::read_to_string(format!("{ROOT}/README.md")).expect("README.md")
 }
 
 /// Returns a line of a shell without its comment, which begins with ` #` outside quotes; `None` while a quote is open.
@@ -94,8 +91,10 @@ fn pieces(text: &str) -> Vec<Piece> {
     found
 }
 
-fn form_in(table: &'static [(&'static str, Form)], command: &str) -> Option<&'static Form> {
-    table.iter().find(|(listed, _)| *listed == command).map(|(_, form)| form)
+/// Returns the form in which a command runs here.
+fn form(command: &str) -> &'static Form {
+    let listed = COMMANDS.iter().find(|(listed, _)| *listed == command);
+    &listed.unwrap_or_else(|| panic!("`{command}` is not in the table of commands")).1
 }
 
 /// A folder of its own, with the command on the path, as README and the book assume.
@@ -207,102 +206,87 @@ fn file(path: &str) -> String {
     fs::read_to_string(Path::new(ROOT).join(path)).unwrap_or_else(|error| panic!("{path}: {error}"))
 }
 
-/// Runs the commands of a page in their forms, and holds the shown outputs against what they print. A command without
-/// a form is one of README, whose test runs it; an output must not be shown below it. Returns what each prints.
-fn run_page(page: &str, text: &str, form: impl Fn(&str) -> Option<&'static Form>) -> Vec<(String, String)> {
-    let shell = Shell::new(&page.replace(['/', '.'], "_"));
-    let mut printed: Vec<(String, String)> = Vec::new();
+/// Returns README.md and every page of the book, each as a file of the project and its text. README is the first.
+fn pages() -> Vec<(String, String)> {
+    fn add(folder: &str, pages: &mut Vec<String>) {
+        for entry in fs::read_dir(Path::new(ROOT).join(folder)).expect("the pages of the book").flatten() {
+            let page = format!("{folder}/{}", entry.file_name().display());
+            if entry.path().is_dir() { add(&page, pages) } else { pages.push(page) }
+        }
+    }
+    let mut pages = vec![];
+    add("crates/book/pages", &mut pages);
+    pages.sort();
+    pages.insert(0, "README.md".to_string());
+    pages.into_iter().map(|page| (page.clone(), file(&page))).collect()
+}
+
+/// What each command has printed, in the form in which it ran.
+type Printed = Vec<(String, String)>;
+
+fn printed_by<'p>(printed: &'p Printed, command: &str) -> Option<&'p str> {
+    printed.iter().find(|(ran, _)| ran == command).map(|(_, output)| output.as_str())
+}
+
+/// Runs those commands of a page that have not run yet, and holds the shown outputs against what they print.
+fn run_page(shell: &Shell, page: &str, text: &str, printed: &mut Printed) {
     let mut last = String::new();
     let mut unused = BTreeSet::new();
     for piece in pieces(text) {
         match piece {
             Piece::File { name, text } => {
+                assert!(!shell.dir.join(&name).exists(), "{page}: another page has a file {name}");
                 fs::write(shell.dir.join(&name), text).expect("a file");
                 unused.insert(name);
             }
             Piece::Output(shown) => {
-                let known = form(&last).or(form_in(COMMANDS, &last));
-                let output = match known {
-                    Some(Form::Short { record: Some(path), .. }) => file(path),
-                    _ => printed.iter().find(|(command, _)| *command == last).expect("a command before").1.clone(),
+                let output = match form(&last) {
+                    Form::Short { record: Some(path), .. } => &file(path),
+                    _ => printed_by(printed, &last).expect("a command before"),
                 };
-                assert_shown(page, &shown, &output, &last);
+                assert_shown(page, &shown, output, &last);
             }
             Piece::Command(command) => {
                 unused.retain(|name| !command.contains(name.as_str()));
-                match form(&command) {
-                    Some(form) if !printed.iter().any(|(before, _)| *before == command) => {
-                        printed.push((command.clone(), shell.in_form(&command, form)));
-                    }
-                    Some(_) => {}
-                    None => assert!(
-                        form_in(COMMANDS, &command).is_some(),
-                        "`{command}` of {page} is in no table of commands"
-                    ),
+                if printed_by(printed, &command).is_none() {
+                    let output = shell.in_form(&command, form(&command));
+                    printed.push((command.clone(), output));
                 }
                 last = command;
             }
         }
     }
     assert!(unused.is_empty(), "no command of {page} takes these files: {unused:?}");
-    printed
-}
-
-/// Asserts that each command of a table was written in one of its pages.
-fn assert_written(table: &[(&str, Form)], printed: &[(String, String)], pages: &str) {
-    let listed: BTreeSet<&str> = table.iter().map(|(command, _)| *command).collect();
-    let written: BTreeSet<&str> = printed.iter().map(|(command, _)| command.as_str()).collect();
-    let gone: Vec<_> = listed.difference(&written).collect();
-    assert!(gone.is_empty(), "these are in the table and no longer in {pages}: {gone:?}");
-}
-
-/// Returns the pages of a folder of the book and of its folders, each with its text.
-fn pages(folder: &Path) -> Vec<(String, String)> {
-    let mut found = Vec::new();
-    for entry in fs::read_dir(folder).expect("the pages of the book").flatten() {
-        let path = entry.path();
-        if path.is_dir() {
-            found.extend(pages(&path));
-        } else {
-            let name = path.file_name().and_then(|name| name.to_str()).expect("a name").to_string();
-            found.push((name, fs::read_to_string(&path).expect("a page")));
-        }
-    }
-    found
-}
-
-#[test]
-fn every_command_of_the_book_runs_and_what_is_shown_is_what_it_prints() {
-    let mut printed = Vec::new();
-    for (name, text) in pages(&Path::new(ROOT).join("crates/book/pages")) {
-        printed.extend(run_page(&name, &text, |command| form_in(BOOK, command)));
-    }
-    assert_written(BOOK, &printed, "the book");
 }
 
 #[test]
 fn every_command_runs_and_what_is_shown_is_what_it_prints() {
-    let printed = run_page("README.md", &readme(), |command| form_in(COMMANDS, command));
-    assert_written(COMMANDS, &printed, "README.md");
+    let shell = Shell::new("readme");
+    let mut printed = Printed::new();
+    for (page, text) in pages() {
+        run_page(&shell, &page, &text, &mut printed);
+    }
+    let listed = COMMANDS.iter().map(|(listed, _)| *listed);
+    let gone: Vec<_> = listed.filter(|listed| printed_by(&printed, listed).is_none()).collect();
+    assert!(gone.is_empty(), "these are in the table and in no page: {gone:?}");
     for (said, from, shown) in FIGURES {
         let output = match from {
-            From::Run(command) => &printed.iter().find(|(other, _)| other == command).expect("a command of README").1,
+            From::Run(command) => printed_by(&printed, command).expect("a command of a page"),
             From::File(path) => &file(path),
         };
-        assert!(
-            output.lines().any(|line| holds(line, shown)),
-            "README.md says `{said}`; `{shown}` is not in: {output}"
-        );
+        assert!(output.lines().any(|line| holds(line, shown)), "a page says `{said}`; `{shown}` is not in: {output}");
     }
 }
 
-/// Returns README as one line: without outputs, commands and links, but with the comments of commands.
+/// Returns all pages as one line: without outputs, commands and links, but with the comments of commands.
 fn prose() -> String {
-    let text = readme();
+    let text = pages().into_iter().map(|(_, text)| text).collect::<Vec<_>>().join("\n");
     let (mut all, mut lines) = (Vec::new(), text.lines());
     while let Some(line) = lines.next() {
         if !line.starts_with("```") {
-            all.push(line);
+            // Numbers of a list are no figures.
+            let numbered = line.split_once(". ").filter(|(number, _)| number.parse::<u8>().is_ok());
+            all.push(numbered.map_or(line, |(_, text)| text));
             continue;
         }
         let block = lines.by_ref().take_while(|line| *line != "```");
@@ -325,7 +309,7 @@ fn prose() -> String {
 fn every_figure_comes_from_a_run_or_is_named_as_one_that_does_not() {
     let mut text = prose();
     let mut take = |said: &str| {
-        assert!(text.contains(said), "`{said}` is in the table of figures and not in README.md");
+        assert!(text.contains(said), "`{said}` is in the table of figures and in no page");
         text = text.replace(said, "");
     };
     FIGURES.iter().map(|(said, ..)| *said).collect::<BTreeSet<_>>().into_iter().for_each(&mut take);
@@ -334,5 +318,37 @@ fn every_figure_comes_from_a_run_or_is_named_as_one_that_does_not() {
         take(said);
     }
     let left: Vec<&str> = text.split(' ').filter(|word| word.contains(|c: char| c.is_ascii_digit())).collect();
-    assert!(left.is_empty(), "figures of README.md that nothing is held against: {left:?}");
+    assert!(left.is_empty(), "figures of README.md and the book that nothing is held against: {left:#?}");
+}
+
+/// Returns the targets of the links of a text.
+pub fn links(text: &str) -> impl Iterator<Item = &str> {
+    text.split("](").skip(1).filter_map(|rest| rest.split_once(')').map(|(target, _)| target))
+}
+
+/// Returns the anchors of the headings of a page, as GitHub makes them.
+fn anchors(text: &str) -> BTreeSet<String> {
+    let headings = text.lines().filter_map(|line| line.trim_start_matches('#').strip_prefix(' '));
+    let kept = |c: char| c.is_alphanumeric() || "-_ ".contains(c);
+    let lower = headings.map(|heading| heading.to_lowercase().chars().filter(|c| kept(*c)).collect::<String>());
+    lower.map(|heading| heading.replace(' ', "-")).collect()
+}
+
+#[test]
+fn every_link_leads_to_a_file_and_a_heading() {
+    let tops = ["ARCHITECTURE.md", "CHANGELOG.md", "CONTRIBUTING.md", "SECURITY.md", "crates/capi/README.md"];
+    let tops = tops.map(|page| (page.to_string(), file(page)));
+    let mut seen = 0;
+    for (page, text) in tops.into_iter().chain(pages()) {
+        for link in links(&text).filter(|link| !link.contains("://")) {
+            let (target, anchor) = link.split_once('#').unwrap_or((link, ""));
+            let of_page = Path::new(ROOT).join(&page);
+            let path = if target.is_empty() { of_page } else { of_page.with_file_name("").join(target) };
+            assert!(path.exists(), "{page}: {link} leads nowhere");
+            let is_heading = || anchors(&fs::read_to_string(&path).expect("a page")).contains(anchor);
+            assert!(anchor.is_empty() || is_heading(), "{page}: {link} has no such heading");
+            seen += 1;
+        }
+    }
+    assert!(seen > 150, "{seen} links");
 }
