@@ -25,8 +25,8 @@ pub fn scaled(a: &Matrix, factor: f64) -> Matrix {
     a.iter().map(|row| row.iter().map(|x| x * factor).collect()).collect()
 }
 
-/// Returns the solution of a system of equations, whose rows have their right side last, by elimination; `None` if there
-/// is none.
+/// Returns the solution of a system of equations, whose rows have their right side last, by elimination; `None` if
+/// there is none.
 pub(crate) fn solution(mut rows: Matrix) -> Option<Vec<f64>> {
     let size = rows.len();
     for k in 0..size {

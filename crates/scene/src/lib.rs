@@ -114,9 +114,10 @@ pub use gimbal::{
     Servo, Shear, Target, TargetKind, Thresholds,
 };
 pub use head::accuracy::{Accuracy, Output};
-pub use head::expect::{Expect, Expectation, Metric, OutcomeKind};
+pub use head::expect::{Expect, Expectation, Metric};
 pub use head::miss::Miss;
 pub use head::model::{BridgeModel, Datapath, EncoderModel, Friction, Model, Solver, Winding};
+pub use head::outcome::OutcomeKind;
 pub use head::setup::Setup;
 pub use head::shipped::{Begin, Shipped};
 pub use head::{Head, MOST_EDGES, Record, Run, Units};

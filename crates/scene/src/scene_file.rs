@@ -29,7 +29,8 @@ impl SceneFile {
     ///
     /// # Errors
     ///
-    /// [`SceneError`] with the file's name when it cannot be read, or with the shipped names when there is no such scene.
+    /// [`SceneError`] with the file's name when it cannot be read, or with the shipped names when there is no such
+    /// scene.
     pub fn find(scene: &str) -> Result<Self, SceneError> {
         let is_path = scene.contains('/') || scene.ends_with(".toml");
         if let (false, Some(Shipped { name, text })) = (is_path, shipped().iter().find(|shipped| shipped.name == scene))

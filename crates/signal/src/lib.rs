@@ -3,11 +3,9 @@
 mod clock;
 mod error;
 mod format;
-mod format_text;
 mod machine;
 mod named;
 mod narrow;
-mod notation;
 mod operators;
 mod ports;
 mod reach;
@@ -19,10 +17,10 @@ mod typed;
 mod word;
 
 pub use clock::{Clock, ClockError, Cycle};
+pub use format::notation::Notation;
 pub use format::{Format, FormatError, UNKNOWN};
 pub use machine::{Int, Machine};
 pub use narrow::{Narrowed, Narrowing, Overflow, Rounding};
-pub use notation::Notation;
 pub use ports::{Meter, Observe, Ports, Real, Signal, SignalUse};
 pub use reach::Reach;
 pub use recorded::{Equations, Reading, Recorded, RecordedBit};

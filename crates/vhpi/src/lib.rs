@@ -1,7 +1,7 @@
 #![doc = include_str!("../README.md")]
 //!
-//! This crate is compiled twice: by `build.rs` to the shared library, and by cargo to the parent's side of the protocol,
-//! which carries the library as [`LIBRARY`]. `hpu-rtl` is the parent.
+//! This crate is compiled twice: by `build.rs` to the shared library, and by cargo to the parent's side of the
+//! protocol, which carries the library as [`LIBRARY`]. `hpu-rtl` is the parent.
 //!
 //! The two sides talk in words of 8 bytes. First the parent sends the number of ports, which of them are outputs that
 //! drive the device, and the bits at all of them. The simulator holds the design in reset with these inputs, then

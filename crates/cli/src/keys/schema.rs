@@ -128,7 +128,8 @@ fn accepted(of: Of, row: &KeyRow) -> Value {
             json!({ "anyOf": [{ "type": "string" }, object(of, "hand.file", row.kinds)] })
         }
         Takes::Own(Shape::Connection, _) => {
-            json!({ "anyOf": [{ "type": ["integer", "boolean", "string", "array"] }, object(of, "dut.ports.PORT", &[])] })
+            let plain = json!({ "type": ["integer", "boolean", "string", "array"] });
+            json!({ "anyOf": [plain, object(of, "dut.ports.PORT", &[])] })
         }
     }
 }

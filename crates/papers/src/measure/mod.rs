@@ -255,7 +255,8 @@ static MEASURES: &[Measure] = &[
     Measure {
         name: "fitting",
         about: "Drops of a PHANToM onto three `walls`, the softest first: the values of a key with which the first is \
-                passive in all `trials` along all `axes` and the second is not (`narrow`), or the third is not (`wide`).",
+                passive in all `trials` along all `axes` and the second is not (`narrow`), or the third is not \
+                (`wide`).",
         is_of_scene: true,
         keys: &[
             key("key", Takes::Text),

@@ -181,8 +181,8 @@ impl Search<'_> {
     fn prove(&mut self, [first, last]: [f64; 2], before: Option<[f64; 2]>, after: Option<[f64; 2]>) {
         let from = before.map_or(first, |[inside, _]| inside);
         let to = after.map_or(last, |[inside, _]| inside);
-        // The place of a stiffness between the crossings: the logarithm of its distances. The proof holds over a part of
-        // the way to a crossing, and over all of the rest where that is short.
+        // The place of a stiffness between the crossings: the logarithm of its distances. The proof holds over a part
+        // of the way to a crossing, and over all of the rest where that is short.
         let floor = before.map_or(0.0, |[inside, _]| inside);
         let place = |at: f64| (at - floor).ln() - after.map_or(0.0, |[inside, _]| (inside - at).ln());
         let stiffness = |place: f64| {

@@ -27,8 +27,8 @@ const UNIT: f64 = f64::EPSILON / 2.0;
 /// The share of the loop's decay that the proof leaves to the search's own weights.
 const KEPT: f64 = 0.5;
 
-/// A step of the loop at the softest and at the stiffest stiffness of a stretch, with bounds of what its numbers err by:
-/// at both ends, and in between from the straight line.
+/// A step of the loop at the softest and at the stiffest stiffness of a stretch, with bounds of what its numbers err
+/// by: at both ends, and in between from the straight line.
 #[derive(Clone)]
 pub(super) struct Step<const N: usize> {
     pub a: [Square<N>; 2],

@@ -165,9 +165,9 @@ impl OpenLoop {
         (0..size).map(|row| (0..size).map(|column| jet(row, column)).collect()).collect()
     }
 
-    /// Returns the sum of all minors of `E`, which is `det(1 + E) - 1` with `det e^(A t) = e^(t tr A)`: it does not depend
-    /// on the stiffness. Where `E` is large, its determinant is a small difference of large numbers; this identity gives
-    /// it more precisely.
+    /// Returns the sum of all minors of `E`, which is `det(1 + E) - 1` with `det e^(A t) = e^(t tr A)`: it does not
+    /// depend on the stiffness. Where `E` is large, its determinant is a small difference of large numbers; this
+    /// identity gives it more precisely.
     fn by_trace(&self, states: usize) -> Jet {
         let whole_s = self.times_s[0].plus(self.times_s[1]);
         let trace =

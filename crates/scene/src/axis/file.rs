@@ -2,16 +2,38 @@
 
 use hpu_signal::Cycle;
 
-use crate::axis::rows as keys;
 use crate::head::Head;
 use crate::judged::{stride, window_start};
 use crate::replay::{Capture, Columns, PinEdge};
+use crate::schema::Otherwise::{Required, Said};
 use crate::schema::parameter::{Origin, ParameterValue};
+use crate::schema::quantity as q;
+use crate::schema::quantity::Sense::Any;
 use crate::schema::section::{Section, shown};
 use crate::schema::source::SceneError;
 use crate::schema::value::said;
-use crate::schema::{Otherwise, Read, Shape, Takes};
+use crate::schema::{Group, Key, Otherwise, Quantity, Read, Shape, Takes, Text, keys};
 use crate::text::message::number;
+
+keys! { hand_file: "hand.file" of [];
+    /// Name of the file.
+    path: Text = Text("the name of a file beside the scene", Required);
+    /// Beginning of the part that counts, as a time of the recording.
+    from: Quantity = Quantity::new(&q::TIME, Any, Said("its beginning"));
+    /// End of that part. The last position or level is kept up to a later time than the recording's end.
+    to: Quantity = Quantity::new(&q::TIME, Any, Said("its end"));
+    /// Time that is added to those of the recording, so that they are those of the run.
+    offset: Quantity = Quantity::new(&q::TIME, Any, Said("0, or with `from` as much as makes that the run's start"));
+}
+
+keys! { hand_file_motion: "hand.file" of ["spring_damper", "prescribed"];
+    /// Column of the times, as in the header; a unit that the header does not have stands behind it, as in `t [ms]`.
+    time: Text = Text("the name of a column, as in \"t [ms]\"", Said("the one with a unit of time"));
+    /// Column of the angles, positions or counts, in the same way.
+    angle: Text = Text("the name of a column, as in \"knob [deg]\"", Said("the one with a unit of the motion"));
+    /// Character between two columns.
+    delimiter: Text = Text("one character, as in \";\"", Said("a tab, `;` or `,`: the first that the header has"));
+}
 
 /// A file: a name alone, or a section. The fields are a description of the file, and the default.
 pub(crate) struct OfFile(pub &'static str, pub Otherwise<&'static str>);
@@ -51,7 +73,7 @@ impl Read for OfFile {
 
 /// Reads the section of a file.
 fn file(s: &Section, kind: &str) -> Result<FileOfHand, SceneError> {
-    use keys::{hand_file as key, hand_file_motion as of_motion};
+    use {hand_file as key, hand_file_motion as of_motion};
     s.accept_as("hand.file", &[kind])?;
     let separator = match s.given(&of_motion::delimiter)?.map(|text| text.chars().collect::<Vec<_>>()) {
         None => None,

@@ -1,6 +1,7 @@
 //! A scene of one axis: a motor or a mass, its wall, its method, its hand.
 
 mod file;
+mod motors;
 pub(crate) mod parts;
 pub(crate) mod path;
 pub(crate) mod read;

@@ -5,7 +5,8 @@ pub(crate) use crate::method::rows::*;
 pub(crate) use crate::head::rows::*;
 
 use crate::axis::file::OfFile;
-use crate::axis::read_device::{MOTORS, NamedMotor};
+pub(crate) use crate::axis::file::{hand_file, hand_file_motion};
+use crate::axis::motors::{MOTORS, NamedMotor};
 use crate::head::model::{BridgeModel, Datapath, EncoderModel, Friction, Solver, Winding};
 use crate::schema::Otherwise::{Is, Required, Said};
 use crate::schema::quantity as q;
@@ -173,26 +174,6 @@ keys! { hand_capture: "hand" of ["capture"];
     channel_a: Text = Text("the name of encoder line A in the file", Required);
     /// Channel of encoder line B in the file.
     channel_b: Text = Text("the name of encoder line B in the file", Required);
-}
-
-keys! { hand_file: "hand.file" of [];
-    /// Name of the file.
-    path: Text = Text("the name of a file beside the scene", Required);
-    /// Beginning of the part that counts, as a time of the recording.
-    from: Quantity = Quantity::new(&q::TIME, Any, Said("its beginning"));
-    /// End of that part. The last position or level is kept up to a later time than the recording's end.
-    to: Quantity = Quantity::new(&q::TIME, Any, Said("its end"));
-    /// Time that is added to those of the recording, so that they are those of the run.
-    offset: Quantity = Quantity::new(&q::TIME, Any, Said("0, or with `from` as much as makes that the run's start"));
-}
-
-keys! { hand_file_motion: "hand.file" of ["spring_damper", "prescribed"];
-    /// Column of the times, as in the header; a unit that the header does not have stands behind it, as in `t [ms]`.
-    time: Text = Text("the name of a column, as in \"t [ms]\"", Said("the one with a unit of time"));
-    /// Column of the angles, positions or counts, in the same way.
-    angle: Text = Text("the name of a column, as in \"knob [deg]\"", Said("the one with a unit of the motion"));
-    /// Character between two columns.
-    delimiter: Text = Text("one character, as in \";\"", Said("a tab, `;` or `,`: the first that the header has"));
 }
 
 /// Friction by name; the speed of smoothed friction is a key of its own.

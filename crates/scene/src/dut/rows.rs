@@ -71,7 +71,10 @@ keys! { dut_ports: "dut.ports" of [];
     /// or a list of lines, constants and `open` for its bits, from the highest index down. A key with an index or a
     /// range, as in `"ab(1)"`, `"ab[7:4]"` or `"ab(7 downto 4)"`, connects these bits alone.
     PORT: Own = Own::new(
-        || Takes::Own(Shape::Connection, "a line, encoder.count, wall.count, open, a constant, a list of bits or { is, format }"),
+        || Takes::Own(
+            Shape::Connection,
+            "a line, encoder.count, wall.count, open, a constant, a list of bits or { is, format }",
+        ),
         Said("an output is open"));
 }
 

@@ -2,6 +2,7 @@
 
 pub(crate) mod read;
 pub(crate) mod rows;
+mod times;
 
 /// The times at which a fault happens.
 #[derive(Clone, PartialEq, Debug)]

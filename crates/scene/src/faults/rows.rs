@@ -1,6 +1,6 @@
 //! The keys of the faults between device and logic.
 
-use crate::faults::read::OfTimes;
+use crate::faults::times::OfTimes;
 use crate::faults::{EncoderLine, Switch};
 use crate::schema::Otherwise::{Is, Said};
 use crate::schema::quantity as q;

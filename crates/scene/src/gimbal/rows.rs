@@ -4,8 +4,8 @@ use hpu_plant::arm::Form;
 
 use crate::gimbal::{OUTPUTS, Shear, TargetKind};
 use crate::head::accuracy::OfOutputs;
-use crate::head::expect::OutcomeKind;
 use crate::head::model::Solver;
+use crate::head::outcome::OutcomeKind;
 use crate::schema::Otherwise::{Is, Required, Said};
 use crate::schema::quantity::Sense::{NotNegative, Positive, UpTo, Within};
 use crate::schema::quantity::{self as q, STANDARD_GRAVITY_M_PER_S2};

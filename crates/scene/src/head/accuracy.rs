@@ -2,11 +2,10 @@
 
 use toml_edit::Item;
 
-use crate::head::rows as keys;
 use crate::schema::parameter::ParameterValue;
 use crate::schema::section::Section;
 use crate::schema::source::SceneError;
-use crate::schema::{Key, Otherwise, Read, Takes, none_of, quoted};
+use crate::schema::{Otherwise, Read, Takes, none_of, quoted};
 
 hpu_signal::named! {
     /// An output of a run, by which models are compared.
@@ -51,12 +50,6 @@ pub struct Accuracy {
     pub outputs: Option<Vec<Output>>,
     /// The relative error allowed.
     pub within: f64,
-}
-
-/// Reads `[accuracy]` of a kind of scene, which has outputs of its own.
-pub(crate) fn accuracy(s: &Section, outputs: &Key<OfOutputs>, scene: &str) -> Result<Accuracy, SceneError> {
-    s.accept(&[scene])?;
-    Ok(Accuracy { within: s.read(&keys::accuracy_all::within)?, outputs: s.given(outputs)? })
 }
 
 /// A list of some of these outputs.

@@ -4,6 +4,7 @@ pub(crate) mod accuracy;
 pub(crate) mod expect;
 pub(crate) mod miss;
 pub(crate) mod model;
+pub(crate) mod outcome;
 pub(crate) mod rows;
 pub(crate) mod setup;
 pub(crate) mod shipped;
@@ -12,7 +13,7 @@ use std::sync::Arc;
 
 use hpu_signal::Clock;
 
-use crate::head::accuracy::{Accuracy, OfOutputs, accuracy};
+use crate::head::accuracy::{Accuracy, OfOutputs};
 use crate::head::expect::Expect;
 use crate::head::rows as keys;
 use crate::schema::parameter::Parameter;
@@ -169,6 +170,12 @@ fn record(s: &Section, plant_rate: &Key<Quantity>, scene: &str) -> Result<Record
         clock: s.read(&keys::record_all::clock)?,
         overflows: s.read(&keys::record_all::overflows)?,
     })
+}
+
+/// Reads `[accuracy]` of a kind of scene, which has outputs of its own.
+fn accuracy(s: &Section, outputs: &Key<OfOutputs>, scene: &str) -> Result<Accuracy, SceneError> {
+    s.accept(&[scene])?;
+    Ok(Accuracy { within: s.read(&keys::accuracy_all::within)?, outputs: s.given(outputs)? })
 }
 
 /// Lets a scene be used as its head.

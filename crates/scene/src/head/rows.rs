@@ -1,7 +1,7 @@
 //! The sections of a scene, and those that every scene has.
 
 use crate::head::accuracy::{OfOutputs, Output};
-use crate::head::expect::OutcomeKind;
+use crate::head::outcome::OutcomeKind;
 use crate::schema::Otherwise::{Is, Required, Said};
 use crate::schema::quantity as q;
 use crate::schema::quantity::Sense::{Any, Positive, Within};

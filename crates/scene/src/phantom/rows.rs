@@ -1,8 +1,8 @@
 //! The keys of a scene of a PHANToM.
 
 use crate::head::accuracy::OfOutputs;
-use crate::head::expect::OutcomeKind;
 use crate::head::model::Solver;
+use crate::head::outcome::OutcomeKind;
 use crate::phantom::{Direction, OUTPUTS, PhantomLaw, Platform, Premium};
 use crate::schema::Otherwise::{Is, Required, Said};
 use crate::schema::quantity::Sense::{NotNegative, Positive, UpTo, Within};

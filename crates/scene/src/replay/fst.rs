@@ -5,7 +5,7 @@ use std::io::Cursor;
 use fst_reader::{FstFilter, FstHierarchyEntry, FstReader, FstSignalHandle, FstSignalValue, is_fst_file};
 
 use super::ReplayError;
-use super::capture::{Capture, Lines, Variable, bit_of, find_both, level};
+use super::channel::{Capture, Lines, Variable, bit_of, find_both, level, range};
 
 /// Returns whether a file is FST.
 pub(super) fn is_one(bytes: &[u8]) -> bool {
@@ -30,7 +30,7 @@ fn read_whole(bytes: &[u8], names: [&str; 2]) -> Result<Capture, ReplayError> {
             FstHierarchyEntry::UpScope => drop(scopes.pop()),
             FstHierarchyEntry::Var { name, length, handle, .. } => {
                 let at = name.find('[').filter(|at| *at > 0);
-                let range = at.and_then(|at| super::vcd::range(&name[at..]));
+                let range = at.and_then(|at| range(&name[at..]));
                 // A bit that the file has as a variable of its own is named with its index.
                 let name = match at.filter(|_| range.is_some()) {
                     Some(at) if length > 1 => name[..at].trim_end().to_string(),

@@ -1,7 +1,7 @@
 //! Levels of lines as tables: what Saleae Logic, PulseView and sigrok export by their plain defaults.
 
 use super::ReplayError;
-use super::capture::{Capture, Lines, Variable, find_both, level};
+use super::channel::{Capture, Lines, Variable, find_both, level};
 use super::table::{Table, name_and_unit};
 use crate::text::message::excerpt;
 

@@ -5,6 +5,7 @@
 //! separators, units and additional columns.
 
 mod capture;
+mod channel;
 mod fst;
 mod logic_table;
 mod motion;
@@ -14,7 +15,8 @@ mod vcd;
 
 use std::fmt;
 
-pub use capture::{Capture, read_capture};
+pub use capture::read_capture;
+pub use channel::Capture;
 pub use motion::{Columns, Motion, Unit, read_motion};
 
 pub(crate) use smooth::smooth;

@@ -1,7 +1,7 @@
 //! VCD as simulators and loggers write it: IEEE 1364's, GHDL's with the nine values of std_logic, extended VCD.
 
 use super::ReplayError;
-use super::capture::{Capture, Channel, Lines, Variable, bit_of, find_both, level};
+use super::channel::{Capture, Channel, Lines, Variable, bit_of, find_both, level, range};
 use crate::text::message::excerpt;
 
 /// The tokens of a text and their lines.
@@ -44,13 +44,6 @@ impl<'a> Tokens<'a> {
 
 fn text(token: &[u8]) -> String {
     String::from_utf8_lossy(token).into_owned()
-}
-
-/// Returns the indices of `[7:0]`, or of `[3]`.
-pub(super) fn range(text: &str) -> Option<(i64, i64)> {
-    let inside = text.strip_prefix('[')?.strip_suffix(']')?;
-    let (left, right) = inside.split_once(':').unwrap_or((inside, inside));
-    Some((left.trim().parse().ok()?, right.trim().parse().ok()?))
 }
 
 /// Returns the variable of the tokens of a `$var`: its type, size, code, name and indices.

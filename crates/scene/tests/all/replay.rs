@@ -242,8 +242,8 @@ fn a_capture_is_read_as_simulators_and_loggers_write_it() {
     assert_81_counts("ModelSim", text.as_bytes(), "enc_a", "tb.enc_b");
     let ghdl = "$date\n  Sat Nov 28 12:08:33 2026\n$end\n$version\n  GHDL v0\n$end\n$timescale\n  1 fs\n$end\n\
                 $scope module standard $end\n$upscope $end\n$scope module q $end\n$var reg 1 ! a $end\n\
-                $var reg 1 \" b $end\n$var reg 2 # ab[1:0] $end\n$var real 64 $ r $end\n$comment c is not handled $end\n\
-                $upscope $end\n$enddefinitions $end\n";
+                $var reg 1 \" b $end\n$var reg 2 # ab[1:0] $end\n$var real 64 $ r $end\n\
+                $comment c is not handled $end\n$upscope $end\n$enddefinitions $end\n";
     let levels = |levels: Option<(u8, u8)>| match levels {
         None => "U!\nU\"\nbUU #\nr0.0 $\n".to_string(),
         Some((a, b)) => format!("{a}!\n{b}\"\nb{a}{b} #\nr-1.5 $\n"),
@@ -252,8 +252,8 @@ fn a_capture_is_read_as_simulators_and_loggers_write_it() {
     assert_81_counts("GHDL", text.as_bytes(), "a", "b");
     assert_81_counts("GHDL's vector", text.as_bytes(), "ab(1)", "q.ab[0]");
     let vivado = "$timescale 1ps $end\n$scope module tb $end\n$var logic 1 ! a $end\n$var integer 32 & n $end\n\
-                  $var event 1 % e $end\n$var wire 1 \" ab [0] $end\n$var wire 1 ' ab [1] $end\n$attrbegin misc 02 x 1 $end\n\
-                  $upscope $end\n$enddefinitions $end\n";
+                  $var event 1 % e $end\n$var wire 1 \" ab [0] $end\n$var wire 1 ' ab [1] $end\n\
+                  $attrbegin misc 02 x 1 $end\n$upscope $end\n$enddefinitions $end\n";
     let text = recorded(vivado, |ns| format!("#{}\n1%\n", ns * 1000), of("'", "\"", "z"));
     assert_81_counts("bits as variables", text.as_bytes(), "ab[1]", "ab[0]");
     let extended = "$date today $end\n$version ports $end\n$timescale 1 ns $end\n$scope module tb.dut $end\n\

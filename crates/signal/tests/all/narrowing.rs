@@ -76,8 +76,8 @@ fn every_small_value_is_narrowed_as_rational_arithmetic_says() {
     }
 }
 
-/// Returns `value / 2^drop`, rounded as the documents of en_cl_fix say: a constant is added that depends on the mode, on
-/// the sign and on the least significant bit that is kept, then the lower bits are dropped.
+/// Returns `value / 2^drop`, rounded as the documents of en_cl_fix say: a constant is added that depends on the mode,
+/// on the sign and on the least significant bit that is kept, then the lower bits are dropped.
 fn by_en_cl_fix(mode: &str, value: i128, drop: u32) -> i128 {
     let (half, lsb) = (1i128 << drop >> 1, 1);
     let (is_negative, is_even) = (value < 0, (value >> drop) & 1 == 0);

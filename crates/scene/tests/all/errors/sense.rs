@@ -63,8 +63,8 @@ fn a_path_beyond_its_bounds_is_refused_in_a_scene_and_in_a_file() {
     );
     says(
         refused_hand("kind = \"prescribed\"\nfile = \"late.csv\""),
-        "14:8: hand.file: the recording begins at -1 s, before the run; write file = { path = \"...\", from = \"-1 s\" }, \
-         or another beginning",
+        "14:8: hand.file: the recording begins at -1 s, before the run; write \
+         file = { path = \"...\", from = \"-1 s\" }, or another beginning",
     );
 }
 

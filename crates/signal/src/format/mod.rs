@@ -1,9 +1,12 @@
 //! Word formats that are chosen at run time, written `(S,I,F)` in every language.
 
+pub(crate) mod format_text;
+pub(crate) mod notation;
+
 use std::fmt;
 use std::str::FromStr;
 
-use crate::format_text::read;
+use crate::format::format_text::read;
 
 /// A fixed-point word format `(S,I,F)`: `S` sign bit, `I` integer bits, `F` fraction bits; width `S+I+F`, 1 to 64 bits.
 ///
