@@ -3,8 +3,8 @@
 use hpu_signal::Narrowed;
 
 use super::{
-    CommandScaler, Config, CubeRoom, PhantomForward, PhantomTorque, command_scaler, cube_room, phantom_forward,
-    phantom_torque,
+    CommandScaler, Config, CubeRoom, PhantomEngine, PhantomForward, PhantomTorque, command_scaler, cube_room,
+    phantom_forward, phantom_torque,
 };
 use crate::circuit::instance;
 use crate::{Block, ConfigError, Instance};
@@ -14,6 +14,26 @@ hpu_signal::ports! {
     pub struct In {
         sine1, cosine1, sine2, cosine2, sine3, cosine3, valid1, valid2, valid3,
         x_low, x_high, y_low, y_high, z_low, z_high, room, stiffness,
+    }
+}
+
+hpu_signal::ports! {
+    /// The outputs of the path.
+    pub struct Out of |block: &PhantomEngine| {
+        x = block.path.forward.outputs().x;
+        y = block.path.forward.outputs().y;
+        z = block.path.forward.outputs().z;
+        radius = block.path.forward.outputs().radius;
+        force_x = block.path.room_walls.outputs().force_x;
+        force_y = block.path.room_walls.outputs().force_y;
+        force_z = block.path.room_walls.outputs().force_z;
+        contact = block.path.room_walls.outputs().contact;
+        torque1 = block.path.jacobian.outputs().torque1;
+        torque2 = block.path.jacobian.outputs().torque2;
+        torque3 = block.path.jacobian.outputs().torque3;
+        command1 = block.path.scale[0].outputs().command, "Command of motor 1";
+        command2 = block.path.scale[1].outputs().command, "Command of motor 2";
+        command3 = block.path.scale[2].outputs().command, "Command of motor 3";
     }
 }
 

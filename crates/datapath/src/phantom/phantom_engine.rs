@@ -56,25 +56,7 @@ hpu_signal::ports! {
     }
 }
 
-hpu_signal::ports! {
-    /// The outputs of the block.
-    pub struct Out of |block: &PhantomEngine| {
-        x = block.path.forward.outputs().x;
-        y = block.path.forward.outputs().y;
-        z = block.path.forward.outputs().z;
-        radius = block.path.forward.outputs().radius;
-        force_x = block.path.room_walls.outputs().force_x;
-        force_y = block.path.room_walls.outputs().force_y;
-        force_z = block.path.room_walls.outputs().force_z;
-        contact = block.path.room_walls.outputs().contact;
-        torque1 = block.path.jacobian.outputs().torque1;
-        torque2 = block.path.jacobian.outputs().torque2;
-        torque3 = block.path.jacobian.outputs().torque3;
-        command1 = block.path.scale[0].outputs().command, "Command of motor 1";
-        command2 = block.path.scale[1].outputs().command, "Command of motor 2";
-        command3 = block.path.scale[2].outputs().command, "Command of motor 3";
-    }
-}
+pub use super::force_path::Out;
 
 /// Edges from the capture of the inputs to the outputs.
 pub const LATENCY: u64 = 32;
