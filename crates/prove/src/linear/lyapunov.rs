@@ -13,9 +13,9 @@
 //!
 //! Each step is checked by itself, from numbers that are exact: no error grows from step to step, and none of the
 //! search for `P` counts. What a check computes in `f64` is bounded as follows. With `|P⁺| <= b b'`, the bound `h` of
-//! the columns `b' |H|` and the bound `e` of the columns `b' |ΔH|`, the entries of `H' P⁺ H` err by no more than `h e'
-//! + e h' + e e'` and their rounding by some units of `h h'`. The diagonal is lowered by more than that, and by more
-//! than the rounding of the elimination that follows (Rump 2006, "Verification of positive definiteness").
+//! the columns `b' |H|` and the bound `e` of the columns `b' |ΔH|`, the entries of `H' P⁺ H` err by no more than
+//! `h e' + e h' + e e'` and their rounding by some units of `h h'`. The diagonal is lowered by more than that, and by
+//! more than the rounding of the elimination that follows (Rump 2006, "Verification of positive definiteness").
 
 use std::array::from_fn;
 

@@ -356,8 +356,9 @@ impl<const N: usize> Step<N> {
     /// Puts what a state becomes: of the plant's states, which err by `by_x`, and of the command that acts in this
     /// step. That is one that has waited, or the one just read.
     fn put(&mut self, at: usize, row: [[Interval; PLANT]; 2], by_x: f64, pushed: Pushed, waiting: usize) {
-        for column in 0..PLANT {
-            let (ends, error) = known([row[0][column], row[1][column]], by_x);
+        let cells: [_; PLANT] = from_fn(|column| [row[0][column], row[1][column]]);
+        for (column, ends) in cells.into_iter().enumerate() {
+            let (ends, error) = known(ends, by_x);
             set(&mut self.a, at, column, ends);
             self.a_error[at][column] = error;
         }
