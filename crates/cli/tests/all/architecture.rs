@@ -126,6 +126,37 @@ fn a_library_is_compiled_for_tests_where_it_has_any() {
     }
 }
 
+/// Adds the files below a folder of a crate, `depth` folders below the crate's own, that include a file from outside of
+/// the crate.
+fn add_reaching_out(folder: &Path, depth: usize, out: &mut Vec<String>) {
+    for entry in fs::read_dir(folder).expect("sources are readable") {
+        let path = entry.expect("an entry").path();
+        if path.is_dir() {
+            add_reaching_out(&path, depth + 1, out);
+        } else if path.extension().is_some_and(|end| end == "rs") {
+            let text = fs::read_to_string(&path).expect("text");
+            let included = text.split("include_").skip(1).filter_map(|rest| rest.split(['"', ')']).nth(1));
+            let ups = included.map(|file| file.split('/').take_while(|part| *part == "..").count());
+            if ups.max().is_some_and(|ups| ups > depth)
+                || text.contains("include_str!(concat!(env!(\"CARGO_MANIFEST_DIR")
+            {
+                out.push(path.display().to_string());
+            }
+        }
+    }
+}
+
+/// A published crate has no more than its folder; `testbench/assets.sh` copies what programs carry into hpu-assets.
+#[test]
+fn no_crate_includes_a_file_from_outside_of_its_folder() {
+    let crates = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("crates/");
+    let mut out = Vec::new();
+    for (name, _) in MAY_KNOW {
+        add_reaching_out(&crates.join(name).join("src"), 1, &mut out);
+    }
+    assert!(out.is_empty(), "{out:#?}");
+}
+
 /// Adds the place of each line of more than 120 characters in the sources below a folder.
 fn add_long_lines(folder: &Path, long: &mut Vec<String>) {
     // Figures of long runs, and designs as their authors wrote them.
