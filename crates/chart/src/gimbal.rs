@@ -242,6 +242,19 @@ fn finger(run: &GimbalRun) -> Picture {
 /// crank looks against z, the other along x.
 const VIEWS: [(&str, usize, bool); 2] = [("x in mm", 0, true), ("z in mm", 2, false)];
 
+/// Returns the legend of a side view.
+fn legend(is_of_crank: bool, has_pad: bool) -> Vec<(&'static str, Look)> {
+    if is_of_crank {
+        return vec![
+            ("at the start", Look::Line(BLUE)),
+            ("at the extremes of its motion", Look::Line(LILAC)),
+            ("crank, rod", Look::Line(GREEN)),
+        ];
+    }
+    let pad = ("pad of the finger, unpressed: start, lowest", Look::Line(PURPLE));
+    [("path of the tip", Look::Line(ORANGE))].into_iter().chain(has_pad.then_some(pad)).collect()
+}
+
 /// The device in one posture: positions in mm, x, y and z.
 struct Posture {
     tip: [f64; 3],
@@ -355,18 +368,7 @@ fn device(run: &GimbalRun) -> Picture {
     for (view, (x_label, horizontal, is_of_crank)) in VIEWS.into_iter().enumerate() {
         let left = 170 + view as i32 * (width + 180);
         let panel = Panel { left, top: 220, right: left + width, bottom: 220 + height, x: x.clone(), y: y.clone() };
-        let mut legend = if is_of_crank {
-            vec![
-                ("at the start", Look::Line(BLUE)),
-                ("at the extremes of its motion", Look::Line(LILAC)),
-                ("crank, rod", Look::Line(GREEN)),
-            ]
-        } else {
-            vec![("path of the tip", Look::Line(ORANGE))]
-        };
-        if !is_of_crank && !pad_rows.is_empty() {
-            legend.push(("pad of the finger, unpressed: start, lowest", Look::Line(PURPLE)));
-        }
+        let legend = legend(is_of_crank, !pad_rows.is_empty());
         panel.frame_at(&mut canvas, &legend, Some(x_label), "y in mm", [tens(&panel.x), tens(&panel.y)]);
         let at = |point: [f64; 3]| panel.at(point[horizontal], point[1]);
         let draw = |canvas: &mut Canvas, posture: &Posture, (body, bar): (Style, Style), width: u32| {

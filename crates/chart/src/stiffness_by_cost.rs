@@ -81,30 +81,42 @@ pub fn stiffness_by_cost(scene: &str, found: &Found, share: f64, command: &str) 
         canvas.dot(at(&found.reference), 14, INK, 4);
     }
     if let Some(smallest) = found.smallest(share) {
-        let (x, y) = at(smallest);
-        canvas.dot((x, y), 20, INK, 4);
-        let head =
-            format!("smallest within {} % of it: {} LUT4s", (1e4 * share).round() / 1e2, smallest.merit.cost.lut4());
-        let capped = if smallest.capped { "; the format holds no stiffer wall" } else { "" };
-        let words = widths(smallest) + capped;
-        let width = text_width(&head, 26).max(text_width(&words, 26)) + 40;
-        // The text stands to the right if it has room there, and as near as possible without covering another design or
-        // a level.
-        let is_right = x + 70 + width < panel.right;
-        let (side, anchor) = if is_right { (1, Anchor::Left) } else { (-1, Anchor::Right) };
-        let covers = |place: &i32| {
-            let is_beside = |py: i32| (py - y - place - 18).abs() < 50;
-            let within = |(px, py): (i32, i32)| (1..70 + width).contains(&(side * (px - x))) && is_beside(py);
-            let levels = [level, (1.0 - share) * level].map(|stiffness| panel.at(panel.x.start, stiffness).1);
-            found.points.iter().any(|point| within(at(point))) || levels.into_iter().any(is_beside)
-        };
-        let last = panel.bottom - y - 60;
-        let below = (66..last).step_by(8).find(|place| !covers(place)).unwrap_or(66);
-        canvas.line(vec![(x + 14 * side, y + 14), (x + 60 * side, y + below)], INK, 2);
-        canvas.text((x + 70 * side, y + below), head, 26, INK, anchor);
-        canvas.text((x + 70 * side, y + below + 36), words, 26, INK, anchor);
+        let levels = [level, (1.0 - share) * level].map(|stiffness| panel.at(panel.x.start, stiffness).1);
+        let designs: Vec<_> = found.points.iter().map(at).collect();
+        describe(&mut canvas, &panel, smallest, share, at(smallest), &designs, levels);
     }
     canvas.render("stiffness-by-cost")
+}
+
+/// Describes the smallest design beside its place, without covering the places of other designs or a level.
+fn describe(
+    canvas: &mut Canvas,
+    panel: &Panel,
+    smallest: &RatedDesign,
+    share: f64,
+    (x, y): (i32, i32),
+    designs: &[(i32, i32)],
+    levels: [i32; 2],
+) {
+    canvas.dot((x, y), 20, INK, 4);
+    let head = format!("smallest within {} % of it: {} LUT4s", (1e4 * share).round() / 1e2, smallest.merit.cost.lut4());
+    let capped = if smallest.capped { "; the format holds no stiffer wall" } else { "" };
+    let words = widths(smallest) + capped;
+    let width = text_width(&head, 26).max(text_width(&words, 26)) + 40;
+    // The text stands to the right if it has room there, and as near as possible without covering another design or
+    // a level.
+    let is_right = x + 70 + width < panel.right;
+    let (side, anchor) = if is_right { (1, Anchor::Left) } else { (-1, Anchor::Right) };
+    let covers = |place: &i32| {
+        let is_beside = |py: i32| (py - y - place - 18).abs() < 50;
+        let within = |(px, py): (i32, i32)| (1..70 + width).contains(&(side * (px - x))) && is_beside(py);
+        designs.iter().any(|place| within(*place)) || levels.into_iter().any(is_beside)
+    };
+    let last = panel.bottom - y - 60;
+    let below = (66..last).step_by(8).find(|place| !covers(place)).unwrap_or(66);
+    canvas.line(vec![(x + 14 * side, y + 14), (x + 60 * side, y + below)], INK, 2);
+    canvas.text((x + 70 * side, y + below), head, 26, INK, anchor);
+    canvas.text((x + 70 * side, y + below + 36), words, 26, INK, anchor);
 }
 
 /// Draws a line at the stiffest design with at most so many lookup tables.
