@@ -3,8 +3,8 @@
 use hpu_signal::Narrowed;
 
 use super::{
-    CommandScaler, Config, CubeRoom, PhantomEngine, PhantomForward, PhantomTorque, command_scaler, cube_room,
-    phantom_forward, phantom_torque,
+    CommandScaler, Config, CubeRoom, PhantomForward, PhantomTorque, command_scaler, cube_room, phantom_forward,
+    phantom_torque,
 };
 use crate::circuit::instance;
 use crate::{Block, ConfigError, Instance};
@@ -19,21 +19,21 @@ hpu_signal::ports! {
 
 hpu_signal::ports! {
     /// The outputs of the path.
-    pub struct Out of |block: &PhantomEngine| {
-        x = block.path.forward.outputs().x;
-        y = block.path.forward.outputs().y;
-        z = block.path.forward.outputs().z;
-        radius = block.path.forward.outputs().radius;
-        force_x = block.path.room_walls.outputs().force_x;
-        force_y = block.path.room_walls.outputs().force_y;
-        force_z = block.path.room_walls.outputs().force_z;
-        contact = block.path.room_walls.outputs().contact;
-        torque1 = block.path.jacobian.outputs().torque1;
-        torque2 = block.path.jacobian.outputs().torque2;
-        torque3 = block.path.jacobian.outputs().torque3;
-        command1 = block.path.scale[0].outputs().command, "Command of motor 1";
-        command2 = block.path.scale[1].outputs().command, "Command of motor 2";
-        command3 = block.path.scale[2].outputs().command, "Command of motor 3";
+    pub struct Out of |path: &ForcePath| {
+        x = path.forward.outputs().x;
+        y = path.forward.outputs().y;
+        z = path.forward.outputs().z;
+        radius = path.forward.outputs().radius;
+        force_x = path.room_walls.outputs().force_x;
+        force_y = path.room_walls.outputs().force_y;
+        force_z = path.room_walls.outputs().force_z;
+        contact = path.room_walls.outputs().contact;
+        torque1 = path.jacobian.outputs().torque1;
+        torque2 = path.jacobian.outputs().torque2;
+        torque3 = path.jacobian.outputs().torque3;
+        command1 = path.scale[0].outputs().command, "Command of motor 1";
+        command2 = path.scale[1].outputs().command, "Command of motor 2";
+        command3 = path.scale[2].outputs().command, "Command of motor 3";
     }
 }
 

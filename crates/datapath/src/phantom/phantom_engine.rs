@@ -20,7 +20,7 @@
 //!   the start edge and shows them 32 edges later: the ports are exact at every edge, the registers of the multiplier
 //!   are not modelled.
 
-use hpu_signal::{Format, Narrowed, Ports};
+use hpu_signal::{Format, Narrowed, Ports, Signal};
 
 use super::Config;
 use super::force_path::{self, ForcePath, path};
@@ -65,7 +65,7 @@ pub const LATENCY: u64 = 32;
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct PhantomEngine {
     config: Config,
-    pub(super) path: ForcePath,
+    path: ForcePath,
     countdown: Countdown,
     /// The inputs that the latest computation captured; `None` since reset. `next` is its result, shown or not.
     captured: Option<force_path::In<i64>>,
@@ -121,7 +121,16 @@ crate::base::block::data_sheet!(PhantomEngine = Self::new(Config::default().shar
 impl Block for PhantomEngine {
     const NAME: &'static str = "phantom_engine";
     const CLOCKED: bool = true;
-    crate::base::block::described!();
+    type In<T> = In<T>;
+    type Out<T> = Out<T>;
+
+    fn inputs(&self) -> In<Signal> {
+        In::of(self)
+    }
+
+    fn outputs(&self) -> Out<Signal> {
+        Out::of(&self.path)
+    }
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {
         let mut all = vec![natural("PERIOD_WIDTH", self.config.period_width), natural("DELAY", self.config.delay)];
