@@ -2,7 +2,7 @@
 
 use hpu_cosim::scene::Output;
 use hpu_page::{Cell, Column, Field, Page, Table, Value};
-use hpu_study::accuracy::{Chart, Contestant, ContestantResult, Entry, Grade, Race, grade_name, outputs_of};
+use hpu_study::accuracy::{Chart, Contestant, ContestantResult, Entry, Grade, Race};
 use hpu_study::map::outcome_name;
 use serde_json::{Map, Value as Json, json};
 
@@ -123,7 +123,7 @@ fn table(charted: &Charted) -> Table {
     let in_front = |(index, _): &Row| front.contains(index);
     let mut fields = Vec::from(named(|(_, entry): &Row| &entry.contestant, in_front));
     fields.extend(grades());
-    for &output in outputs_of(&race.written) {
+    for &output in race.written.setup().outputs() {
         fields.push(error_of(output, chart.outputs.contains(&output)));
     }
     fields.extend(runs());
@@ -156,12 +156,12 @@ fn grades<'a>() -> [Field<'a, Row<'a>>; 9] {
         let set = entry.contestant.overrides.iter().map(|(key, value)| (key.clone(), json!(value)));
         Json::Object(set.collect::<Map<_, _>>())
     };
-    let grade = |(_, entry): &Row| entry.row.as_ref().map_or("refused", |row| grade_name(row.grade));
+    let grade = |(_, entry): &Row| entry.row.as_ref().map_or("refused", |row| row.grade.name());
     let per_wall = |row: &ContestantResult| speed(Some(row.speed.motion_per_wall()));
     [
         Column::text("overrides", "").in_json().of(overrides),
         Column::text("grade", "").in_files().of(grade),
-        of(Column::text("grade", "").in_json(), |row| grade_name(row.grade).into()),
+        of(Column::text("grade", "").in_json(), |row| row.grade.name().into()),
         of(Column::number("motion_per_wall", "motion/wall").said(), per_wall),
         of(Column::number("edges_per_s", "edges/s").said(), |row| speed(Some(row.speed.edges_per_s()))),
         of(Column::text("timed", "timed").said(), |row| row.speed.timed().into()),

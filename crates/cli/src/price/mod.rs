@@ -11,7 +11,7 @@ use hpu_cosim::{Control, Wired, WiredSimulation};
 use hpu_farm::units::on_threads;
 use hpu_rtl::{Cache, Cost, Counts, Hdl, Placed, Setup};
 use hpu_signal::Format;
-use hpu_study::widths::settling::{Settling, settling};
+use hpu_study::limits::settling::{Settling, settling};
 
 use crate::shell::{Failure, or_reason, with_progress};
 

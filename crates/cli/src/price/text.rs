@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 
 use hpu_rtl::{Counts, HX8K_BRAM, HX8K_CELLS, SEEDS};
+use hpu_study::limits::settling::Settling;
 use hpu_study::map::outcome_name;
-use hpu_study::widths::settling::Settling;
 use serde_json::{Value, json};
 
 use super::{Knob, Price, placed};

@@ -21,6 +21,16 @@ pub enum Grade {
 }
 
 impl Grade {
+    /// Returns the name of the grade.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Exact => "exact",
+            Self::Off(_) => "off",
+            Self::VerdictOnly => "verdict_only",
+            Self::Wrong => "wrong",
+        }
+    }
+
     /// Returns the error, if it is a number.
     pub fn error(self) -> Option<f64> {
         match self {

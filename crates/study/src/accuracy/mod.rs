@@ -17,7 +17,6 @@ mod outputs;
 mod over_map;
 mod profile;
 mod race;
-mod table;
 
 pub use contestants::{Contestant, EVENTS, SOLVERS, named, time};
 pub(crate) use contestants::{Variant, rungs};
@@ -28,7 +27,6 @@ pub(crate) use outputs::simulation;
 pub use outputs::{Outputs, driver, usual, worst};
 pub use over_map::{SHORTEST_STEP_S, Share, Tour, TourRow, front_of_shares};
 pub use race::{Plan, Race};
-pub use table::{grade_name, outputs_of};
 
 use hpu_cosim::scene::Experiment;
 

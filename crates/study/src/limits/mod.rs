@@ -8,6 +8,7 @@
 
 mod hands;
 mod looks;
+pub mod settling;
 mod unknown;
 mod words;
 

@@ -214,7 +214,7 @@ impl Cell {
             product_wraps: wraps.and_then(|wraps| NonZeroU32::new(u32::try_from(wraps).unwrap_or(u32::MAX))),
             contact_unseen: unseen.is_some(),
             position_lost_share: summary.unheld.map_or(0, |unheld| unheld.edges) as f64 / summary.edges.max(1) as f64,
-            stiffness_error: stiffness_error(experiment),
+            stiffness_error: experiment.setup().stiffness_error(),
             overflow_share: summary.nets.iter().map(|net| net.usage.overflowed).max().unwrap_or(0) as f64
                 / summary.edges.max(1) as f64,
             switching: switches.map(|switches| Box::new(switches.switching())),
@@ -251,10 +251,4 @@ fn numbers(verdict: Verdict) -> (Option<f64>, Option<f64>, Option<f64>) {
         }
         Verdict::HighlyUnstable { .. } | Verdict::NoWallTorque { .. } => (None, None, None),
     }
-}
-
-/// Returns the relative error of the stiffness that the fixed-point words realise; `None` for a scene without such
-/// words.
-fn stiffness_error(experiment: &Experiment) -> Option<f64> {
-    experiment.setup().stiffness_error()
 }

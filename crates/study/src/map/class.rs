@@ -55,7 +55,7 @@ pub fn is_unseen(found: &[Found], index: usize) -> bool {
 /// Returns the name of a class; `failed` for a cell without one.
 pub fn class_name(class: Option<Class>) -> &'static str {
     match class {
-        Some(Class::Outcome(kind)) => outcome_name(Some(kind)),
+        Some(Class::Outcome(kind)) => kind.name(),
         Some(Class::WallNotReached) => "wall_not_reached",
         None => outcome_name(None),
     }

@@ -3,7 +3,6 @@
 //! [`measured`] runs the closed loop and collects them from one run, a set of scenes, or seeded random motion.
 
 pub mod search;
-pub mod settling;
 
 mod book;
 mod device;

@@ -4,7 +4,7 @@
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use hpu_cosim::scene::{Experiment, Output};
+use hpu_cosim::scene::{Experiment, OutcomeKind, Output};
 use hpu_cosim::{Control, Simulation, Wired};
 use hpu_signal::Format;
 
@@ -14,7 +14,6 @@ use super::measured::{Measured, simulation};
 use crate::Error;
 use crate::accuracy::{Outputs, driver, usual, worst};
 use crate::fit::percent;
-use crate::map::outcome_name;
 use hpu_farm::units::on_threads;
 
 /// The recommendation for one width.
@@ -113,7 +112,7 @@ impl Trial<'_> {
         match broken {
             None => Ok(worst(&errors, self.outputs)),
             Some(_) if outputs.outcome != self.reference.outcome => {
-                let [from, to] = [self.reference.outcome, outputs.outcome].map(|outcome| outcome_name(Some(outcome)));
+                let [from, to] = [self.reference.outcome, outputs.outcome].map(OutcomeKind::name);
                 Err(Error::new(format_args!("{from} becomes {to}")))
             }
             Some((output, error)) => Err(Error::new(format_args!("{} off by {}", output.name(), percent(*error)))),

@@ -5,8 +5,8 @@ use hpu_cosim::scene::{OutcomeKind, Scene, shipped};
 use hpu_datapath::phantom::{Config, Turn};
 use hpu_signal::Format;
 use hpu_study::gimbal::crank_sizes;
+use hpu_study::limits::settling::settling;
 use hpu_study::tables::{table_rams, tables};
-use hpu_study::widths::settling::settling;
 
 /// Returns the number of HX8K block RAMs that Yosys counted for a block and variant.
 fn recorded(block: &str, variant: &str) -> u64 {

@@ -8,9 +8,9 @@ use std::num::NonZeroUsize;
 use hpu_cosim::Control;
 use hpu_cosim::scene::{Datapath, Experiment, Loop, OutcomeKind, Output, Scene};
 
+use super::{Looks, WordsSet};
 use crate::Error;
 use crate::accuracy::{Outputs, driver, usual};
-use crate::limits::{Looks, WordsSet};
 use hpu_prove::linear::usual_range;
 
 /// A scene whose command is delayed by further clock cycles, beside the scene as it is. All figures are *measured*.
