@@ -59,7 +59,7 @@ const DESIGN: &str = hpu_assets::text("testbench/dut/begin.vhd");
 const ENTITY: &str = "begin_wall";
 
 /// The workflow of a design's continuous integration.
-const WORKFLOW: &str = include_str!("../../../testbench/dut/ci.yml");
+const WORKFLOW: &str = hpu_assets::text("testbench/dut/ci.yml");
 
 /// Returns the methods, by the row of `method.kind`.
 fn methods() -> Vec<&'static str> {

@@ -2,9 +2,10 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use hpu_datapath::{AnyBlock, AxisFront, Block, PositionCounter};
-use hpu_rtl::Cache;
+use hpu_rtl::{Cache, Fault, Setup};
 
 /// A folder with a copy of `hdl/` and a cache, removed after the test.
 struct Desk(PathBuf);
@@ -126,16 +127,19 @@ fn an_entry_that_is_cut_or_of_another_block_is_measured_again_and_replaced() {
     cache.counts(&counter(7), desk.hdl()).expect("counts");
     let other = desk.entries().into_iter().find(|file| *file != entry).expect("another entry");
     let other = fs::read_to_string(other).expect("an entry");
-    let mut measured = 2;
     let cheaper = whole.replace("ff=6", "ff=5");
     assert_ne!(cheaper, whole);
+    // A tool that has no time shows that the entry is not believed, without a synthesis.
+    let no_time = Setup { timeout: Some(Duration::from_millis(1)), ..Setup::from(desk.hdl()) };
     for damaged in [&whole[..whole.len() / 2], &whole[..whole.len() - 1], "", "something else\n", &other, &cheaper] {
         fs::write(&entry, damaged).expect("an entry");
-        assert_eq!(cache.counts(&counter(6), desk.hdl()).expect("counts"), counts);
-        measured += 1;
-        assert_eq!(cache.measured(), measured, "{damaged:?}");
-        assert_eq!(fs::read_to_string(&entry).expect("an entry"), whole);
+        let error = cache.counts(&counter(6), &no_time).expect_err(damaged);
+        assert!(matches!(error.fault(), Some(Fault::TooLong(_))), "{damaged:?}: {error}");
     }
+    assert_eq!(cache.counts(&counter(6), desk.hdl()).expect("counts"), counts);
+    assert_eq!(cache.measured(), 3);
+    assert_eq!(fs::read_to_string(&entry).expect("an entry"), whole);
+    assert_eq!(cache.counts(&counter(6), &no_time).expect("an entry that is whole"), counts);
     // The folder has nothing but the two entries, because temporary files are renamed to them.
     assert_eq!(desk.entries().len(), 2);
 }

@@ -8,7 +8,7 @@ use crate::schema::quantity as q;
 use crate::schema::quantity::Sense::UpTo;
 use crate::schema::section::Section;
 use crate::schema::source::{Places, SceneError};
-use crate::schema::{Key, Read, Whole};
+use crate::schema::{Key, Whole};
 use crate::text::message::number;
 
 /// Reads the faults of a scene, if it has any.
