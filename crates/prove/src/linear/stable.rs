@@ -124,7 +124,8 @@ impl StableSet {
     /// Returns the set as text, as in `0.01 to 0.7589 and 1.0955 to 4.0685 N.m/rad`.
     pub fn said(&self) -> String {
         let more = "neither grows nor decays by more than is known";
-        self.said_with(if self.ended { "unknown, the search was ended" } else { more })
+        let ended = format!("unknown, the search was ended or the loop {more}");
+        self.said_with(if self.ended { &ended } else { more })
     }
 
     /// Returns the set as text, with what is known of the stretches that are open.
