@@ -105,14 +105,14 @@ pub fn limits(scene: &str, found: &Limits, over: &[Unknown], command: &str) -> P
                 set.at_points.iter().for_each(|stretch| scale.band(&mut canvas, y, *stretch, BLANK));
                 set.proved.iter().for_each(|stretch| scale.band(&mut canvas, y, *stretch, SKY));
             }
-            Err(why) => canvas.text((LEFT + 10, y), &why.to_string(), 24, QUIET, Anchor::Left),
+            Err(why) => canvas.text((LEFT + 10, y), why.to_string(), 24, QUIET, Anchor::Left),
         }
     }
     y += 70;
     named(&mut canvas, y, "in words");
     match &found.in_words {
         Ok(set) => y = words(&mut canvas, &scale, y, set),
-        Err(why) => canvas.text((LEFT + 10, y), &why.to_string(), 24, QUIET, Anchor::Left),
+        Err(why) => canvas.text((LEFT + 10, y), why.to_string(), 24, QUIET, Anchor::Left),
     }
     let rows = found.criteria.len().max(1) as i32;
     let step = ((BOTTOM - y - 60) / rows).min(52);
@@ -138,7 +138,7 @@ fn linear(canvas: &mut Canvas, scale: &Scale, y: i32, set: &Result<StableSet, im
             set.open.iter().for_each(|stretch| scale.band(canvas, y, *stretch, BLANK));
             set.stable.iter().for_each(|stretch| scale.band(canvas, y, [stretch.from.at, stretch.to.at], SKY));
         }
-        Err(why) => canvas.text((LEFT + 10, y), &why.to_string(), 24, QUIET, Anchor::Left),
+        Err(why) => canvas.text((LEFT + 10, y), why.to_string(), 24, QUIET, Anchor::Left),
     }
 }
 

@@ -121,7 +121,7 @@ pub(crate) struct LoopJob {
 impl LoopJob {
     pub(crate) fn new(LoopScene { source, overrides, edges }: &LoopScene) -> Result<Self, Error> {
         let name = &source.name;
-        let scene = source.parse(overrides).map_err(|error| Error::file(error))?;
+        let scene = source.parse(overrides).map_err(Error::file)?;
         let simulation = WiredSimulation::new(&scene).map_err(|error| Error::file(format!("{name}: {error}")))?;
         if !simulation.wiring().is_hardware() {
             let why = "a law in floats has no VHDL; write model.datapath = \"words\"";
@@ -166,7 +166,7 @@ impl LoopJob {
     }
 
     pub(crate) fn run(&self, loops: &Loops) -> Result<Tally, Error> {
-        let simulation = WiredSimulation::new(&self.scene).map_err(|error| Error::file(error))?;
+        let simulation = WiredSimulation::new(&self.scene).map_err(Error::file)?;
         let mut lockstep = Lockstep::new(&simulation, self.edges, self.is_late);
         self.close(loops, &mut lockstep, &Control::default())
     }

@@ -246,7 +246,7 @@ pub fn measured(
     setup: &Setup,
     mut take: impl FnMut(Priced) -> Result<(), Failure>,
 ) -> Result<bool, Failure> {
-    let found: Vec<Mutex<Option<(bool, Result<Cost, Error>)>>> = plan.iter().map(|_| Mutex::new(None)).collect();
+    let found: Vec<_> = plan.iter().map(|_| Mutex::new(None::<(bool, Result<Cost, Error>)>)).collect();
     let all: Vec<usize> = (0..plan.len()).collect();
     let unit = |index: usize, _: &_| {
         // A block belongs to the thread that made it.

@@ -146,7 +146,7 @@ impl Args {
 /// What `hpu widths` is asked for.
 enum Plan {
     /// The straight-line parts of the proof of a scene, for Gappa.
-    Gappa(Experiment),
+    Gappa(Box<Experiment>),
     /// The search for widths.
     Search,
     /// The page of these scenes.
@@ -164,7 +164,7 @@ impl Plan {
         }
         let read = |name: &String| Ok(scene::source(name)?.parse(&args.set.set)?);
         let mut scenes = args.scenes.iter().map(read).collect::<Result<Vec<_>, Failure>>()?;
-        Ok(if args.gappa { Self::Gappa(scenes.remove(0)) } else { Self::Page(scenes) })
+        Ok(if args.gappa { Self::Gappa(Box::new(scenes.remove(0))) } else { Self::Page(scenes) })
     }
 }
 

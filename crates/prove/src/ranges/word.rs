@@ -116,8 +116,8 @@ impl Symbols {
                 let [min, max] = [word.span.min, word.span.max].map(|end| rounding.shift(end, drop));
                 let error = self.error(word).map(|(range, frac)| {
                     let fine = frac.max(0);
-                    let unit = 1i128 << (fine + by);
-                    (range.shifted(frac - fine).plus(Span::new(-unit, unit)), fine + by)
+                    let Span { min, max } = moved_by(rounding, word.span, drop);
+                    (range.shifted(frac - fine).plus(Span::new(min << fine, max << fine)), fine + by)
                 });
                 return self.replaced(Span::new(min, max), error, word.fits);
             }
@@ -193,4 +193,24 @@ pub fn most((range, frac): (Span, i32), format: Format) -> f64 {
 fn coarse((range, frac): (Span, i32), kept: i32) -> (Span, i32) {
     let more = (frac - kept).max(0);
     (Span::new(range.min >> more, -(-range.max >> more)), frac - more)
+}
+
+/// Returns how far rounding moves a word of this range, in units of the last bit that is dropped.
+fn moved_by(rounding: Rounding, words: Span, drop: u32) -> Span {
+    let (unit, half) = (1i128 << drop, 1i128 << (drop - 1));
+    let [down, up] = [Span::new(-half, half - 1), Span::new(1 - half, half)];
+    let by_sign = |positive: Span, negative: Span| match words {
+        Span { min: 0.., .. } => positive,
+        Span { max: ..=0, .. } => negative,
+        _ => positive.hull(negative),
+    };
+    match rounding {
+        Rounding::Truncate => Span::new(1 - unit, 0),
+        Rounding::TowardZero => by_sign(Span::new(1 - unit, 0), Span::new(0, unit - 1)),
+        Rounding::NearestUp => up,
+        Rounding::NearestDown => down,
+        Rounding::NearestAway => by_sign(up, down),
+        Rounding::NearestInward => by_sign(down, up),
+        Rounding::NearestEven | Rounding::NearestOdd => up.hull(down),
+    }
 }

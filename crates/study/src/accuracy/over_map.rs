@@ -1,6 +1,7 @@
 //! How often a contestant's verdict is wrong over a map.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::io;
 use std::sync::atomic::Ordering;
 
@@ -145,11 +146,10 @@ impl Tour {
             if control.stop.load(Ordering::Relaxed) {
                 return Ok(None);
             }
-            if !predicted.contains_key(&index) {
-                let rests = self.predicted(index - self.map.len());
+            if let Entry::Vacant(place) = predicted.entry(index) {
+                let rests = place.insert(self.predicted(index - self.map.len()));
                 keep(index, &Ok(TourRow::Predicted(rests.clone())))?;
                 control.progress.fetch_add(1, Ordering::Relaxed);
-                predicted.insert(index, rests);
             }
         }
         let truth = |cell: usize| outcome(&found, cell);

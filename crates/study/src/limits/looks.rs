@@ -313,7 +313,7 @@ impl Grid<'_> {
         let limits = CellLimits { events: MOST_EVENTS, guard: Duration::MAX };
         let experiment = match (self.at)(phase, word) {
             Ok(experiment) => experiment,
-            Err(why) => return Some(Err(why.into())),
+            Err(why) => return Some(Err(why)),
         };
         let cell = match Cell::run(&experiment, limits, control).transpose()? {
             Ok(cell) => cell,

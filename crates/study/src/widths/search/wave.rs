@@ -43,6 +43,9 @@ pub struct Progress {
     pub open: usize,
 }
 
+/// Keeps the result of a run by its number.
+type Keep<'a, E> = dyn FnMut(usize, &UnitResult<Ran>) -> Result<(), E> + 'a;
+
 /// The search in progress.
 struct Search<'a, E> {
     /// One runner for each scene.
@@ -51,7 +54,7 @@ struct Search<'a, E> {
     jobs: NonZeroUsize,
     control: &'a Control,
     done: BTreeMap<usize, UnitResult<Ran>>,
-    keep: &'a mut dyn FnMut(usize, &UnitResult<Ran>) -> Result<(), E>,
+    keep: &'a mut Keep<'a, E>,
     runs: usize,
     failed: BTreeMap<Run, String>,
     /// The numbers of the runs to do of the first wave that is not done; all of every wave if there is none.
