@@ -5,6 +5,37 @@ use std::io;
 /// A file format that takes value changes. The writers of VCD and FST implement it, so that
 /// [`Recording`](crate::Recording) is written once. Variables are numbered by source: nets, reals, clock, reset,
 /// constants.
+///
+/// ```
+/// use hpu_wave::Sink;
+///
+/// /// Counts the changes of words.
+/// #[derive(Default)]
+/// struct Changes(u64);
+///
+/// impl Sink for Changes {
+///     type Out = u64;
+///     fn time(&mut self, _: u64) -> std::io::Result<()> {
+///         Ok(())
+///     }
+///     fn word(&mut self, _: usize, _: i64) -> std::io::Result<()> {
+///         self.0 += 1;
+///         Ok(())
+///     }
+///     fn real(&mut self, _: usize, _: f64) -> std::io::Result<()> {
+///         Ok(())
+///     }
+///     fn finish(self) -> std::io::Result<u64> {
+///         Ok(self.0)
+///     }
+/// }
+///
+/// let mut changes = Changes::default();
+/// changes.time(0)?;
+/// changes.word(3, -1)?;
+/// assert_eq!(changes.finish()?, 1);
+/// # Ok::<(), std::io::Error>(())
+/// ```
 pub trait Sink {
     /// The writer, which is returned at the end.
     type Out;

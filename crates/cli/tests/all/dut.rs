@@ -415,7 +415,7 @@ fn connections_that_cannot_be_are_refused_with_the_names_there_are() {
         ("width", gain, "gain = \"encoder.a\"\n", &["gain (in, 10 bits) has not the 1 bit(s) of encoder.a"]),
         ("direction", gain, "gain = \"bridge.enable\"\n", &["gain (in, 10 bits) cannot be connected to bridge.enable"]),
         ("drivers", "pwm = \"bridge.pwm\"", "pwm = \"bridge.pwm\"\ntouching = \"bridge.pwm\"", &["two drivers"]),
-        ("undriven", "dir = \"bridge.direction\"", "", &["nothing is connected to bridge.direction"]),
+        ("undriven", "pwm = \"bridge.pwm\"", "", &["nothing is connected to bridge.pwm"]),
         ("no-clock", "clock = \"clk\"", "", &["dut.clock", "no clock"]),
         ("clock", "clock = \"clk\"", "clock = \"ck\"", &["has no port `ck`", "clk (in, 1 bit)"]),
         ("wide-clock", "clock = \"clk\"", "clock = \"gain\"", &["ports.gain", "is a clock or the reset already"]),

@@ -161,7 +161,7 @@ fn a_journal_with_flipped_digits_gives_the_map_that_it_gave_and_says_how_many_ce
     let digit = lines[3].rfind(|c: char| c.is_ascii_digit()).expect("a digit");
     let other = if &lines[3][digit..=digit] == "7" { "8" } else { "7" };
     lines[3].replace_range(digit..=digit, other);
-    lines[5] = lines[5].replace(" made ", " mada ");
+    lines[5] = lines[5].replace("\"Ok\"", "\"Oj\"");
     let length = lines[7].len() / 2;
     lines[7].truncate(length);
     fs::write(out.join("journal.txt"), lines.join("\n") + "\n").expect("a journal");

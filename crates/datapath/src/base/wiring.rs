@@ -57,6 +57,21 @@ pub trait Loaded: AxisWiring {
 /// its outputs and the architecture signals of its VHDL twin, in that order. Waveforms, traces and the closed-loop
 /// check are made of the nets. The haptic loops, the method loops, the arm's wirings and the loop of a reference
 /// law in `cosim` implement it, and `cosim::ClosedLoop` joins any of them to a world.
+///
+/// ```
+/// use hpu_datapath::{Block, HybridLoop, LoopIn, Wiring};
+/// use hpu_signal::Ports;
+///
+/// let mut wiring = HybridLoop::default();
+/// wiring.reset();
+/// let input = LoopIn { a_pin: 1, ..LoopIn::build(|| 0) };
+/// for _ in 0..3 {
+///     wiring.tick(input);
+/// }
+/// // Waveforms and traces read the nets by name.
+/// let net = Wiring::nets(&wiring).iter().position(|net| net.name == "a_pin").expect("a pin");
+/// assert_eq!(Wiring::words(&wiring)[net], 1);
+/// ```
 pub trait Wiring: Block {
     /// Returns all nets: inputs, outputs, then architecture signals.
     fn nets(&self) -> Vec<Signal>;

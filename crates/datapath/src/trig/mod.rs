@@ -30,6 +30,14 @@ hpu_signal::ports! {
 }
 
 /// Sine and cosine as a function of the count. Each of the four sources implements it; [`Trig`] makes a block of it.
+///
+/// ```
+/// use hpu_datapath::phantom::{Trig, TrigQuarter, Wave};
+/// use hpu_signal::{Machine, Word};
+///
+/// let block = TrigQuarter::default();
+/// let _: &Trig<_> = &block;
+/// ```
 pub trait Wave: Clone + PartialEq {
     /// See [`Block::NAME`].
     const NAME: &'static str;

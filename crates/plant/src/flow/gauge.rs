@@ -103,6 +103,30 @@ pub struct Measured {
 /// A `Stretch` is a motion from one anchor to the next, as a [`Gauge`] sees it. Exact flows, cruises, arms and steps
 /// each implement it, so that one gauge serves them all. An end that is `None` is the stretch's own, which may lie
 /// between two edges.
+///
+/// ```
+/// use hpu_plant::{Extent, Stretch};
+///
+/// /// A motion at a constant speed, in units per edge, from 0 at edge 0.
+/// struct Line(f64);
+///
+/// impl Stretch<1> for Line {
+///     fn integral(&self, from: Option<u64>, to: Option<u64>) -> [f64; 1] {
+///         let [from, to] = [from.unwrap_or(0), to.unwrap_or(100)].map(|edge| edge as f64);
+///         [self.0 * (to * to - from * from) / 2.0]
+///     }
+///     fn include(&self, from: Option<u64>, to: Option<u64>, extents: &mut [Extent; 1]) {
+///         for edge in [from.unwrap_or(0), to.unwrap_or(100)] {
+///             extents[0].take(self.0 * edge as f64);
+///         }
+///     }
+/// }
+///
+/// assert_eq!(Line(2.0).integral(Some(0), Some(3)), [9.0]);
+/// let mut extents = [Extent::NONE];
+/// Line(2.0).include(Some(1), Some(3), &mut extents);
+/// assert_eq!((extents[0].least, extents[0].greatest), (2.0, 6.0));
+/// ```
 pub trait Stretch<const N: usize> {
     /// Returns the integrals of the outputs over the time between.
     fn integral(&self, from: Option<u64>, to: Option<u64>) -> [f64; N];

@@ -7,6 +7,13 @@ use crate::head::model::Solver;
 
 /// A `Setup` is a scene of one kind, asked without knowing the kind: summaries, maps and messages read it. Implemented
 /// by the scene of each kind of device. [`Experiment::setup`](crate::Experiment::setup) returns it.
+///
+/// ```
+/// let scene = hpu_scene::SceneFile::find("hybrid-wall")?.parse(&[])?;
+/// assert_eq!(scene.setup().units().position, "rad");
+/// assert!(scene.setup().wall_position() > 0.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub trait Setup {
     /// Returns the solver of the device's motion.
     fn solver(&self) -> Solver;

@@ -11,6 +11,16 @@ use hpu_signal::{Equations, Format, Machine, Ports, Reach, Reading, Signal, Term
 use super::{AnyBlock, Block, flatten};
 
 /// A block without registers that computes its outputs over any [`Word`]. Every combinational block implements it.
+///
+/// ```
+/// use hpu_datapath::{Combinational, TruncatingMultiplier, truncating_multiplier::In};
+/// use hpu_signal::{Machine, Word};
+///
+/// let block = TruncatingMultiplier::default();
+/// // The arithmetic of the VHDL on machine words; solvers and enclosures read the same function.
+/// let out = block.made(In { a: Machine::<i64>::of(3), b: Machine::of(5) });
+/// assert_eq!(out.product.narrowed().word, 15);
+/// ```
 pub trait Combinational: Block {
     /// Computes the outputs of these inputs.
     fn made<W: Word>(&self, input: Self::In<W>) -> Self::Out<W>;
@@ -68,6 +78,18 @@ impl Register {
 /// A block whose clock edge is written as equations between registers, so that proofs and width studies read the same
 /// arithmetic that the machine computes. Clocked blocks implement it; [`Combinational`] blocks implement it without
 /// registers.
+///
+/// ```
+/// use hpu_datapath::{PositionCounter, Step, position_counter::In};
+/// use hpu_signal::{Machine, Word};
+///
+/// let block = PositionCounter::default();
+/// let names: Vec<_> = Step::registers(&block).iter().map(|register| register.name).collect();
+/// assert_eq!(names, ["position"]);
+/// // One edge with a step of -1, from position 7.
+/// let (after, _) = block.step(&[Machine::<i64>::of(7)], In { step: Machine::of(-1) });
+/// assert_eq!(after[0].narrowed().word, 6);
+/// ```
 pub trait Step: Block {
     /// Returns its registers.
     fn registers(&self) -> Vec<Register>;
