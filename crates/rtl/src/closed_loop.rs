@@ -140,6 +140,7 @@ impl LoopJob {
         let generics = block.generics().into_iter();
         let dut = Dut {
             files: Vec::new(),
+            beside: Vec::new(),
             library: Identifier::fixed("work"),
             top: Identifier::fixed(block.name()),
             standard: Standard::Vhdl2008,

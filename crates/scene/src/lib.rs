@@ -98,8 +98,8 @@ pub use axis::path::{along, moves_until_s, positions_along};
 pub use axis::rows::{AnalogShaper, Mass};
 pub use axis::words::{COMMAND_BITS, LoopWords, Realised};
 pub use dut::{
-    Connected, Connection, Driving, Dut, DutClock, DutReset, DutScene, Engine, Generic, Line, Part, SourceFile,
-    Standard,
+    BesideFile, Connected, Connection, Driving, Dut, DutClock, DutReset, DutScene, Engine, Generic, Line, Part,
+    SourceFile, Standard, beside,
 };
 pub use experiment::Experiment;
 pub use experiment::devices::{BEGINNINGS, KINDS, shipped};

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use hpu_cosim::scene::{Identifier, Language, SourceFile, Standard};
+use hpu_cosim::scene::{Identifier, Language, SourceFile, Standard, beside};
 use hpu_cosim::{excerpt, read_plain};
 use hpu_datapath::Generic;
 use hpu_rtl::CheckReport;
@@ -101,7 +101,8 @@ pub fn entity(args: &Args) -> Result<Entity, Failure> {
         Err(_) => Link::Port(text.clone()),
     };
     let (without, ports): (Vec<_>, Vec<_>) = port.iter().partition(|(theirs, _)| theirs == "open");
-    let files = files(&args.blocks)?;
+    let mut files = files(&args.blocks)?;
+    let beside = beside(&mut files, &mut [], &mut |path: &str| read_plain(Path::new(path)));
     let language = Language::of(&files);
     let named = |option: &str, made: Option<Identifier>, text: &str| {
         let refused =
@@ -132,6 +133,7 @@ pub fn entity(args: &Args) -> Result<Entity, Failure> {
             .map(|(theirs, ours)| Ok((name("generic", theirs)?, ours.clone())))
             .collect::<Result<_, Failure>>()?,
         files,
+        beside,
         block: args.theirs.as_block.clone().unwrap_or_default(),
         variants: args.variants.clone(),
         set: args.set.set.iter().map(|(name, text)| value(name, text)).collect::<Result<_, _>>()?,

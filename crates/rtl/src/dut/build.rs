@@ -26,6 +26,9 @@ use crate::{engines::owned, engines::sealed};
 /// Version of the build. Raise it when the same tools build something else from the same design.
 const FLOW: &str = "11";
 
+/// The program around a model of Verilator. A change of it changes every key.
+pub(super) const PROGRAM: &str = include_str!("main.cpp");
+
 /// A design, and how it is clocked.
 pub(crate) struct Model<'a> {
     pub(crate) dut: &'a Dut,
@@ -126,18 +129,22 @@ fn turn(key: String) -> Arc<Mutex<()>> {
 
 /// Returns the SHA-256 of everything that a model depends on.
 fn key(Model { dut, clock, settle }: &Model, tools: &str) -> String {
-    let Dut { files, library, top, standard, clocks, reset, generics, .. } = dut;
+    let Dut { files, beside, library, top, standard, clocks, reset, generics, .. } = dut;
     let mut hash = Sha256::new();
     let mut field = |text: &[u8]| {
         hash.update((text.len() as u64).to_le_bytes());
         hash.update(text);
     };
-    [FLOW, tools, &**library, &**top].iter().for_each(|text| field(text.as_bytes()));
+    [FLOW, PROGRAM, tools, &**library, &**top].iter().for_each(|text| field(text.as_bytes()));
     let frequency_hz = clock.frequency_hz();
     field(format!("{standard:?} {clocks:?} {reset:?} {generics:?} {settle} {frequency_hz}").as_bytes());
     for (name, content) in files {
         field(name.as_bytes());
         field(content);
+    }
+    for file in beside {
+        field(file.place.as_bytes());
+        field(&file.content);
     }
     hexadecimal(hash.finalize())
 }
@@ -210,7 +217,7 @@ pub(super) fn plain_names(dut: &Dut) -> Vec<(PlainName, &str)> {
 }
 
 /// Writes the design's files into a folder: under their own names, by which they include each other, and under the
-/// plain names, by which the tools are called.
+/// plain names, by which the tools are called. Files that the design reads beside them have their places.
 pub(super) fn write_files(dut: &Dut, folder: &Path) -> Result<(), Error> {
     for ((plain, own), (_, content)) in plain_names(dut).iter().zip(&dut.files) {
         write(folder, own, content)?;
@@ -218,7 +225,7 @@ pub(super) fn write_files(dut: &Dut, folder: &Path) -> Result<(), Error> {
             write(folder, plain, content)?;
         }
     }
-    Ok(())
+    dut.beside.iter().try_for_each(|file| write(folder, &file.place, &file.content))
 }
 
 /// Writes a file into a folder.

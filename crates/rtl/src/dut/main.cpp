@@ -29,6 +29,15 @@ void vl_finish(const char* file, int line, const char*) {
   _exit(1);
 }
 
+// A warning of Verilator's own library. It would go on without a memory's file, with values that nothing has set.
+void vl_warn(const char* file, int line, const char*, const char* said) {
+  if (std::strstr(said, "file not found")) {
+    std::fprintf(stderr, "the design reads `%s` ($readmem), and no such file is beside its files\n", file);
+    _exit(1);
+  }
+  std::fprintf(stderr, "%s:%d: %s\n", file, line, said);
+}
+
 namespace {
 
 constexpr int DESCRIPTOR = 3;

@@ -93,6 +93,7 @@ pub(crate) fn of_tool(dut: &Dut, error: ToolError) -> Error {
         return error.into();
     }
     let said = build::plain_names(dut).iter().fold(error.said, |said, (plain, own)| said.replace(&**plain, own));
+    let said = dut.beside.iter().fold(said, |said, file| said.replace(&file.place, &file.path));
     refuses(error.tool, dut, said)
 }
 

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::fs;
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::{self, Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
 
@@ -13,7 +13,7 @@ use hpu_cosim::scene::{Dut, Generic, Identifier};
 use hpu_cosim::script::{Script, Verilog};
 use hpu_signal::Format;
 
-use super::build::{Built, Model, PlainName, carries_clock, common_cycle, plain_names, write, write_files};
+use super::build::{Built, Model, PROGRAM, PlainName, carries_clock, common_cycle, plain_names, write, write_files};
 use super::process::{ANSWER, Process};
 use super::{Simulators, of_tool, refuses};
 use crate::cost::verilog::{UNTOLD, repaired};
@@ -34,7 +34,7 @@ const RUNTIME: [&str; 2] = ["verilated.o", "verilated_threads.o"];
 /// How the compiler treats what is computed at clock edges, what is computed once, and the parts that every model has.
 const LEVELS: [&str; 3] = ["OPT_FAST=-O3", "OPT_SLOW=-O1", "OPT_GLOBAL=-O1"];
 /// An endless loop has to hang, so that it is noticed. The compiler must not remove it.
-const FLAGS: &str = "-std=c++17 -O3 -fno-finite-loops -DVL_USER_FINISH";
+const FLAGS: &str = "-std=c++17 -O3 -fno-finite-loops -DVL_USER_FINISH -DVL_USER_WARN";
 /// The widest port, in bits.
 const MOST_BITS: u32 = 64;
 
@@ -42,6 +42,8 @@ const MOST_BITS: u32 = 64;
 pub(super) struct Verilated {
     built: Built,
     ports: Vec<Port>,
+    /// Whether it reads files, which are in the folder of the built model.
+    reads_files: bool,
     is_vhdl: bool,
     engine: String,
     limit: Duration,
@@ -81,7 +83,8 @@ impl Simulators {
                 }
             }
         }
-        Ok(Verilated { built, ports, is_vhdl, engine: tools, limit: self.setup.timeout.unwrap_or(ANSWER) })
+        let limit = self.setup.timeout.unwrap_or(ANSWER);
+        Ok(Verilated { built, ports, reads_files: reads_files(dut), is_vhdl, engine: tools, limit })
     }
 
     /// Returns the files of a VHDL design as Verilog, with the errors of GHDL's synthesis repaired.
@@ -277,6 +280,12 @@ pub(super) fn sources(dut: &Dut) -> Vec<PlainName> {
     names.filter(|name| name.ends_with(".v") || name.ends_with(".sv")).collect()
 }
 
+/// Returns whether a design reads files while it runs, such as the data of a memory.
+fn reads_files(dut: &Dut) -> bool {
+    let names_one = |content: &[u8]| content.windows(b"$readmem".len()).any(|word| word == b"$readmem");
+    !dut.beside.is_empty() || dut.files.iter().any(|(_, content)| names_one(content))
+}
+
 /// Returns Verilator's options that set the parameters of a design.
 fn parameters(dut: &Dut) -> impl Iterator<Item = String> {
     let option = |(name, value): &(Identifier, Generic)| format!("-G{name}={}", Script::<Verilog>::literal(value));
@@ -426,7 +435,7 @@ fn main_cpp(model: &Model, fields: &[Field], state: &State) -> String {
     let names: Vec<_> = wires.iter().map(|field| format!("\"{}\"", field.name)).collect();
     let outputs: Vec<_> = wires.iter().map(|field| (!field.is_input).to_string()).collect();
     let ports = wires.iter().filter(|field| !field.is_inside).count();
-    include_str!("main.cpp")
+    PROGRAM
         .replace("@PUTS@", &puts)
         .replace("@GETS@", &gets)
         .replace("@LEVELS@", &levels)
@@ -461,7 +470,11 @@ impl Design for Verilated {
         drives: &[bool],
         changes: &mut Vec<Change>,
     ) -> Result<Box<dyn RunningDesign>, Fault> {
-        let command = Command::new(self.built.path.join(MODEL));
+        let folder = path::absolute(&self.built.path).map_err(|error| Error::io(&self.built.path, error))?;
+        let mut command = Command::new(folder.join(MODEL));
+        if self.reads_files {
+            command.current_dir(folder);
+        }
         let process = Process::start(Tool::Verilator, command, self.limit, (words, drives), changes)?;
         Ok(Box::new(process))
     }

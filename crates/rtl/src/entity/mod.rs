@@ -12,7 +12,7 @@ mod wires;
 use std::time::Instant;
 
 use hpu_cosim::dut::{Change, Design, Port};
-use hpu_cosim::scene::{self, Dut, DutClock, Engine, Identifier, SourceFile, Standard};
+use hpu_cosim::scene::{self, BesideFile, Dut, DutClock, Engine, Identifier, SourceFile, Standard};
 use hpu_datapath::{AnyBlock, Generic, block_names, configured, variants_of};
 use hpu_signal::Clock;
 
@@ -36,6 +36,8 @@ const CLOCK_HZ: u64 = 100_000_000;
 pub struct Entity {
     /// Its files in the order in which they are compiled.
     pub files: Vec<SourceFile>,
+    /// Files that they read beside them: headers, and the data of memories.
+    pub beside: Vec<BesideFile>,
     /// The VHDL library that they are compiled into.
     pub library: Identifier,
     /// Its topmost entity or module.
@@ -295,6 +297,7 @@ impl Entity {
         let clock = self.clock.clone().unwrap_or_else(|| Identifier::fixed("clk"));
         Dut {
             files: self.files.clone(),
+            beside: self.beside.clone(),
             library: self.library.clone(),
             top: self.top.clone(),
             standard: self.standard,

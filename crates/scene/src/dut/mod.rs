@@ -1,5 +1,6 @@
 //! A design of the user's own: its files, and the connections of its ports.
 
+pub(crate) mod beside;
 pub(crate) mod read;
 pub(crate) mod rows;
 
@@ -19,6 +20,7 @@ use crate::head::model::{Model, Solver};
 use crate::head::setup::Setup;
 use crate::schema::identifier::Identifier;
 use crate::schema::source::SceneError;
+pub use beside::{BesideFile, beside};
 
 /// One experiment of an axis whose loop is closed by a design of the user's own; in SI units.
 #[derive(Clone, PartialEq, Debug)]
@@ -130,6 +132,8 @@ impl DutScene {
 pub struct Dut {
     /// Its files in the order in which they are compiled; none where a scene is that of the plant alone.
     pub files: Vec<SourceFile>,
+    /// Files that it reads beside them: headers, and the data of memories.
+    pub beside: Vec<BesideFile>,
     /// The VHDL library that they are compiled into.
     pub library: Identifier,
     /// Its topmost entity or module; empty where a scene is that of the plant alone.
@@ -382,6 +386,7 @@ impl Dut {
         ];
         Self {
             files: Vec::new(),
+            beside: Vec::new(),
             library: Identifier::fixed("work"),
             top: Identifier::default(),
             standard: Standard::Vhdl2008,

@@ -8,6 +8,7 @@ use crate::axis::read::{axis_expect, imposed};
 use crate::axis::read_device::{Kind, amplifier, bridge, device, encoder};
 use crate::axis::read_hand::{Load, hand};
 use crate::axis::read_model::friction;
+use crate::dut::beside::beside;
 use crate::dut::rows as keys;
 use crate::dut::{Connected, Connection, Driving, Dut, DutClock, DutReset, DutScene, Generic, Line, Part, SourceFile};
 use crate::faults::read::{Pins, agree_on_faults, faults};
@@ -135,8 +136,10 @@ fn model(s: &Section) -> Result<Model, SceneError> {
 fn dut(s: &Section, load: Load) -> Result<Dut, SceneError> {
     use keys::dut as key;
     s.accept(&[])?;
-    let files = files(s, load)?;
+    let mut files = files(s, load)?;
     let language = Language::of(&files);
+    let mut generics = generics(s, language)?;
+    let beside = beside(&mut files, &mut generics, load);
     let name = |key: &Key<Text>| -> Result<Identifier, SceneError> {
         let text = s.read(key)?;
         let refused =
@@ -150,9 +153,10 @@ fn dut(s: &Section, load: Load) -> Result<Dut, SceneError> {
         engine: s.read(&key::engine)?,
         clocks: clocks(s, language)?,
         reset: if s.has("reset") { Some(reset(&s.section("reset")?, language)?) } else { None },
-        generics: generics(s, language)?,
+        generics,
         ports: ports(&s.section("ports")?, language)?,
         files,
+        beside,
         floats: s.read(&key::off)?,
     };
     one_use(s, &dut)?;
