@@ -22,7 +22,7 @@ pub struct Workspace {
     pub cells: u64,
     /// Number of cells that the links do not reach.
     pub unreachable: u64,
-    /// For each width of [`DEPTHS`], the number of cells whose counts the tables hold.
+    /// For each width of 11 to 15 bits, the number of cells whose counts the tables hold.
     pub held: Vec<(u32, u64)>,
     /// For each joint, the number of cells that the configuration's own tables do not hold because of this joint, alone
     /// or with others.
