@@ -115,7 +115,7 @@ hpu_signal::named! {
 pub struct Model {
     /// The solver.
     pub solver: Solver,
-    /// Step requested for solvers that have one, in s; [`Scene::step_clocks`](super::Scene::step_clocks) returns the
+    /// Step requested for solvers that have one, in s; [`Scene::step_clocks`](crate::Scene::step_clocks) returns the
     /// step that the clock realises.
     pub step_s: Option<f64>,
     /// The law.
