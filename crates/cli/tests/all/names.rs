@@ -193,21 +193,30 @@ fn names_that_are_no_identifiers_are_refused_at_their_line() {
     assert_not_executed(&dir);
 }
 
-/// Prices designs in VHDL whose register of `pwm` is there for one text alone.
+/// Prices a design in VHDL whose register of `pwm` is there for these texts alone.
 fn texts_of_generics_arrive_in_synthesis(dir: &Path) {
     let own = [AWKWARD[2], AWKWARD[9], AWKWARD[12], "\"", "é\"&b"];
-    for (value, registers) in own.iter().map(|value| (value, 2)).chain([(&own[0], 1)]) {
-        // For the last one, another text is given than the design is for.
-        let given = if registers == 2 { *value } else { "say \"x\" z" };
-        let is_byte = |(at, byte): (usize, u8)| format!(" and character'pos(TXT({})) = {byte}", at + 1);
-        let each: String = value.bytes().enumerate().map(is_byte).collect();
-        let is_one = format!("if TXT'length = {}{each} then pwm <= a and not rst; end if;", value.len());
-        fs::write(dir.join("synth.vhd"), vhdl("").replace("pwm <= a and not rst;", &is_one)).expect("a file");
-        let more = format!("engine = \"ghdl\"\ngenerics = {{ TXT = {} }}", serde_json::json!(given));
+    let is_text = |(at, value): (usize, &str)| {
+        let is_byte = |(byte, code): (usize, u8)| format!(" and character'pos(TXT{at}({})) = {code}", byte + 1);
+        format!(" and TXT{at}'length = {}{}", value.len(), value.bytes().enumerate().map(is_byte).collect::<String>())
+    };
+    let all: String = own.iter().copied().enumerate().map(is_text).collect();
+    let generics: String = (0..own.len()).map(|at| format!("TXT{at} : string := \"x\"; ")).collect();
+    let is_one = format!("if N = 1{all} then pwm <= a and not rst; end if;");
+    let entity = vhdl("").replace("pwm <= a and not rst;", &is_one).replace("TXT : string := \"x\"; ", &generics);
+    fs::write(dir.join("synth.vhd"), entity).expect("a file");
+    // Another text than the design is for, in the place of each in turn, costs the register.
+    for (other, registers) in [(None, 2), (Some(0), 1), (Some(4), 1)] {
+        let text = |(at, value): (usize, &&str)| {
+            let given = if other == Some(at) { "say \"x\" z" } else { *value };
+            format!("TXT{at} = {}, ", serde_json::json!(given))
+        };
+        let texts: String = own.iter().enumerate().map(text).collect();
+        let more = format!("engine = \"ghdl\"\ngenerics = {{ {texts}N = 1 }}");
         fs::write(dir.join("synth.toml"), scene(&["synth.vhd".to_string()], &more)).expect("a scene");
         let output = in_folder(dir, &["cost", "--scene", "synth.toml", "--json"]);
-        assert_eq!(code(&output), 0, "{value:?}: {}", stderr(&output));
-        assert_eq!(json(&output)["ff"], registers, "{value:?}");
+        assert_eq!(code(&output), 0, "{other:?}: {}", stderr(&output));
+        assert_eq!(json(&output)["ff"], registers, "{other:?}");
     }
     // GHDL's option takes no empty text, which its simulation has no trouble with.
     let empty = |engine: &str| {
@@ -230,35 +239,48 @@ fn texts_of_generics_arrive_in_synthesis(dir: &Path) {
 #[test]
 fn texts_of_parameters_arrive_as_they_are_in_every_tool() {
     let dir = scratch("names-values");
-    for (index, value) in AWKWARD.iter().enumerate() {
-        let given =
-            |key: &str| format!("{key} = {{ TEXT = {}, N = 7 }}", serde_json::to_string(value).expect("a text"));
+    // One design takes all texts, each by a name of its own.
+    let named = |stem: &str| (0..PARTS).map(|part| format!("{stem}{part}")).collect::<Vec<_>>();
+    let given = |key: &str, names: &[String], left_out: Option<&str>| {
+        let texts = names.iter().zip(AWKWARD).filter(|(_, value)| Some(*value) != left_out);
+        let texts = texts.map(|(name, value)| format!("{name} = {}, ", serde_json::to_string(value).expect("a text")));
+        format!("{key} = {{ {}N = 7 }}", texts.collect::<String>())
+    };
+    let labels = named("LABEL");
+    let checks = labels.iter().zip(AWKWARD).enumerate().map(|(part, (label, value))| {
         // The bits of the text, by hand. A design without this text has an instance of nothing.
         let bits: String = value.bytes().map(|byte| format!("{byte:02x}")).collect();
         let expected = format!("{}'h{bits}", 8 * value.len());
-        let check = format!("generate if (LABEL != {expected} || N != 7) nothing_of_this_name u (); endgenerate");
-        let (module, own) = (format!("v{index}.v"), format!("v{index}.toml"));
-        fs::write(dir.join(&module), verilog(&check)).expect("a file");
-        fs::write(dir.join(&own), scene(&[module], &given("parameters").replace("TEXT", "LABEL"))).expect("a scene");
-        for verb in [&["run", &own][..], &["cost", "--scene", &own]] {
-            let output = in_folder(&dir, verb);
-            assert_eq!(code(&output), 0, "{value:?} {verb:?}: {}{}", stdout(&output), stderr(&output));
-        }
-        // VHDL has no text over lines.
-        let (entity, own) = (format!("h{index}.vhd"), format!("h{index}.toml"));
-        let is_byte = |(at, byte): (usize, u8)| format!(" and character'pos(TXT({})) = {byte}", at + 1);
-        let each: String = value.bytes().enumerate().map(is_byte).collect();
-        let check = format!("  assert TXT'length = {} and N = 7{each} severity failure;", value.len());
-        fs::write(dir.join(&entity), vhdl(&check)).expect("a file");
-        let more = format!("engine = \"ghdl\"\n{}", given("generics").replace("TEXT", "TXT"));
-        fs::write(dir.join(&own), scene(&[entity], &more)).expect("a scene");
-        let output = in_folder(&dir, &["run", &own]);
-        if value.contains('\n') {
-            assert_refused(&output, 4, &[&format!("{own}:14:"), "control character"]);
-        } else {
-            assert_eq!(code(&output), 0, "{value:?}: {}{}", stdout(&output), stderr(&output));
-        }
+        format!("generate if ({label} != {expected} || N != 7) nothing_of_this_name u{part} (); endgenerate\n")
+    });
+    let parameters: String = labels.iter().map(|label| format!("parameter {label} = \"x\", ")).collect();
+    let module = verilog(&checks.collect::<String>()).replace("parameter LABEL = \"x\", ", &parameters);
+    fs::write(dir.join("v.v"), module).expect("a file");
+    let more = given("parameters", &labels, None);
+    fs::write(dir.join("v.toml"), scene(&["v.v".to_string()], &more)).expect("a scene");
+    for verb in [&["run", "v.toml"][..], &["cost", "--scene", "v.toml"]] {
+        let output = in_folder(&dir, verb);
+        assert_eq!(code(&output), 0, "{verb:?}: {}{}", stdout(&output), stderr(&output));
     }
+    // VHDL has no text over lines.
+    let lines = AWKWARD.iter().find(|value| value.contains('\n')).copied();
+    let texts = named("TXT");
+    let checks = texts.iter().zip(AWKWARD).filter(|(_, value)| Some(*value) != lines).map(|(text, value)| {
+        let is_byte = |(at, byte): (usize, u8)| format!(" and character'pos({text}({})) = {byte}", at + 1);
+        let each: String = value.bytes().enumerate().map(is_byte).collect();
+        format!("  assert {text}'length = {} and N = 7{each} severity failure;\n", value.len())
+    });
+    let generics: String = texts.iter().map(|text| format!("{text} : string := \"x\"; ")).collect();
+    let entity = vhdl(&checks.collect::<String>()).replace("TXT : string := \"x\"; ", &generics);
+    fs::write(dir.join("h.vhd"), entity).expect("a file");
+    let vhdl_with = |left_out: Option<&str>| {
+        let more = format!("engine = \"ghdl\"\n{}", given("generics", &texts, left_out));
+        fs::write(dir.join("h.toml"), scene(&["h.vhd".to_string()], &more)).expect("a scene");
+        in_folder(&dir, &["run", "h.toml"])
+    };
+    assert_refused(&vhdl_with(None), 4, &["h.toml:14:", "control character"]);
+    let output = vhdl_with(lines);
+    assert_eq!(code(&output), 0, "{}{}", stdout(&output), stderr(&output));
     texts_of_generics_arrive_in_synthesis(&dir);
     // Verilator and GHDL take a negative number. Yosys would lose its sign.
     let check = "generate if (N != -3 || !(N < 0)) nothing_of_this_name u (); endgenerate";
@@ -276,7 +298,7 @@ fn texts_of_parameters_arrive_as_they_are_in_every_tool() {
         assert_eq!(code(&output), 0, "{engine}: {}{}", stdout(&output), stderr(&output));
     }
     // A value of another type is an expression of VHDL, and no more than one.
-    let bad = scene(&["h0.vhd".to_string()], "engine = \"ghdl\"\ngenerics = { N = \"1; end; architecture\" }");
+    let bad = scene(&["h.vhd".to_string()], "engine = \"ghdl\"\ngenerics = { N = \"1; end; architecture\" }");
     fs::write(dir.join("bad.toml"), bad).expect("a scene");
     assert_refused(
         &in_folder(&dir, &["run", "bad.toml"]),
