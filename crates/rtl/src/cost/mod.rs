@@ -14,6 +14,7 @@
 mod bench;
 mod cache;
 mod content;
+mod keywords;
 mod said;
 pub(crate) mod verilog;
 

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use hpu_datapath::AnyBlock;
 
+use super::keywords::with_escaped_names;
 use super::{failed_on, run};
 use crate::engines::error::Error;
 use crate::engines::ghdl::Library;
@@ -28,9 +29,9 @@ pub(crate) fn repaired<E>(text: &str, vhdl: impl FnOnce() -> Result<String, E>) 
         .replace(", 0'b}", "}");
     let text: String = declared_once(&text).map(|line| with_absolute(&with_sign(line)) + "\n").collect();
     if !text.lines().any(|line| line.trim().starts_with("case (")) {
-        return Ok(Some(text));
+        return Ok(Some(with_escaped_names(&text)));
     }
-    Ok(with_defaults(&text, &vhdl()?))
+    Ok(with_defaults(&text, &vhdl()?).map(|text| with_escaped_names(&text)))
 }
 
 fn synth(block: &dyn AnyBlock, library: &Library, language: &str) -> Result<String, Error> {

@@ -11,12 +11,14 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use hpu_cosim::scene::{Dut, DutScene, SourceFile};
+use hpu_cosim::scene::{Dut, DutReset, DutScene, SourceFile};
 use hpu_cosim::script::{Fits, Yosys};
 use hpu_signal::Clock;
 use sha2::{Digest, Sha256};
 
 use super::Simulators;
+use super::text::delay::Delay;
+use super::text::vhdl;
 use crate::engines::entry::hexadecimal;
 use crate::engines::error::{Error, Reason};
 use crate::engines::temporary::Temporary;
@@ -29,6 +31,9 @@ const FLOW: &str = "11";
 /// The program around a model of Verilator. A change of it changes every key.
 pub(super) const PROGRAM: &str = include_str!("main.cpp");
 
+/// Cycles of a clock from which on nothing waits for a delay.
+const LONGEST: u64 = 1 << 16;
+
 /// A design, and how it is clocked.
 pub(crate) struct Model<'a> {
     pub(crate) dut: &'a Dut,
@@ -40,12 +45,24 @@ pub(crate) struct Model<'a> {
 }
 
 impl<'a> Model<'a> {
-    /// Returns the model of a scene's design, which settles as long as its reset takes.
+    /// Returns the model of a scene's design, which settles as long as its reset takes. A reset lasts until the first
+    /// values of all delays have come.
     pub(super) fn of(scene: &'a DutScene) -> Self {
         let dut = &scene.dut;
-        let settle = dut.reset.as_ref().map_or(0, |reset| common_cycle(dut) * u64::from(reset.clocks));
+        let common = common_cycle(dut);
+        let settle =
+            |reset: &DutReset| common * u64::from(reset.clocks).max(delayed(dut, scene.clock).div_ceil(common));
+        let settle = dut.reset.as_ref().map_or(0, settle);
         Self { dut, clock: scene.clock, settle }
     }
+}
+
+/// Returns the cycles of the clock until the first value of every delay that VHDL's simulator keeps has come.
+fn delayed(dut: &Dut, clock: Clock) -> u64 {
+    let delays = if super::is_vhdl(&dut.files) { vhdl::delays(dut) } else { Vec::new() };
+    let cycles =
+        |delay: Delay| Some((delay.length_s? / clock.period_s()).ceil() as u64).filter(|_| !delay.is_short(clock));
+    delays.into_iter().filter_map(cycles).filter(|cycles| *cycles < LONGEST).max().map_or(0, |cycles| cycles + 1)
 }
 
 impl Simulators {

@@ -48,6 +48,11 @@ constexpr size_t PORTS = @PORTS@, OUTSIDE = @OUTSIDE@;
 constexpr const char* NAMES[] = {@NAMES@};
 constexpr bool OUTPUTS[] = {@OUTPUTS@};
 constexpr bool MAKES_UP = @MAKES_UP@;
+// Whether the design waits for times of its own, and the frequency of its fastest clock in Hz.
+constexpr bool TIMED = @TIMED@;
+constexpr uint64_t FREQUENCY = @FREQUENCY@;
+// All clocks rise at the halves of a cycle that this divides.
+constexpr uint64_t COMMON = 2 * @COMMON@;
 using Bits = std::vector<uint64_t>;
 
 void put(Vdut& top, const Bits& bits) {
@@ -106,8 +111,31 @@ struct Model {
     context->randSeed(seed);
     top = std::make_unique<Vdut>(context.get(), "top");
   }
+  // Simulates a design with delays up to the begin of a half cycle. The first one begins before all clocks rise.
+  void wait(uint64_t half) {
+    unsigned __int128 time = half - (COMMON - 1);
+    for (int digit = context->timeprecision(); digit < 0; ++digit) time *= 10;
+    const uint64_t end = static_cast<uint64_t>(time / (2 * FREQUENCY));
+    while (top->eventsPending() && top->nextTimeSlot() < end) {
+      context->time(top->nextTimeSlot());
+      top->eval();
+    }
+    context->time(end);
+  }
   // The inputs, while the clocks come to the second half of a cycle, and the edge of the next one.
   void cycle(const Bits& bits, uint64_t half) {
+    if (TIMED) {
+      // What the edge and the rest of its cycle bring is shown before the next edge.
+      wait(half);
+      put(*top, bits);
+      levels(*top, half);
+      top->eval();
+      wait(half + 1);
+      levels(*top, half + 1);
+      top->eval();
+      wait(half + 2);
+      return;
+    }
     put(*top, bits);
     levels(*top, half - 1);
     top->eval();
@@ -128,8 +156,6 @@ int main() {
   if (!take(drives.data(), PORTS) || !take(bits.data(), PORTS)) return 1;
   Model model(1);
   auto twin = std::make_unique<Model>(2);
-  // All clocks rise at the halves that this divides.
-  constexpr uint64_t COMMON = 2 * @COMMON@;
   uint64_t half = COMMON - 2, look = 1;
 
   auto initial = [&](Model& one) {

@@ -15,6 +15,7 @@ mod ghdl;
 mod icarus;
 mod interface;
 mod process;
+mod text;
 mod transition;
 mod verilator;
 
@@ -27,6 +28,7 @@ use hpu_cosim::scene::{Dut, DutScene, Engine, Language, SourceFile};
 use crate::engines::cache_folder::CacheFolder;
 use crate::engines::error::{Error, Reason};
 use crate::engines::hdl::Setup;
+use crate::engines::note::note;
 use crate::engines::tool::{Tool, ToolError};
 
 pub(crate) use build::Model;
@@ -34,6 +36,7 @@ pub use cost::DutCost;
 pub(crate) use ghdl::{bench, bridge, simulate};
 pub(crate) use interface::interface;
 pub(crate) use process::{ANSWER, Process};
+use text::delay::{first, left_out};
 pub(crate) use transition::{INVARIANT, Transition};
 
 /// Whether this program must simulate no design, because its caller has asked so.
@@ -134,27 +137,67 @@ impl Designs for Simulators {
                 return Err(scene.error("dut.engine", "GHDL reads VHDL; write \"verilator\" or \"auto\"").into());
             }
             (Engine::Ghdl, true) => self.ghdl(&model, "", inside).map(|design| Arc::new(design) as Arc<dyn Design>),
-            (Engine::Verilator, _) | (Engine::Auto, false) => {
-                self.verilator(&model, inside).map(|design| Arc::new(design) as _)
-            }
-            (Engine::Auto, true) => match self.verilator(&model, inside) {
-                Ok(design) => Ok(Arc::new(design) as _),
-                // A design that GHDL itself refuses is refused. If only the way through Verilog fails, GHDL simulates
-                // it.
-                Err(error) if error.tool().is_some_and(|tool| tool.tool != Tool::Verilator || !tool.is_unusable()) => {
-                    Err(error)
+            (_, false) => self.verilator(&model, inside).map(|design| Arc::new(design) as _),
+            (engine, true) => match (lost_delay(&model), engine) {
+                (Some(delay), Engine::Verilator) => {
+                    let reason = format!("{delay}: {LOST}; write \"ghdl\" or \"auto\", which keep it");
+                    return Err(scene.error("dut.engine", reason).into());
                 }
-                Err(error) => {
-                    let why = match error.tool() {
-                        Some(_) => "; there is no Verilator".to_string(),
-                        None => format!("; Verilator does not take it: {}", first_line(&error.to_string())),
-                    };
-                    self.ghdl(&model, &why, inside).map(|design| Arc::new(design) as _)
-                }
+                (Some(delay), _) => self.instead(&model, inside, &format!("{delay}: {LOST}"), "leave that delay out"),
+                (None, Engine::Verilator) => self.verilator(&model, inside).map(|design| Arc::new(design) as _),
+                (None, _) => self.verilator_or_ghdl(&model, inside),
             },
         };
         built.map_err(|error| at(error, scene))
     }
+}
+
+/// Why a delay keeps VHDL from Verilator.
+const LOST: &str = "synthesis, the way of VHDL to Verilator, loses this delay, which does not end within half a clock \
+                    cycle";
+
+impl Simulators {
+    /// Builds a design in VHDL for Verilator, or for GHDL if only the way through Verilog fails.
+    fn verilator_or_ghdl(&self, model: &Model, inside: bool) -> Result<Arc<dyn Design>, Error> {
+        let error = match self.verilator(model, inside) {
+            Ok(design) => return Ok(Arc::new(design)),
+            Err(error) => error,
+        };
+        match error.tool() {
+            None => {
+                let why = format!("Verilator does not take it: {}", first_line(&error.to_string()));
+                self.instead(model, inside, &why, "write what it names as synthesis takes it")
+            }
+            Some(tool) if tool.tool == Tool::Verilator && tool.is_unusable() => {
+                self.instead(model, inside, "there is no Verilator", &error.to_string())
+            }
+            // A design that GHDL itself refuses is refused.
+            Some(_) => Err(error),
+        }
+    }
+
+    /// Builds a design for GHDL in the place of Verilator, and says so: why, what that costs, and what avoids it.
+    fn instead(&self, model: &Model, inside: bool, why: &str, remedy: &str) -> Result<Arc<dyn Design>, Error> {
+        let design = self.ghdl(model, &format!("; {why}"), inside)?;
+        let top = &model.dut.top;
+        note(format!(
+            "GHDL simulates `{top}`, 50 to 400 times more slowly than Verilator: {why}; to avoid it, {remedy}; \
+             dut.engine = \"verilator\" refuses instead"
+        ));
+        Ok(Arc::new(design))
+    }
+}
+
+/// Returns the first delay of a design in VHDL that must not be lost. Tells of shorter ones, without which whatever is
+/// clocked sees the same.
+fn lost_delay(model: &Model) -> Option<String> {
+    let (short, long): (Vec<_>, Vec<_>) =
+        text::vhdl::delays(model.dut).into_iter().partition(|delay| delay.is_short(model.clock));
+    let lost = first(&long);
+    if let (None, Some(short)) = (&lost, first(&short)) {
+        note(left_out(&short));
+    }
+    lost
 }
 
 /// Joins the head of a message and the line after it.

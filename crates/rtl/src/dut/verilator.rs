@@ -11,20 +11,25 @@ use std::time::Duration;
 use hpu_cosim::dut::{Change, Design, Fault, Port, RunningDesign};
 use hpu_cosim::scene::{Dut, Generic, Identifier};
 use hpu_cosim::script::{Script, Verilog};
-use hpu_signal::Format;
+use hpu_signal::{Clock, Format};
 
 use super::build::{Built, Model, PROGRAM, PlainName, carries_clock, common_cycle, plain_names, write, write_files};
 use super::process::{ANSWER, Process};
+use super::text::delay::{first, left_out};
+use super::text::verilog::{Dropped, TIMESCALE, waits};
 use super::{Simulators, of_tool, refuses};
 use crate::cost::verilog::{UNTOLD, repaired};
 use crate::engines::entry::key;
 use crate::engines::error::Error;
+use crate::engines::note::note;
 use crate::engines::sealed;
 use crate::engines::temporary::Temporary;
 use crate::engines::tool::{Said, Tool, run};
 
 /// The file that lists the ports of a built model.
 const PORTS: &str = "ports";
+/// The file with the notes about how a model was built, one a line.
+const NOTES: &str = "notes";
 /// The C++ of the whole design's state.
 const ROOT: &str = "obj/Vdut___024root.h";
 /// The program into which a model is compiled.
@@ -35,6 +40,13 @@ const RUNTIME: [&str; 2] = ["verilated.o", "verilated_threads.o"];
 const LEVELS: [&str; 3] = ["OPT_FAST=-O3", "OPT_SLOW=-O1", "OPT_GLOBAL=-O1"];
 /// An endless loop has to hang, so that it is noticed. The compiler must not remove it.
 const FLAGS: &str = "-std=c++17 -O3 -fno-finite-loops -DVL_USER_FINISH -DVL_USER_WARN";
+/// Verilog of the field's practice that Verilator takes for a mistake: blocking and non-blocking assignments of one
+/// register, as in a reset of their own.
+const TAKEN: [&str; 1] = ["-Wno-BLKANDNBLK"];
+/// Delays are left out, and told.
+const WITHOUT_DELAYS: [&str; 3] = ["--no-timing", "-Wwarn-ASSIGNDLY", "-Wwarn-STMTDLY"];
+/// Delays are simulated, by coroutines of C++20.
+const WITH_DELAYS: [&str; 5] = ["--timing", "--timescale", TIMESCALE, "-CFLAGS", "-std=c++20"];
 /// The widest port, in bits.
 const MOST_BITS: u32 = 64;
 
@@ -60,7 +72,7 @@ impl Simulators {
             version
         };
         let kind = if inside { format!("{tools}, with its inside") } else { tools.clone() };
-        let built = self.built(model, &kind, &[MODEL, PORTS], |folder| {
+        let built = self.built(model, &kind, &[MODEL, PORTS, NOTES], |folder| {
             write_files(dut, folder)?;
             let (sources, top) = if is_vhdl {
                 (self.synthesised(dut, folder)?, dut.top.to_lowercase())
@@ -69,9 +81,8 @@ impl Simulators {
             };
             self.verilate(model, (folder, &sources, &top), (!is_vhdl, inside))
         })?;
-        let path = built.path.join(PORTS);
-        let text = fs::read_to_string(&path).map_err(|error| Error::io(path, error))?;
-        let mut ports: Vec<Port> = text.lines().filter_map(port).collect();
+        read(&built.path.join(NOTES))?.lines().for_each(|told| note(told.to_string()));
+        let mut ports: Vec<Port> = read(&built.path.join(PORTS))?.lines().filter_map(port).collect();
         if is_vhdl {
             // Synthesis knows only bits; the entity knows which of them are signed numbers.
             let elaborated = self.ports_of_vhdl(model)?;
@@ -114,26 +125,25 @@ impl Simulators {
         let folder = Temporary::folder().map_err(|error| Error::io(crate::temporary::parent(), error))?;
         write_files(model.dut, folder.path())?;
         let design = (folder.path(), &sources(model.dut)[..], &*model.dut.top);
-        let (_, lines) = self.translated(model.dut, design, (true, false))?;
-        Ok(lines.lines().filter_map(port).collect())
+        let translated = self.translated(model, design, (true, false))?;
+        Ok(translated.lines.lines().filter_map(port).collect())
     }
 
-    /// Translates Verilog to C++ in a folder. Returns the fields of the C++ that are shown, and a line about each as in
-    /// the file [`PORTS`].
-    fn translated(
+    /// Lets Verilator read a design in a folder. Returns what it says; `timing` is what it does with delays.
+    fn read_by_verilator(
         &self,
         dut: &Dut,
         (folder, sources, top): (&Path, &[PlainName], &str),
         (generics, inside): (bool, bool),
-    ) -> Result<(Vec<Field>, String), Error> {
-        let say = |error| of_tool(dut, error);
+        timing: &[&str],
+    ) -> Result<Said, Error> {
         let mut command = Command::new(Tool::Verilator.name());
         command.current_dir(folder);
         // Synthesised Verilog has X in choices that never occur; a designer writes X where a choice must not occur.
         let unknown = if generics { "unique" } else { "fast" };
         command.args(["--cc", "--exe", "-O3", "--flatten", "--x-assign", unknown, "--x-initial", "unique"]);
         command.args(["-Wno-lint", "-Wno-style", "-Wno-fatal", "--prefix", "Vdut", "--Mdir", "obj", "-o", "model"]);
-        command.args(["-CFLAGS", FLAGS, "-I.", "--top-module", top]);
+        command.args(TAKEN).args(["-CFLAGS", FLAGS, "-I.", "--top-module", top]).args(timing);
         if inside {
             // Signals keep their names and are not merged.
             command.arg("--public-flat-rw");
@@ -142,7 +152,28 @@ impl Simulators {
             command.args(parameters(dut));
         }
         command.args(sources).arg("main.cpp");
-        run(Tool::Verilator, "read a design", command, self.limit()).map_err(say)?;
+        run(Tool::Verilator, "read a design", command, self.limit()).map_err(|error| of_tool(dut, error))
+    }
+
+    /// Translates Verilog to C++ in a folder.
+    fn translated(
+        &self,
+        model: &Model,
+        design: (&Path, &[PlainName], &str),
+        (generics, inside): (bool, bool),
+    ) -> Result<Translated, Error> {
+        let (dut, (folder, _, top)) = (model.dut, design);
+        let said = self.read_by_verilator(dut, design, (generics, inside), &WITHOUT_DELAYS);
+        let (is_timed, note) = match said {
+            Ok(said) => without_delays(&Dropped::of(dut, &said.err), model.clock),
+            Err(error) if waits(error.said()) => (true, Some(timed_note(first_place(error.said(), &dut.top)))),
+            Err(error) => return Err(error),
+        };
+        if is_timed {
+            // No file of the first reading is to stay.
+            let _ = fs::remove_dir_all(folder.join("obj"));
+            self.read_by_verilator(dut, design, (generics, inside), &WITH_DELAYS)?;
+        }
         let header = read(&folder.join("obj/Vdut.h"))?;
         let mut found = fields(&header);
         if inside {
@@ -151,7 +182,11 @@ impl Simulators {
             let is_shown = |field: &Field| (generics || !is_made_up(&field.name)) && !carries_clock(dut, &field.name);
             found.extend(inner.into_iter().filter(is_shown));
         }
-        let signed = self.signed(dut, folder, sources, top, generics)?;
+        if !generics {
+            found.iter_mut().for_each(|field| field.name = in_vhdl(&field.name));
+        }
+        let timing = if is_timed { &WITH_DELAYS[..] } else { &WITHOUT_DELAYS };
+        let signed = self.signed(dut, design, generics, timing)?;
         for field in &found {
             if field.width > MOST_BITS {
                 let said =
@@ -170,7 +205,7 @@ impl Simulators {
             format!("{} {way} {} {sign}\n", field.name, field.width)
         });
         let lines = lines.collect();
-        Ok((found, lines))
+        Ok(Translated { fields: found, lines, is_timed, note })
     }
 
     /// Compiles Verilog to a program.
@@ -182,11 +217,13 @@ impl Simulators {
     ) -> Result<(), Error> {
         let dut = model.dut;
         let say = |error| of_tool(dut, error);
-        let (found, lines) = self.translated(dut, (folder, sources, top), made)?;
+        let Translated { fields, lines, is_timed, note } = self.translated(model, (folder, sources, top), made)?;
         let mut state = state(&read(&folder.join(ROOT))?);
         // Models whose state is not in one structure cannot be compared, so they are clocked side by side to the end.
-        state.makes_up |= !is_flat(&folder.join("obj"));
-        write(folder, "main.cpp", main_cpp(model, &found, &state).as_bytes())?;
+        // The same holds for models that wait for a time of their own.
+        state.makes_up |= is_timed || !is_flat(&folder.join("obj"));
+        write(folder, "main.cpp", main_cpp(model, &fields, &state, is_timed).as_bytes())?;
+        write(folder, NOTES, note.unwrap_or_default().as_bytes())?;
         let make = || {
             let mut make = Command::new("make");
             make.current_dir(folder).args(["-s", "-C", "obj", "-f", "Vdut.mk", "model"]).args(LEVELS);
@@ -199,14 +236,17 @@ impl Simulators {
         };
         let (objects, kept) = (folder.join("obj"), self.runtime()?);
         let lent = || RUNTIME.iter().all(|part| fs::copy(kept.join(part), objects.join(part)).is_ok());
-        let is_lent = sealed::holds(&kept, &RUNTIME) && lent();
+        // Parts that know delays are compiled otherwise.
+        let is_lent = !is_timed && sealed::holds(&kept, &RUNTIME) && lent();
         if !is_lent || make().is_err() {
             // Kept parts may be damaged, so the next attempt is without them.
             for part in RUNTIME.iter().flat_map(|part| [objects.join(part), kept.join(part)]) {
                 let _ = fs::remove_file(part);
             }
             make()?;
-            self.keep(&objects, &kept);
+            if !is_timed {
+                self.keep(&objects, &kept);
+            }
         }
         write(folder, PORTS, lines.as_bytes())
     }
@@ -238,10 +278,9 @@ impl Simulators {
     fn signed(
         &self,
         dut: &Dut,
-        folder: &Path,
-        sources: &[PlainName],
-        top: &str,
+        (folder, sources, top): (&Path, &[PlainName], &str),
         generics: bool,
+        timing: &[&str],
     ) -> Result<Vec<String>, Error> {
         let mut command = Command::new(Tool::Verilator.name());
         command.current_dir(folder).args([
@@ -252,7 +291,7 @@ impl Simulators {
             "-Wno-style",
             "-Wno-fatal",
         ]);
-        command.args(["-I.", "--top-module", top]);
+        command.args(["-I.", "--top-module", top]).args(TAKEN).args(timing);
         if generics {
             command.args(parameters(dut));
         }
@@ -266,11 +305,11 @@ impl Simulators {
             .collect();
         let is_signed = |line: &&str| attribute(line, "dtype_id").is_some_and(|id| signed.contains(&id));
         let all = || xml.lines().filter(|line| line.contains("<var "));
-        let name = |line| attribute(line, "origName");
+        let name = |line| attribute(line, "origName").map(decoded);
         // A name that is signed in one module and unsigned in another counts as unsigned.
         let plain: BTreeSet<_> = all().filter(|line| !is_signed(line)).filter_map(name).collect();
         let names = all().filter(is_signed).filter_map(name).filter(|name| !plain.contains(name));
-        Ok(names.map(str::to_string).collect())
+        Ok(names.collect())
     }
 }
 
@@ -310,6 +349,42 @@ fn port(line: &str) -> Option<Port> {
     Some(Port { name: name.to_string(), is_input: way == "in", format, is_inside: way == "inside", is_number: false })
 }
 
+/// Returns the first place that a message of Verilator names, as `t.v:5`; else the design's own name.
+fn first_place<'s>(said: &'s str, top: &'s str) -> &'s str {
+    let place =
+        |line: &'s str| line.strip_prefix("%Error")?.split(": ").nth(1)?.rsplit_once(':').map(|(place, _)| place);
+    said.lines().find_map(place).unwrap_or(top)
+}
+
+/// A design as C++.
+struct Translated {
+    /// The fields that are shown.
+    fields: Vec<Field>,
+    /// A line about each, as in the file [`PORTS`].
+    lines: String,
+    /// Whether the model waits for times of its own.
+    is_timed: bool,
+    /// What is told about its delays.
+    note: Option<String>,
+}
+
+/// Returns whether a model has to simulate the delays that Verilator would leave out, and what is told about them. A
+/// delay of an assignment that ends before the clock's next edge is left out, because registers see the same without
+/// it. A statement that waits is simulated.
+fn without_delays(dropped: &Dropped, clock: Clock) -> (bool, Option<String>) {
+    let Dropped { assigned, waits } = dropped;
+    let long = first(waits.iter().chain(assigned.iter().filter(|delay| !delay.is_short(clock))));
+    match (long, first(assigned)) {
+        (Some(long), _) => (true, Some(timed_note(&long))),
+        (None, Some(short)) => (false, Some(left_out(&short))),
+        (None, None) => (false, None),
+    }
+}
+
+fn timed_note(place: &str) -> String {
+    format!("{place}: the design waits for a time or an event, which Verilator simulates as written, but more slowly")
+}
+
 /// A port or an inner signal, as the C++ has it.
 struct Field {
     /// Its name in the design, and in C++.
@@ -334,10 +409,33 @@ fn fields(header: &str) -> Vec<Field> {
         let field = parts.first()?.trim_start_matches('&').to_string();
         let [high, low] = [parts.get(1)?, parts.get(2)?].map(|bit| bit.parse::<i64>().ok());
         // Verilator marks names that are reserved in C++, and writes two underscores as a code.
-        let name = field.trim_start_matches("__SYM__").replace("___05F", "__");
+        let name = decoded(field.trim_start_matches("__SYM__"));
         Some(Field { name, field, is_input, is_inside: false, width: u32::try_from(high? - low? + 1).ok()? })
     };
     header.lines().filter_map(field).collect()
+}
+
+/// Returns a name of Verilator's C++ as the design has it: `__0` and two digits stand for a character.
+fn decoded(field: &str) -> String {
+    let mut parts = field.split("__0");
+    let mut name = parts.next().unwrap_or_default().to_string();
+    for part in parts {
+        match part.get(..2).and_then(|digits| u8::from_str_radix(digits, 16).ok()) {
+            Some(code) => name += &format!("{}{}", char::from(code), &part[2..]),
+            None => name += &format!("__0{part}"),
+        }
+    }
+    name
+}
+
+/// Returns a name of synthesised Verilog as VHDL has it: see [`with_escaped_names`](crate::cost::verilog).
+fn in_vhdl(name: &str) -> String {
+    let own = |part: &str| match part.strip_suffix('$') {
+        Some(own) => own.to_string(),
+        None if part.contains(|c: char| !c.is_ascii_alphanumeric() && c != '_') => format!("\\{part}\\"),
+        None => part.to_string(),
+    };
+    name.split('.').map(own).collect::<Vec<_>>().join(".")
 }
 
 /// Returns whether GHDL's synthesis has made up a signal's name, as in `n12_o`.
@@ -361,7 +459,7 @@ fn inner(root: &str, top: &str, ports: &[Field]) -> Vec<Field> {
         }
         let (high, low) = bits.split_once(':')?;
         let width = u32::try_from(high.parse::<i64>().ok()? - low.parse::<i64>().ok()? + 1).ok()?;
-        let name = path.replace("__DOT__", ".").replace("___05F", "__");
+        let name = decoded(&path.replace("__DOT__", "."));
         let is_port = ports.iter().any(|port| port.name == name);
         (!is_port).then(|| Field { name, field: format!("rootp->{field}"), is_input: false, is_inside: true, width })
     };
@@ -396,7 +494,7 @@ fn is_flat(folder: &Path) -> bool {
 }
 
 /// Returns the C++ program around the model; [`wire`](super::wire) describes what it reads and writes.
-fn main_cpp(model: &Model, fields: &[Field], state: &State) -> String {
+fn main_cpp(model: &Model, fields: &[Field], state: &State, is_timed: bool) -> String {
     let dut = model.dut;
     let timing = |field: &&Field| {
         let named =
@@ -432,7 +530,8 @@ fn main_cpp(model: &Model, fields: &[Field], state: &State) -> String {
     for name in &state.variables {
         let _ = writeln!(same, "  if (std::memcmp(&one.{name}, &two.{name}, sizeof one.{name}) != 0) return false;");
     }
-    let names: Vec<_> = wires.iter().map(|field| format!("\"{}\"", field.name)).collect();
+    // The quotes and escapes of Rust are those of C++, for these characters.
+    let names: Vec<_> = wires.iter().map(|field| format!("{:?}", field.name)).collect();
     let outputs: Vec<_> = wires.iter().map(|field| (!field.is_input).to_string()).collect();
     let ports = wires.iter().filter(|field| !field.is_inside).count();
     PROGRAM
@@ -448,6 +547,8 @@ fn main_cpp(model: &Model, fields: &[Field], state: &State) -> String {
         .replace("@NAMES@", &names.join(", "))
         .replace("@OUTPUTS@", &outputs.join(", "))
         .replace("@COMMON@", &common_cycle(dut).to_string())
+        .replace("@TIMED@", &is_timed.to_string())
+        .replace("@FREQUENCY@", &model.clock.frequency_hz().to_string())
         .replace("@SETTLE@", &model.settle.to_string())
 }
 
