@@ -142,6 +142,7 @@ impl LoopJob {
             files: Vec::new(),
             beside: Vec::new(),
             library: Identifier::fixed("work"),
+            libraries: Vec::new(),
             top: Identifier::fixed(block.name()),
             standard: Standard::Vhdl2008,
             engine: Engine::Ghdl,

@@ -203,13 +203,16 @@ impl Script<Yosys> {
     ///
     /// # Errors
     ///
-    /// For a negative number, whose sign Yosys loses.
+    /// For a real number, and for a negative one, whose sign Yosys loses.
     pub fn value(value: &Generic) -> Result<Self, Unwritable> {
         match value {
             Generic::Integer(number) if *number < 0 => Err(Unwritable(format!(
                 "{number} is negative, and Yosys would lose its sign; make it the parameter's default in the design"
             ))),
             // A literal has no quote inside its quotes, so that Yosys finds its end.
+            Generic::Real(number) => Err(Unwritable(format!(
+                "{number} is real, which Yosys does not set; make it the parameter's default in the design"
+            ))),
             value => Ok(Self::made(Script::<Verilog>::literal(value).text)),
         }
     }
@@ -222,12 +225,14 @@ impl Script<Yosys> {
 }
 
 impl Script<Verilog> {
-    /// Returns the value of a parameter. A text with a quote or a control character, which no tool takes in quotes, is
+    /// Returns the value of a parameter. A text such as `8'h1F` is a number. A text with a quote or a control character, which no tool takes in quotes, is
     /// written by its bits.
     pub fn literal(value: &Generic) -> Self {
         Self::made(match value {
             Generic::Flag(flag) => i32::from(*flag).to_string(),
             Generic::Integer(number) => number.to_string(),
+            Generic::Real(number) => number.clone(),
+            Generic::Text(text) if is_sized(text) => text.clone(),
             Generic::Text(text) if text.chars().any(|c| c == '"' || c.is_control()) => {
                 let bits: String = text.bytes().map(|byte| format!("{byte:08b}")).collect();
                 format!("{}'b{bits}", bits.len())
@@ -286,6 +291,15 @@ impl Script<Vhdl> {
         }
         Err(Unwritable(format!("`{}` is no expression of VHDL, as in \"0101\", '1' or 2 * 3", excerpt(text))))
     }
+}
+
+/// Returns whether a text is a number of Verilog with its width, such as `8'h1F`.
+fn is_sized(text: &str) -> bool {
+    let Some((width, rest)) = text.split_once('\'') else { return false };
+    let rest = rest.strip_prefix(['s', 'S']).unwrap_or(rest);
+    let Some(digits) = rest.strip_prefix(['b', 'B', 'o', 'O', 'd', 'D', 'h', 'H']) else { return false };
+    let is_digit = |c: char| c.is_ascii_hexdigit() || "xXzZ_".contains(c);
+    !width.is_empty() && width.chars().all(|c| c.is_ascii_digit()) && !digits.is_empty() && digits.chars().all(is_digit)
 }
 
 /// Returns a path as text that can stand on a line.
@@ -377,6 +391,9 @@ mod tests {
         }
         // By hand: `a"` is 61 22 in hexadecimal digits.
         assert_eq!((literal("a b"), literal("a\"")), ("\"a b\"".into(), "16'b0110000100100010".into()));
+        assert_eq!((literal("8'h1F"), literal("8'h1;")), ("8'h1F".into(), "\"8'h1;\"".into()));
+        let real = |value| Script::<Verilog>::literal(&Generic::real(value)).text;
+        assert_eq!((real(0.5), real(-2.5e-9), real(3.0)), ("5.0e-1".into(), "-2.5e-9".into(), "3.0e0".into()));
         let number = |number| Script::<Yosys>::value(&Generic::Integer(number)).map(|value| value.text);
         assert_eq!(number(5), Ok("5".into()));
         assert!(number(-3).is_err());

@@ -123,7 +123,7 @@ fn accepted(of: Of, row: &KeyRow) -> Value {
         }
         Takes::Own(Shape::List, _) => json!({ "type": "array" }),
         Takes::Own(Shape::NumberOrList, _) => json!({ "type": ["integer", "array"] }),
-        Takes::Own(Shape::Scalar, _) => json!({ "type": ["integer", "boolean", "string"] }),
+        Takes::Own(Shape::Scalar, _) => json!({ "type": ["number", "boolean", "string"] }),
         Takes::Own(Shape::File, _) => {
             json!({ "anyOf": [{ "type": "string" }, object(of, "hand.file", row.kinds)] })
         }

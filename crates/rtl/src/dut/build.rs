@@ -45,10 +45,9 @@ pub(crate) struct Model<'a> {
 }
 
 impl<'a> Model<'a> {
-    /// Returns the model of a scene's design, which settles as long as its reset takes. A reset lasts until the first
-    /// values of all delays have come.
-    pub(super) fn of(scene: &'a DutScene) -> Self {
-        let dut = &scene.dut;
+    /// Returns the model of a scene's design, as it was prepared, which settles as long as its reset takes. A reset
+    /// lasts until the first values of all delays have come.
+    pub(super) fn of(scene: &DutScene, dut: &'a Dut) -> Self {
         let common = common_cycle(dut);
         let settle =
             |reset: &DutReset| common * u64::from(reset.clocks).max(delayed(dut, scene.clock).div_ceil(common));
@@ -146,7 +145,7 @@ fn turn(key: String) -> Arc<Mutex<()>> {
 
 /// Returns the SHA-256 of everything that a model depends on.
 fn key(Model { dut, clock, settle }: &Model, tools: &str) -> String {
-    let Dut { files, beside, library, top, standard, clocks, reset, generics, .. } = dut;
+    let Dut { files, beside, library, libraries, top, standard, clocks, reset, generics, .. } = dut;
     let mut hash = Sha256::new();
     let mut field = |text: &[u8]| {
         hash.update((text.len() as u64).to_le_bytes());
@@ -154,7 +153,7 @@ fn key(Model { dut, clock, settle }: &Model, tools: &str) -> String {
     };
     [FLOW, PROGRAM, tools, &**library, &**top].iter().for_each(|text| field(text.as_bytes()));
     let frequency_hz = clock.frequency_hz();
-    field(format!("{standard:?} {clocks:?} {reset:?} {generics:?} {settle} {frequency_hz}").as_bytes());
+    field(format!("{standard:?} {clocks:?} {reset:?} {generics:?} {libraries:?} {settle} {frequency_hz}").as_bytes());
     for (name, content) in files {
         field(name.as_bytes());
         field(content);
@@ -167,7 +166,7 @@ fn key(Model { dut, clock, settle }: &Model, tools: &str) -> String {
 }
 
 /// Returns the name of a file without its folders.
-fn base(name: &str) -> &str {
+pub(super) fn base(name: &str) -> &str {
     name.rsplit('/').next().unwrap_or(name)
 }
 

@@ -6,14 +6,13 @@ use std::process::Command;
 use std::time::Duration;
 
 use hpu_cosim::dut::{Change, Design, Fault, Port, RunningDesign};
-use hpu_cosim::scene::{Dut, Generic, Standard};
-use hpu_cosim::script::{Script, Vhdl};
+use hpu_cosim::scene::{Dut, Identifier, Standard};
 use hpu_signal::Format;
 use hpu_vhpi::{ASK, INSIDE, LIST};
 
-use super::build::{Model, carries_clock, common_cycle, plain_names, write, write_files};
-use super::interface::{Interface, Item, entities, interface};
+use super::build::{Model, PlainName, carries_clock, common_cycle, plain_names, write, write_files};
 use super::process::{ANSWER, Process};
+use super::vhdl::{Interface, Item, Types, entities, interface, value};
 use super::{Simulators, allowed, of_tool, refuses};
 use crate::engines::error::Error;
 use crate::engines::ghdl::writes_programs;
@@ -69,11 +68,6 @@ impl Simulators {
             let all = entities(&texts);
             refused(format!("no file declares the entity `{}`; there are {}", dut.top, all.join(", ")))
         })?;
-        if let Some((name, _)) = dut.generics.iter().find(|(name, _)| !has(&interface.generics, name)) {
-            let all: Vec<_> = interface.generics.iter().map(|generic| generic.name.as_str()).collect();
-            let all = if all.is_empty() { "none".to_string() } else { all.join(", ") };
-            return Err(refused(format!("`{}` has no generic `{name}`; it has {all}", dut.top)));
-        }
         if let Some(port) = interface.ports.iter().find(|port| !["in", "out", "buffer"].contains(&&*port.mode)) {
             return Err(refused(format!("port `{}` is {}; hpu takes in and out", port.name, port.mode)));
         }
@@ -128,11 +122,19 @@ impl Simulators {
 
     /// Analyses the design's own files.
     pub(super) fn analyse(&self, dut: &Dut, folder: &Path) -> Result<(), Error> {
-        let mut command = self.ghdl_command("-a", dut, folder);
-        command.arg(format!("--work={}", dut.library));
-        command.args(plain_names(dut).iter().map(|(name, _)| name));
-        let analysed = run(Tool::Ghdl, "analyse a design", command, self.limit());
-        analysed.map(|_| ()).map_err(|error| of_tool(dut, error))
+        let names = plain_names(dut);
+        let library = |file: &str| {
+            let other = dut.libraries.iter().find(|(name, _)| name == file);
+            other.map_or(&dut.library, |(_, library)| library)
+        };
+        let files: Vec<(&Identifier, &PlainName)> =
+            dut.files.iter().zip(&names).map(|((file, _), (name, _))| (library(file), name)).collect();
+        for part in files.chunk_by(|(one, _), (two, _)| one == two) {
+            let mut command = self.ghdl_command("-a", dut, folder);
+            command.arg(format!("--work={}", part[0].0)).args(part.iter().map(|(_, name)| name));
+            run(Tool::Ghdl, "analyse a design", command, self.limit()).map_err(|error| of_tool(dut, error))?;
+        }
+        Ok(())
     }
 
     pub(super) fn ghdl_command(&self, verb: &str, dut: &Dut, folder: &Path) -> Command {
@@ -198,12 +200,9 @@ pub(crate) fn bench(name: &str, model: &Model, interface: &Interface) -> Result<
     for generic in &interface.generics {
         let set = dut.generics.iter().find(|(name, _)| name.eq_ignore_ascii_case(&generic.name));
         let value = match set {
-            Some((_, Generic::Text(text))) if generic.kind.to_lowercase().contains("string") => {
-                Script::<Vhdl>::text(text).to_string()
-            }
-            Some((name, value)) => {
-                let value = Script::<Vhdl>::expression(&value.to_string());
-                value.map_err(|error| Error::generic(name, error))?.to_string()
+            Some((name, given)) => {
+                let value = value(&generic.kind, &Types::default(), given);
+                value.map_err(|why| Error::generic(name, why))?.to_string()
             }
             None => generic.default.clone().unwrap_or_default(),
         };

@@ -13,11 +13,12 @@ mod build;
 mod cost;
 mod ghdl;
 mod icarus;
-mod interface;
+mod order;
 mod process;
 mod text;
 mod transition;
 mod verilator;
+mod vhdl;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -34,10 +35,10 @@ use crate::engines::tool::{Tool, ToolError};
 pub(crate) use build::Model;
 pub use cost::DutCost;
 pub(crate) use ghdl::{bench, bridge, simulate};
-pub(crate) use interface::interface;
 pub(crate) use process::{ANSWER, Process};
 use text::delay::{first, left_out};
 pub(crate) use transition::{INVARIANT, Transition};
+pub(crate) use vhdl::interface;
 
 /// Whether this program must simulate no design, because its caller has asked so.
 static FORBIDDEN: AtomicBool = AtomicBool::new(false);
@@ -78,6 +79,9 @@ fn allowed(dut: &Dut) -> Result<(), Error> {
 
 /// Returns the error of a scene's design as a fault: where the scene's text is wrong, with its line.
 pub fn at(error: Error, scene: &DutScene) -> Fault {
+    if let Reason::Key(key, why) = error.reason() {
+        return scene.error(key, why.clone()).into();
+    }
     let Reason::Generic(name, why) = error.reason() else { return error.into() };
     let keys = ["generics", "parameters"].map(|section| format!("dut.{section}.{name}"));
     let key = keys.iter().find(|key| scene.gives(key)).unwrap_or(&keys[0]);
@@ -130,8 +134,9 @@ impl Simulators {
 
 impl Designs for Simulators {
     fn build(&self, scene: &DutScene, inside: bool) -> Result<Arc<dyn Design>, Fault> {
-        let (is_vhdl, model) = (is_vhdl(&scene.dut.files), Model::of(scene));
         allowed(&scene.dut)?;
+        let dut = prepared(&scene.dut).map_err(|error| at(error, scene))?;
+        let (is_vhdl, model) = (is_vhdl(&dut.files), Model::of(scene, &dut));
         let built: Result<Arc<dyn Design>, Error> = match (scene.dut.engine, is_vhdl) {
             (Engine::Ghdl, false) => {
                 return Err(scene.error("dut.engine", "GHDL reads VHDL; write \"verilator\" or \"auto\"").into());
@@ -198,6 +203,12 @@ fn lost_delay(model: &Model) -> Option<String> {
         note(left_out(&short));
     }
     lost
+}
+
+/// Returns a design as its tools take it: files behind those that they use, VHDL in its libraries and with the values of
+/// its generics.
+pub(crate) fn prepared(dut: &Dut) -> Result<Dut, Error> {
+    if is_vhdl(&dut.files) { vhdl::prepared(dut) } else { order::of_verilog(dut) }
 }
 
 /// Joins the head of a message and the line after it.

@@ -100,16 +100,12 @@ impl Simulators {
 
     /// Returns the files of a VHDL design as Verilog, with the errors of GHDL's synthesis repaired.
     pub(super) fn synthesised(&self, dut: &Dut, folder: &Path) -> Result<Vec<PlainName>, Error> {
-        if let Some((name, _)) = dut.generics.iter().find(|(_, value)| value.to_string().is_empty()) {
-            let why = "GHDL's synthesis takes no empty text; make it the generic's default in the design";
-            return Err(Error::generic(name, why));
-        }
         self.analyse(dut, folder)?;
         let synth = |language: &str| -> Result<Said, Error> {
             let mut command = self.ghdl_command("--synth", dut, folder);
             command.arg(format!("--work={}", dut.library));
             command.arg(format!("--out={language}"));
-            command.args(dut.generics.iter().map(|(name, value)| format!("-g{name}={value}"))).arg(&*dut.top);
+            command.arg(&*dut.top);
             run(Tool::Ghdl, "synthesise a design", command, self.limit()).map_err(|error| of_tool(dut, error))
         };
         let text = synth("verilog")?.out;

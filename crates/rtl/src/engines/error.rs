@@ -49,6 +49,8 @@ pub(crate) enum Reason {
     },
     /// The value of a generic of this name cannot be written in the design's language; the text says why.
     Generic(String, String),
+    /// The value of a scene's key is wrong; the text says why.
+    Key(String, String),
     /// A file could not be read or written.
     Io(PathBuf, io::Error),
     /// Anything else, in words.
@@ -79,6 +81,11 @@ impl Error {
     /// Returns the error of a generic whose value cannot be written.
     pub(crate) fn generic(name: impl fmt::Display, why: impl fmt::Display) -> Self {
         Reason::Generic(name.to_string(), why.to_string()).into()
+    }
+
+    /// Returns the error of a scene's key, or of the option in its place.
+    pub(crate) fn key(key: impl Into<String>, why: impl Into<String>) -> Self {
+        Reason::Key(key.into(), why.into()).into()
     }
 
     /// Returns the error of a tool that refused what is under test.
@@ -131,7 +138,7 @@ impl Error {
             Reason::Tool(error) if error.is_unusable() => Cause::NoTool,
             Reason::Tool(_) => Cause::Tool,
             Reason::Lost(..) | Reason::Refused { is_under_test: true, .. } => Cause::Design,
-            Reason::Refused { .. } | Reason::Generic(..) | Reason::Io(..) => Cause::File,
+            Reason::Refused { .. } | Reason::Generic(..) | Reason::Key(..) | Reason::Io(..) => Cause::File,
             Reason::Other(cause, _) => *cause,
         }
     }
@@ -175,7 +182,7 @@ impl fmt::Display for Error {
             Reason::Refused { what, said, .. } => write!(f, "{what}:\n{}", said.trim_end()),
             Reason::Generic(name, why) => write!(f, "generic `{name}`: {why}"),
             Reason::Io(path, error) => write!(f, "{}: {error}", path.display()),
-            Reason::Other(_, why) => f.write_str(why),
+            Reason::Key(_, why) | Reason::Other(_, why) => f.write_str(why),
             Reason::Lost(ToolError { tool, fault, said, .. }, edge) => {
                 let tool = tool.name();
                 let head = format!("the simulation by {tool} ended");

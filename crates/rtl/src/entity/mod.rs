@@ -17,7 +17,7 @@ use hpu_datapath::{AnyBlock, Generic, block_names, configured, variants_of};
 use hpu_signal::Clock;
 
 use crate::check::all_stimuli;
-use crate::dut::{Model, Simulators, is_vhdl};
+use crate::dut::{Model, Simulators, is_vhdl, prepared};
 use crate::engines::error::Error;
 use crate::engines::tool::Tool;
 use crate::vectors::report::{CheckRow, Tally};
@@ -34,7 +34,7 @@ const CLOCK_HZ: u64 = 100_000_000;
 /// A block by somebody else, and the block of ours that it has to equal.
 #[derive(Clone, Debug)]
 pub struct Entity {
-    /// Its files in the order in which they are compiled.
+    /// Its files, in any order.
     pub files: Vec<SourceFile>,
     /// Files that they read beside them: headers, and the data of memories.
     pub beside: Vec<BesideFile>,
@@ -96,6 +96,11 @@ struct Connected {
 /// Returns theirs as a model to be simulated.
 fn model(dut: &Dut) -> Model<'_> {
     Model { dut, clock: Clock::new(CLOCK_HZ).expect("a clock"), settle: SETTLE }
+}
+
+/// Returns whether a text is a real number with a point, as both languages write it.
+fn is_real(text: &str) -> bool {
+    text.contains('.') && text.starts_with(|c: char| c.is_ascii_digit() || c == '-') && text.parse::<f64>().is_ok()
 }
 
 fn refused<T>(why: String) -> Result<T, Error> {
@@ -173,7 +178,7 @@ impl Entity {
     /// difference is a result.
     pub fn compare(&self, (label, block): &mut Labelled, simulators: &Simulators) -> Result<Compared, Error> {
         let began = Instant::now();
-        let dut = self.dut(&**block);
+        let dut = prepared(&self.dut(&**block))?;
         let design = simulators.of_model(&model(&dut))?;
         let Connected { wires, has_clock } = self.connected(&**block, &dut, design.ports())?;
         let shift = self.shift(&**block, has_clock)?;
@@ -291,6 +296,7 @@ impl Entity {
                 (Ok(value), _) => scene::Generic::Integer(value),
                 (_, "true") => scene::Generic::Flag(true),
                 (_, "false") => scene::Generic::Flag(false),
+                _ if is_real(text) => scene::Generic::real(text.parse().unwrap_or_default()),
                 _ => scene::Generic::Text(text.clone()),
             },
         };
@@ -299,6 +305,7 @@ impl Entity {
             files: self.files.clone(),
             beside: self.beside.clone(),
             library: self.library.clone(),
+            libraries: Vec::new(),
             top: self.top.clone(),
             standard: self.standard,
             engine: Engine::Auto,

@@ -13,7 +13,7 @@ use hpu_datapath::{AnyStep, Register, variants_of};
 
 use super::wires::{What, Wire};
 use super::{Connected, Entity, Labelled, model, refused};
-use crate::dut::{INVARIANT, Simulators, Transition};
+use crate::dut::{INVARIANT, Simulators, Transition, prepared};
 use crate::engines::error::Error;
 use crate::formal::{Edge, Links, NOT_STRAIGHT, Netlist, Proof, Question, Verdict, decided};
 
@@ -30,7 +30,7 @@ impl Entity {
     /// When the ports, generics or registers do not fit, the design does not compile, or a tool is missing.
     pub fn prove(&self, (_, block): &Labelled, simulators: &Simulators, limit: Duration) -> Result<Verdict, Error> {
         let Some(equations) = block.equations() else { return Ok(Verdict::Open(NOT_STRAIGHT.to_string())) };
-        let dut = self.dut(&**block);
+        let dut = prepared(&self.dut(&**block))?;
         let ports = simulators.ports_of_model(&model(&dut))?;
         let Connected { wires, has_clock } = self.connected(&**block, &dut, &ports)?;
         self.shift(&**block, has_clock)?;

@@ -130,12 +130,14 @@ impl DutScene {
 /// A design.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Dut {
-    /// Its files in the order in which they are compiled; none where a scene is that of the plant alone.
+    /// Its files, in any order; none where a scene is that of the plant alone.
     pub files: Vec<SourceFile>,
     /// Files that it reads beside them: headers, and the data of memories.
     pub beside: Vec<BesideFile>,
     /// The VHDL library that they are compiled into.
     pub library: Identifier,
+    /// The names of the files that are compiled into another library, with that library.
+    pub libraries: Vec<(String, Identifier)>,
     /// Its topmost entity or module; empty where a scene is that of the plant alone.
     pub top: Identifier,
     /// The edition of VHDL that it is written in.
@@ -208,8 +210,20 @@ pub enum Generic {
     Integer(i64),
     /// True or false.
     Flag(bool),
+    /// A real number, as both languages write it: digits with a point among them, and an exponent of ten.
+    Real(String),
     /// A text.
     Text(String),
+}
+
+impl Generic {
+    /// Returns a finite real number as a value.
+    pub fn real(value: f64) -> Self {
+        let text = format!("{value:e}");
+        let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+        let point = if mantissa.contains('.') { "" } else { ".0" };
+        Self::Real(format!("{mantissa}{point}e{exponent}"))
+    }
 }
 
 impl fmt::Display for Generic {
@@ -217,7 +231,7 @@ impl fmt::Display for Generic {
         match self {
             Self::Integer(value) => value.fmt(f),
             Self::Flag(value) => value.fmt(f),
-            Self::Text(value) => f.write_str(value),
+            Self::Real(value) | Self::Text(value) => f.write_str(value),
         }
     }
 }
@@ -388,6 +402,7 @@ impl Dut {
             files: Vec::new(),
             beside: Vec::new(),
             library: Identifier::fixed("work"),
+            libraries: Vec::new(),
             top: Identifier::default(),
             standard: Standard::Vhdl2008,
             engine: Engine::Auto,

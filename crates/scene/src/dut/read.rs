@@ -136,7 +136,7 @@ fn model(s: &Section) -> Result<Model, SceneError> {
 fn dut(s: &Section, load: Load) -> Result<Dut, SceneError> {
     use keys::dut as key;
     s.accept(&[])?;
-    let mut files = files(s, load)?;
+    let (mut files, libraries) = files(s, load)?;
     let language = Language::of(&files);
     let mut generics = generics(s, language)?;
     let beside = beside(&mut files, &mut generics, load);
@@ -148,6 +148,7 @@ fn dut(s: &Section, load: Load) -> Result<Dut, SceneError> {
     };
     let dut = Dut {
         library: name(&key::library)?,
+        libraries,
         top: name(&key::top)?,
         standard: s.read(&key::standard)?,
         engine: s.read(&key::engine)?,
@@ -183,18 +184,26 @@ fn no_identifier(text: &str, language: Language) -> String {
     format!("`{}` is no identifier: {}", excerpt(text), language.identifiers())
 }
 
-fn files(s: &Section, load: Load) -> Result<Vec<SourceFile>, SceneError> {
+/// Reads the files, and the libraries of those that have one of their own.
+fn files(s: &Section, load: Load) -> Result<(Vec<SourceFile>, Vec<(String, Identifier)>), SceneError> {
     const WHAT: &str = keys::FILES;
     let array = s.get("files").and_then(Item::as_array);
     let Some(array) = array.filter(|array| !array.is_empty()) else {
         return Err(s.error("files", format!("missing; write {WHAT}")));
     };
-    let mut files: Vec<SourceFile> = Vec::new();
+    let (mut files, mut libraries): (Vec<SourceFile>, Vec<_>) = (Vec::new(), Vec::new());
     for (index, value) in array.iter().enumerate() {
         let key = format!("files[{index}]");
-        let Some(name) = value.as_str().filter(|name| !name.trim().is_empty()) else {
+        let Some((name, library)) = file(value).filter(|(name, _)| !name.trim().is_empty()) else {
             return Err(s.error(&key, format!("write {WHAT}")));
         };
+        if let Some(library) = library {
+            let refused = || {
+                let accepted = Language::Vhdl.identifiers();
+                s.error(&key, format!("`{}` is no name of a VHDL library: {accepted}", excerpt(library)))
+            };
+            libraries.push((name.to_string(), Identifier::unit(Language::Vhdl, library).ok_or_else(refused)?));
+        }
         let extension = name.rsplit_once('.').map_or("", |(_, extension)| extension);
         if !["vhd", "vhdl", "v", "sv", "vh", "svh"].contains(&extension) {
             let reason = format!("`{name}` is neither VHDL (.vhd, .vhdl) nor Verilog (.v, .sv, .vh, .svh)");
@@ -213,9 +222,21 @@ fn files(s: &Section, load: Load) -> Result<Vec<SourceFile>, SceneError> {
     if files.iter().any(|file| language(file) != language(&files[0])) {
         return Err(s.error("files", "VHDL and Verilog in one design; hpu takes either"));
     }
+    if let (Language::Verilog, false) = (Language::of(&files), libraries.is_empty()) {
+        return Err(s.error("files", "Verilog has no libraries; leave `library` out"));
+    }
     let names: Vec<_> = files.iter().map(|(name, _)| name.as_str()).collect();
     s.note("files", ParameterValue::Text(names.join(", ")), "", Origin::Scene);
-    Ok(files)
+    Ok((files, libraries))
+}
+
+/// Returns a file's name, and its library if it is given: `"p.vhd"` or `{ file = "p.vhd", library = "mylib" }`.
+fn file(value: &Value) -> Option<(&str, Option<&str>)> {
+    if let Some(name) = value.as_str() {
+        return Some((name, None));
+    }
+    let table = value.as_inline_table().filter(|table| table.len() == 2)?;
+    Some((table.get("file")?.as_str()?, Some(table.get("library")?.as_str()?)))
 }
 
 /// Reads the clocks: `clock = "clk"`, or `[dut.clocks]` with each clock's number of cycles of the scene's clock.
@@ -259,10 +280,11 @@ fn generics(s: &Section, language: Language) -> Result<Vec<(Identifier, Generic)
             let value = match section.get(name) {
                 Some(Item::Value(Value::Integer(number))) => Generic::Integer(*number.value()),
                 Some(Item::Value(Value::Boolean(flag))) => Generic::Flag(*flag.value()),
+                Some(Item::Value(Value::Float(real))) if real.value().is_finite() => Generic::real(*real.value()),
                 Some(Item::Value(Value::String(text))) => Generic::Text(text.value().clone()),
                 other => {
                     let reason = format!(
-                        "{} is no value of a generic; write a whole number, true, false or a text",
+                        "{} is no value of a generic; write a number, true, false or a text",
                         other.map_or_else(String::new, shown)
                     );
                     return Err(section.error(name, reason));

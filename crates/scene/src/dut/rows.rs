@@ -7,13 +7,15 @@ use crate::schema::Otherwise::{Is, Required, Said};
 use crate::schema::{Choice, Flag, Group, Key, Own, Shape, Takes, Text, Whole, keys, named};
 
 /// The form of `dut.files`.
-pub(crate) const FILES: &str = "the design's files in the order of compilation, as in [\"a.vhd\", \"b.vhd\"]";
+pub(crate) const FILES: &str =
+    "the design's files, as in [\"a.vhd\", \"b.vhd\"], or { file = \"p.vhd\", library = \"mylib\" } for one of them";
 
 /// The forms of a constant.
-const CONSTANT: &str = "a whole number, true, false or a text";
+const CONSTANT: &str = "a number, true, false or a text";
 
 keys! { dut: "dut" of [];
-    /// Files of the design in the order of compilation, VHDL or Verilog.
+    /// Files of the design, VHDL or Verilog, in any order. VHDL in a library of its own is
+    /// `{ file = "p.vhd", library = "mylib" }`.
     files: Own = Own::new(|| Takes::Own(Shape::List, FILES), Required);
     /// VHDL library that the files are compiled into.
     library: Text = Text("the name of a VHDL library", Is("work"));
@@ -57,12 +59,13 @@ keys! { dut_reset: "dut.reset" of [];
 }
 
 keys! { dut_generics: "dut.generics" of [];
-    /// Value of the generic of this name.
+    /// Value of the generic of this name: a number, true or false, a text. The text of a generic that is no string is
+    /// its value as VHDL writes it: bits `"0101"`, a time `"5 us"`, a name of an enumeration, an expression.
     NAME: Own = Own::new(|| Takes::Own(Shape::Scalar, CONSTANT), Said("the design's"));
 }
 
 keys! { dut_parameters: "dut.parameters" of [];
-    /// Value of the parameter of this name.
+    /// Value of the parameter of this name: a number, true or false, a text; `"8'h1F"` is a number with its width.
     NAME: Own = Own::new(|| Takes::Own(Shape::Scalar, CONSTANT), Said("the design's"));
 }
 

@@ -25,7 +25,7 @@ pub enum Shape {
     List,
     /// A whole number, or a list.
     NumberOrList,
-    /// A whole number, a flag or a text.
+    /// A number, a flag or a text.
     Scalar,
     /// A whole number, a flag, a text or a section.
     Connection,
