@@ -181,7 +181,7 @@ impl LoopJob {
         // Words are unknown before the first edge. The comparison sees that; a warning for each row would not help.
         command.arg("--ieee-asserts=disable");
         let start = |words: &[u64], drives: &[bool], changes: &mut Vec<_>| {
-            Process::start(Tool::Ghdl, command, loops.limit, (words, drives), changes)
+            Process::start(Tool::Ghdl, command, (loops.limit, None), (words, drives), changes)
         };
         match lockstep.run(ports, start, control).map_err(Error::into_reason) {
             Ok(()) => Ok(lockstep.tally(&self.around)),

@@ -1,11 +1,18 @@
 //! The state of a design in GHDL's process.
 
+use std::ffi::{c_int, c_void};
 use std::io::{self, Read};
 use std::os::fd::FromRawFd;
 use std::os::unix::net::UnixStream;
+use std::ptr;
 
 use super::vpi::Inside;
 use super::{DESCRIPTOR, put, take};
+
+unsafe extern "C" {
+    /// Writes out what a stream has buffered (C, `stdio.h`).
+    fn fflush(stream: *mut c_void) -> c_int;
+}
 
 /// Bits that VHDL passes in one call.
 const PART_BITS: u32 = 30;
@@ -116,7 +123,10 @@ impl Served {
     /// Sends the answer and receives the next request. Returns the number of edges to clock; `None` when the parent is
     /// gone.
     pub(crate) fn next(&mut self) -> Option<i32> {
-        let head = [self.done, self.changes.len() as u64 / 4];
+        // SAFETY: null means all streams of the program, in which GHDL writes what the design says.
+        unsafe { fflush(ptr::null_mut()) };
+        // A design that ends the run ends GHDL, which then does not come here.
+        let head = [self.done, self.changes.len() as u64 / 4, 0];
         put(&mut self.stream, &[&head, &self.changes[..]].concat()).ok()?;
         self.changes.clear();
         self.done = 0;

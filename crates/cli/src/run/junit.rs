@@ -1,6 +1,6 @@
 //! A run as JUnit tests.
 
-use hpu_cosim::Simulation;
+use hpu_cosim::{AnySimulation, Simulation};
 use hpu_rtl::{Case, junit_suite};
 use hpu_study::map::outcome_name;
 
@@ -20,6 +20,11 @@ fn cases(ran: &Ran) -> Vec<Case> {
     };
     let ended = ran.summary.aborted.map(|abort| format!("at {:e} s: {}", abort.at_s, abort.why));
     let mut cases = vec![case("run", ran.summary.wall_s, ended)];
+    if let AnySimulation::Dut(_) = ran.simulation {
+        let heard = &ran.summary.heard;
+        let said = || hpu_page::heard::heard(heard, ran.simulation.clock()).text();
+        cases.push(case("assertions", 0.0, (heard.failed() > 0).then(said)));
+    }
     cases.extend(ran.outcome_met.map(|(kind, met)| {
         let found = ran.summary.outcome().map_or("none", |found| outcome_name(Some(found)));
         let why = format!("expected {}, found {found}", outcome_name(Some(kind)));

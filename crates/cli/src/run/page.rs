@@ -5,7 +5,7 @@ use hpu_cosim::scene::{Metric, Units};
 use hpu_cosim::{AnySimulation, Mark, NetUse, SIGNS, Simulation};
 use hpu_page::summary::{energies, outcome};
 use hpu_page::trace_table::TraceColumns;
-use hpu_page::{Cell, Column, Page, Table};
+use hpu_page::{Cell, Column, Page, Table, heard};
 use hpu_rtl::{CheckRow, Hdl, Mismatch};
 use hpu_signal::{Clock, Cycle};
 use hpu_study::map::outcome_name;
@@ -38,6 +38,12 @@ pub fn page(ran: &Ran) -> Page {
     }
     let (said, kind) = match summary.verdict {
         Some(verdict) => outcome(verdict, position(ran), ran.window_s),
+        None if summary.heard.end.is_some() => {
+            let [ran_s, asked_s] =
+                [summary.edges, simulation.edges()].map(|edges| simulation.clock().seconds(Cycle(edges)));
+            let said = format!("not judged: the design ended the run after {} of {}", si(ran_s, "s"), si(asked_s, "s"));
+            (said, Value::Null)
+        }
         None if summary.complete => ("a recording: no device, no motion to judge".to_string(), Value::Null),
         None => ("stopped before its end".to_string(), Value::Null),
     };
@@ -52,6 +58,9 @@ pub fn page(ran: &Ran) -> Page {
     page.data("aborted", summary.aborted.map(|abort| json!({ "at_s": abort.at_s, "why": abort.why })));
     if let Some(abort) = summary.aborted {
         page.line("aborted", format!("at {}: {}", si(abort.at_s, "s"), abort.why));
+    }
+    if let AnySimulation::Dut(_) = simulation {
+        page.append(heard::heard(&summary.heard, simulation.clock()));
     }
     let device = shown(simulation);
     page.data("realised", device.realised()).data("dut", device.design());

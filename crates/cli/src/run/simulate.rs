@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use hpu_cosim::scene::{Expectation, Experiment, OutcomeKind};
 use hpu_cosim::{AnySimulation, Simulation, Summary, Trace, Wired, judged_window_s, metric};
+use hpu_page::heard;
 use hpu_rtl::{CheckRow, Hdl};
 use hpu_signal::{Cycle, Notation, Observe};
 use hpu_study::fit::Fit;
@@ -17,6 +18,9 @@ use super::{Args, drawn_nets, table};
 use crate::parameters::Said;
 use crate::shell::{Exit, Failure, Folder, Watch, interrupt};
 use crate::waves::Waves;
+
+/// The file of everything that a design of the user's own has said.
+const MESSAGES: &str = "messages.txt";
 
 /// A complete run with everything that is reported about it.
 pub struct Ran<'s> {
@@ -55,11 +59,13 @@ pub struct Ran<'s> {
 }
 
 impl Ran<'_> {
-    /// Returns the exit code: whether expectations are met, and comparisons without a difference.
+    /// Returns the exit code: whether expectations are met, assertions hold, and comparisons are without a difference.
     pub fn exit(&self) -> Exit {
+        let holds = self.summary.heard.failed() == 0;
         let met = self.outcome_met.is_none_or(|(_, met)| met) && self.numbers.iter().all(|(.., met)| *met);
         Exit::when(
-            met && self.held.as_ref().is_none_or(NetComparison::ok)
+            met && holds
+                && self.held.as_ref().is_none_or(NetComparison::ok)
                 && self.rtl.as_ref().is_none_or(|(row, _)| row.ok()),
         )
     }
@@ -184,12 +190,16 @@ fn recorded(
     let named = marked(scene, simulation, &advanced.summary, engine);
     let summary = &advanced.summary;
     waves.finish(folder, Cycle(summary.edges), first.map(Cycle), named, &summary.faults)?;
+    if !summary.heard.messages.is_empty() {
+        folder.write(MESSAGES, heard::messages(&summary.heard, simulation.clock()))?;
+    }
     Ok(advanced)
 }
 
-/// Returns the edges of a run that viewers mark: the first overflow, and the begin of the judged window.
+/// Returns the edges of a run that viewers mark: failed assertions, the first overflow, and the begin of the judged
+/// window.
 fn marked(scene: &Experiment, simulation: &AnySimulation, summary: &Summary, engine: &Engine) -> Vec<(Cycle, String)> {
-    let mut named = Vec::new();
+    let mut named = heard::marks(&summary.heard);
     if let Engine::Emulator(ours, ..) = engine
         && ours.direct().is_none()
         && summary.nets.iter().any(|net| net.usage.overflowed > 0)

@@ -18,6 +18,7 @@ mod fit;
 mod formal;
 mod fuzz;
 mod gimbal;
+mod heard;
 mod keys;
 mod manual;
 mod map;

@@ -82,11 +82,13 @@ impl DutSimulation<'_> {
             Err(_) if control.stop.load(Ordering::Relaxed) => false,
             ran => ran?,
         };
-        let (edge, world) = (closed.edge, closed.world.world());
+        let (edge, world, heard) = (closed.edge, closed.world.world(), closed.running.heard());
+        // A run that the design has ended is over, but too short to be judged.
+        let (over, is_whole) = (closed.world.over(), complete && heard.end.is_none());
         watch.log(world, edge);
         let Watch { rows, observer: (judging, _) } = watch;
         let contact = judging.contact(edge);
-        let window = if complete { rows.judged(world, edge, self.clock().period_s()) } else { None };
+        let window = if is_whole { rows.judged(world, edge, self.clock().period_s()) } else { None };
         // What a design makes of a count that wraps is its own matter, so the run's position is not lost: the port is.
         let of_world = Summary { unheld: None, ..closed.world.summary() };
         let lost = closed.world.summary().unheld.map_or(0, |unheld| unheld.edges);
@@ -99,7 +101,8 @@ impl DutSimulation<'_> {
             _ => NetUse { signal, usage, losses_seen: false },
         };
         let summary = Summary {
-            complete,
+            complete: is_whole,
+            heard,
             edges: edge,
             wall_s: began.seconds(),
             ticks: edge,
@@ -109,10 +112,10 @@ impl DutSimulation<'_> {
             nets: nets.map(used).collect(),
             ..of_world
         };
-        let over = closed.world.over();
         let summary = judged(self, judging.trace, summary, contact, over);
         // Nothing touches a wall that is not there.
-        Ok(Summary { contact_share: summary.contact_share.filter(|_| self.scene.wall_rad.is_some()), ..summary })
+        let contact_share = summary.contact_share.filter(|_| self.scene.wall_rad.is_some());
+        Ok(Summary { complete, contact_share, ..summary })
     }
 
     /// Returns the loop at edge 0, with the reset done.
@@ -141,7 +144,9 @@ impl DutSimulation<'_> {
             watched,
         };
         closed.take_changes(0, None);
-        closed.drive()?;
+        if !closed.running.is_over() {
+            closed.drive()?;
+        }
         Ok(closed)
     }
 }
@@ -176,14 +181,17 @@ impl Watch<'_> {
 impl Closed<'_> {
     fn run(&mut self, end: u64, watch: &mut Watch, control: &Control) -> Result<bool, Fault> {
         let mut events = 0;
-        while self.edge < end && self.world.over().is_none() {
+        while self.edge < end && self.world.over().is_none() && !self.running.is_over() {
             events += 1;
             if !control.goes_on(self.edge, events) {
                 return Ok(false);
             }
             // As long as its inputs certainly stay, the design can be clocked in one request.
             let edges = self.world.edge() + self.world.quiet() - self.edge;
-            if edges > 0 && self.clock(edges, watch)? {
+            let changed = edges > 0 && self.clock(edges, watch)?;
+            if self.running.is_over() {
+                self.go(self.edge, watch);
+            } else if changed {
                 self.go(self.edge, watch);
                 self.drive()?;
             } else if self.edge < end {

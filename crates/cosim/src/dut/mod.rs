@@ -11,6 +11,7 @@
 mod closed;
 mod connect;
 pub(crate) mod driven_world;
+mod heard;
 
 use std::error::Error;
 use std::sync::{Arc, OnceLock};
@@ -26,6 +27,7 @@ use crate::world::plant::{Around, Plant};
 use hpu_scene::{Connection, Driving, DutScene, SceneError};
 
 pub use connect::{Misdriven, Wire, Wires};
+pub use heard::{End, Failure, Heard, MOST_FAILURES, MOST_MESSAGES, Said, Severity, Unfit, place};
 
 /// The reason why a design could not be simulated: a message of its simulator, or a fault of the design itself.
 pub type Fault = Box<dyn Error + Send + Sync>;
@@ -77,6 +79,16 @@ pub trait RunningDesign {
     ///
     /// When the simulator fails, ends, or does not answer.
     fn clock(&mut self, words: &[u64], edges: u64, all: bool, changes: &mut Vec<Change>) -> Result<u64, Fault>;
+
+    /// Returns whether the design has ended the run, as by `$finish`. It is then clocked no more.
+    fn is_over(&self) -> bool {
+        false
+    }
+
+    /// Returns everything that the design has said since its start, and ends the simulation.
+    fn heard(&mut self) -> Heard {
+        Heard::default()
+    }
 }
 
 /// A change of an output.

@@ -3,6 +3,7 @@
 use hpu_plant::Energy;
 use hpu_signal::{Signal, SignalUse};
 
+use crate::dut::Heard;
 use crate::result::stays::Stays;
 use crate::result::trace::{ANGLE, TORQUE, Trace};
 use crate::result::verdict::{Abort, Verdict};
@@ -162,6 +163,8 @@ pub struct Summary {
     pub faults_waiting: u64,
     /// The use of every net.
     pub nets: Vec<NetUse>,
+    /// What a design of the user's own has said: failed assertions, messages, and its end of the run.
+    pub heard: Heard,
 }
 
 impl Summary {

@@ -136,7 +136,7 @@ impl Simulators {
     pub(super) fn read_by_yosys(&self, dut: &Dut, folder: &Path) -> Result<(Script<Yosys>, Identifier), Error> {
         let is_vhdl = is_vhdl(&dut.files);
         let (files, top) = if is_vhdl {
-            (self.synthesised(dut, folder)?, dut.top.to_lowercase())
+            (self.synthesised(dut, folder, None)?.0, dut.top.to_lowercase())
         } else {
             (sources(dut), dut.top.clone())
         };

@@ -12,6 +12,7 @@ use hpu_vhpi::{ASK, INSIDE, LIST};
 
 use super::build::{Model, PlainName, carries_clock, common_cycle, plain_names, write, write_files};
 use super::process::{ANSWER, Process};
+use super::said::{Ears, Form};
 use super::vhdl::{Interface, Item, Types, entities, interface, value};
 use super::{Simulators, allowed, of_tool, refuses};
 use crate::engines::error::Error;
@@ -35,6 +36,7 @@ pub(super) struct Analysed {
     engine: String,
     limit: Duration,
     inside: bool,
+    form: Form,
 }
 
 impl Simulators {
@@ -45,7 +47,8 @@ impl Simulators {
         let (folder, ports) = self.elaborated(model, inside)?;
         let engine = format!("GHDL {version}{why}");
         let limit = self.setup.timeout.unwrap_or(ANSWER);
-        Ok(Analysed { folder, dut: model.dut.clone(), ports, engine, limit, inside })
+        let form = Form::Ghdl { half_fs: half_fs(model), settle: model.settle };
+        Ok(Analysed { folder, dut: model.dut.clone(), ports, engine, limit, inside, form })
     }
 
     /// Returns the ports of a design in VHDL, as GHDL elaborates it.
@@ -173,6 +176,11 @@ fn format(told: &str) -> Option<(Format, bool)> {
     Some((format, kind == "number"))
 }
 
+/// Returns half of a cycle of the fastest clock, in femtoseconds.
+fn half_fs(model: &Model) -> u64 {
+    (0.5e15 / model.clock.frequency_hz() as f64).round().max(1.0) as u64
+}
+
 fn has(items: &[Item], name: &str) -> bool {
     items.iter().any(|item| item.name.eq_ignore_ascii_case(name))
 }
@@ -275,7 +283,7 @@ pub(crate) fn bench(name: &str, model: &Model, interface: &Interface) -> Result<
     let generic_map =
         if generic_map.is_empty() { String::new() } else { format!(" generic map ({})", generic_map.join(", ")) };
     let settle = model.settle;
-    let half_fs = (0.5e15 / model.clock.frequency_hz() as f64).round().max(1.0);
+    let half_fs = half_fs(model);
     let library = if same(&dut.library, "work") { String::new() } else { format!("library {};\n", dut.library) };
     Ok(format!(
         "{library}{context}use work.hpu_dut_bridge.all;
@@ -356,7 +364,8 @@ impl Design for Analysed {
         if self.inside {
             show_inside(&mut command);
         }
-        let process = Process::start(Tool::Ghdl, command, self.limit, (words, drives), changes)?;
+        let ears = Ears::new(self.form, &self.dut, Vec::new());
+        let process = Process::start(Tool::Ghdl, command, (self.limit, Some(ears)), (words, drives), changes)?;
         Ok(Box::new(process))
     }
 }

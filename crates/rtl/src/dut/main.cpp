@@ -5,14 +5,18 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdarg>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <iterator>
 #include <memory>
 #include <sched.h>
+#include <string>
 #include <sys/socket.h>
 #include <unistd.h>
+#include <utility>
 #include <vector>
 
 #include "Vdut.h"
@@ -22,11 +26,62 @@
 // Edges clocked so far.
 static uint64_t edges = 0;
 
-// `$finish`: in the place of Verilator's, which waits for a lock of its own where two models run.
+// What a model says at this edge, a line each. Its first character tells what it is: see crates/rtl/src/dut/said.
+struct Voice {
+  std::string text;
+  std::vector<std::string> lines;
+  bool has_failed = false, is_over = false;
+};
+static Voice voices[2];
+static Voice* voice = voices;
+
+// The places of `$fatal`.
+struct Place {
+  const char* file;
+  int line;
+};
+static constexpr Place FATAL[] = {@FATAL@{"", 0}};
+
+static void note(char kind, const std::string& line) { voice->lines.push_back(kind + (" " + line)); }
+
+static std::string at(const char* file, int line) { return std::string(file) + ":" + std::to_string(line); }
+
+// The functions of Verilator that print and that end the simulation are replaced by these.
+int hpu_print(const char* format, ...) {
+  va_list arguments;
+  va_start(arguments, format);
+  char* text = nullptr;
+  const int length = vasprintf(&text, format, arguments);
+  va_end(arguments);
+  if (length < 0) return length;
+  voice->has_failed = std::strstr(text, "%Error: ") != nullptr;
+  voice->text.append(text, length);
+  std::free(text);
+  size_t begin = 0;
+  for (size_t end; (end = voice->text.find('\n', begin)) != std::string::npos; begin = end + 1)
+    note('=', voice->text.substr(begin, end - begin));
+  voice->text.erase(0, begin);
+  if (voice->text.size() > 4096) voice->text.clear();
+  return length;
+}
+
 void vl_finish(const char* file, int line, const char*) {
-  std::fprintf(stderr, "%s:%d: the design ended the simulation ($finish) at clock edge %llu\n", file, line,
-               static_cast<unsigned long long>(edges));
-  _exit(1);
+  note('E', "$finish " + at(file, line));
+  voice->is_over = true;
+}
+
+// After the message of an assertion, `$error` or `$fatal`, and for `$stop`.
+void vl_stop_maybe(const char* file, int line, const char*, bool) {
+  if (std::exchange(voice->has_failed, false)) {
+    const char* slash = std::strrchr(file, '/');
+    const char* name = slash ? slash + 1 : file;
+    const auto is_here = [&](const Place& place) { return place.line == line && std::strcmp(place.file, name) == 0; };
+    if (std::none_of(std::begin(FATAL), std::end(FATAL), is_here)) return;
+    note('F', at(file, line));
+  } else {
+    note('E', "$stop " + at(file, line));
+  }
+  voice->is_over = true;
 }
 
 // A warning of Verilator's own library. It would go on without a memory's file, with values that nothing has set.
@@ -105,8 +160,42 @@ bool tell(const std::vector<uint64_t>& words) {
   return true;
 }
 
+// What a line is about where it is a failure: its place. Where it is none, nothing.
+std::string failure(const std::string& line) {
+  const size_t begin = std::min(line.find("%Error: "), line.find("%Fatal: "));
+  return begin == std::string::npos ? "" : line.substr(begin, line.find(": ", begin + 8) - begin);
+}
+
+// Writes out what was said at this edge. A failure of only one of two models depends on a value that nothing has set.
+// Returns whether the design has ended the run.
+bool speak(bool has_twin) {
+  auto& [one, two] = voices;
+  const auto is_of = [](const Voice& voice, const std::string& line) {
+    const auto same = [&](const std::string& other) { return failure(other) == failure(line); };
+    return std::any_of(voice.lines.begin(), voice.lines.end(), same);
+  };
+  const auto tell = [](char kind, const std::string& line) {
+    std::printf("%llu %c%s\n", static_cast<unsigned long long>(edges), kind, line.c_str() + 1);
+  };
+  for (const std::string& line : one.lines)
+    tell(has_twin && !failure(line).empty() && !is_of(two, line) ? '?' : line[0], line);
+  for (const std::string& line : two.lines)
+    if (line[0] != '=' && !one.is_over && edges != 0)
+      tell(line[0], line);
+    else if (!failure(line).empty() && !is_of(one, line))
+      tell('?', line);
+  // Before the end of the reset, values that nothing has set mean nothing.
+  const bool is_over = edges == 0 && has_twin ? one.is_over && two.is_over : one.is_over || two.is_over;
+  one.lines.clear();
+  two.lines.clear();
+  one.is_over = two.is_over = false;
+  return is_over;
+}
+
+bool has_said() { return !voices[0].lines.empty() || !voices[1].lines.empty(); }
+
 struct Model {
-  explicit Model(int seed) {
+  Model(int seed, Voice* own) : own(own) {
     context->randReset(2);
     context->randSeed(seed);
     top = std::make_unique<Vdut>(context.get(), "top");
@@ -124,6 +213,7 @@ struct Model {
   }
   // The inputs, while the clocks come to the second half of a cycle, and the edge of the next one.
   void cycle(const Bits& bits, uint64_t half) {
+    voice = own;
     if (TIMED) {
       // What the edge and the rest of its cycle bring is shown before the next edge.
       wait(half);
@@ -143,6 +233,7 @@ struct Model {
     top->eval();
     context->timeInc(2);
   }
+  Voice* own;
   std::unique_ptr<VerilatedContext> context = std::make_unique<VerilatedContext>();
   std::unique_ptr<Vdut> top;
 };
@@ -154,11 +245,12 @@ int main() {
   if (!take(&ports, 1) || ports != PORTS) return 1;
   Bits drives(PORTS), bits(PORTS), now(PORTS), before(PORTS), other(PORTS), request(2 + PORTS);
   if (!take(drives.data(), PORTS) || !take(bits.data(), PORTS)) return 1;
-  Model model(1);
-  auto twin = std::make_unique<Model>(2);
+  Model model(1, &voices[0]);
+  auto twin = std::make_unique<Model>(2, &voices[1]);
   uint64_t half = COMMON - 2, look = 1;
 
   auto initial = [&](Model& one) {
+    voice = one.own;
     put(*one.top, bits);
     reset(*one.top, true);
     levels(*one.top, COMMON - 1);
@@ -166,29 +258,33 @@ int main() {
   };
   initial(model);
   initial(*twin);
-  for (uint64_t cycle = 0; cycle < @SETTLE@; ++cycle) {
+  bool is_over = has_said() && speak(true);
+  for (uint64_t cycle = 0; cycle < @SETTLE@ && !is_over; ++cycle) {
     half += 2;
     model.cycle(bits, half);
     twin->cycle(bits, half);
+    is_over = has_said() && speak(true);
   }
   reset(*model.top, false);
   reset(*twin->top, false);
   get(*model.top, now);
   get_inside(*model.top, now);
 
-  std::vector<uint64_t> answer{0, 0};
+  std::vector<uint64_t> answer{0, 0, 0};
   for (size_t port = 0; port < PORTS; ++port)
     if (OUTPUTS[port]) answer.insert(answer.end(), {0, port, now[port], 1});
   before = now;
   for (;;) {
-    answer[1] = (answer.size() - 2) / 4;
+    answer[1] = (answer.size() - 3) / 4;
+    answer[2] = is_over;
+    std::fflush(stdout);
     if (!tell(answer)) return 0;
     if (!take(request.data(), request.size())) return 0;
     const uint64_t wanted = request[0], all = request[1];
     std::copy(request.begin() + 2, request.end(), bits.begin());
     uint64_t done = 0;
-    answer.assign(2, 0);
-    for (bool changed = false; !changed && done < wanted;) {
+    answer.assign(3, 0);
+    for (bool changed = false; !changed && !is_over && done < wanted;) {
       ++done;
       ++edges;
       half += 2;
@@ -212,6 +308,7 @@ int main() {
           if (same(*model.top->rootp, *twin->top->rootp)) twin.reset();
         }
       }
+      if (has_said()) is_over = speak(twin != nullptr);
       for (size_t port = 0; port < PORTS; ++port) {
         if (!OUTPUTS[port] || now[port] == before[port]) continue;
         before[port] = now[port];

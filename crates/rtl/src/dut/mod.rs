@@ -15,6 +15,7 @@ mod ghdl;
 mod icarus;
 mod order;
 mod process;
+mod said;
 mod text;
 mod transition;
 mod verilator;

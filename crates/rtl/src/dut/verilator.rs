@@ -1,6 +1,6 @@
 //! A design simulated by Verilator: Verilog as it is, VHDL through GHDL's synthesis.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::fs;
 use std::io;
@@ -15,6 +15,7 @@ use hpu_signal::{Clock, Format};
 
 use super::build::{Built, Model, PROGRAM, PlainName, carries_clock, common_cycle, plain_names, write, write_files};
 use super::process::{ANSWER, Process};
+use super::said::{Ears, Form, errors, fatal, told, with_reports_asserted, without};
 use super::text::delay::{first, left_out};
 use super::text::verilog::{Dropped, TIMESCALE, waits};
 use super::{Simulators, of_tool, refuses};
@@ -38,8 +39,10 @@ const MODEL: &str = "obj/model";
 const RUNTIME: [&str; 2] = ["verilated.o", "verilated_threads.o"];
 /// How the compiler treats what is computed at clock edges, what is computed once, and the parts that every model has.
 const LEVELS: [&str; 3] = ["OPT_FAST=-O3", "OPT_SLOW=-O1", "OPT_GLOBAL=-O1"];
-/// An endless loop has to hang, so that it is noticed. The compiler must not remove it.
-const FLAGS: &str = "-std=c++17 -O3 -fno-finite-loops -DVL_USER_FINISH -DVL_USER_WARN";
+/// An endless loop has to hang, so that it is noticed. The compiler must not remove it. What the design says goes to
+/// `main.cpp`, and so does its end.
+const FLAGS: &str = "-std=c++17 -O3 -fno-finite-loops -DVL_USER_FINISH -DVL_USER_WARN -DVL_USER_STOP_MAYBE \
+                     -DVL_PRINTF=hpu_print -include ../hpu_print.h";
 /// Verilog of the field's practice that Verilator takes for a mistake: blocking and non-blocking assignments of one
 /// register, as in a reset of their own.
 const TAKEN: [&str; 1] = ["-Wno-BLKANDNBLK"];
@@ -47,6 +50,13 @@ const TAKEN: [&str; 1] = ["-Wno-BLKANDNBLK"];
 const WITHOUT_DELAYS: [&str; 3] = ["--no-timing", "-Wwarn-ASSIGNDLY", "-Wwarn-STMTDLY"];
 /// Delays are simulated, by coroutines of C++20.
 const WITH_DELAYS: [&str; 5] = ["--timing", "--timescale", TIMESCALE, "-CFLAGS", "-std=c++20"];
+/// The functions of `main.cpp` that take what the design says, and its end.
+const PRINT: (&str, &str) = (
+    "hpu_print.h",
+    "int hpu_print(const char* format, ...);\nvoid vl_stop_maybe(const char* file, int line, const char*, bool);\n",
+);
+/// The file with the assertions that a built model does not check.
+const UNCHECKED: &str = "unchecked";
 /// The widest port, in bits.
 const MOST_BITS: u32 = 64;
 
@@ -59,6 +69,8 @@ pub(super) struct Verilated {
     is_vhdl: bool,
     engine: String,
     limit: Duration,
+    dut: Dut,
+    unchecked: Vec<String>,
 }
 
 impl Simulators {
@@ -72,17 +84,20 @@ impl Simulators {
             version
         };
         let kind = if inside { format!("{tools}, with its inside") } else { tools.clone() };
-        let built = self.built(model, &kind, &[MODEL, PORTS, NOTES], |folder| {
+        let built = self.built(model, &kind, &[MODEL, PORTS, NOTES, UNCHECKED], |folder| {
             write_files(dut, folder)?;
-            let (sources, top) = if is_vhdl {
-                (self.synthesised(dut, folder)?, dut.top.to_lowercase())
+            let (sources, top, unchecked) = if is_vhdl {
+                let (sources, unchecked) = self.synthesised_with_assertions(dut, folder)?;
+                (sources, dut.top.to_lowercase(), unchecked)
             } else {
-                (sources(dut), dut.top.clone())
+                (sources(dut), dut.top.clone(), self.without_unread(dut, folder)?)
             };
+            write(folder, UNCHECKED, unchecked.join("\n").as_bytes())?;
             self.verilate(model, (folder, &sources, &top), (!is_vhdl, inside))
         })?;
         read(&built.path.join(NOTES))?.lines().for_each(|told| note(told.to_string()));
         let mut ports: Vec<Port> = read(&built.path.join(PORTS))?.lines().filter_map(port).collect();
+        let unchecked = read(&built.path.join(UNCHECKED))?.lines().map(str::to_string).collect();
         if is_vhdl {
             // Synthesis knows only bits; the entity knows which of them are signed numbers.
             let elaborated = self.ports_of_vhdl(model)?;
@@ -95,24 +110,102 @@ impl Simulators {
             }
         }
         let limit = self.setup.timeout.unwrap_or(ANSWER);
-        Ok(Verilated { built, ports, reads_files: reads_files(dut), is_vhdl, engine: tools, limit })
+        let (dut, reads_files) = (dut.clone(), reads_files(dut));
+        Ok(Verilated { built, ports, reads_files, is_vhdl, engine: tools, limit, dut, unchecked })
     }
 
-    /// Returns the files of a VHDL design as Verilog, with the errors of GHDL's synthesis repaired.
-    pub(super) fn synthesised(&self, dut: &Dut, folder: &Path) -> Result<Vec<PlainName>, Error> {
+    /// Takes concurrent assertions that Verilator does not read out of the files in a folder. Returns them, with their
+    /// places.
+    fn without_unread(&self, dut: &Dut, folder: &Path) -> Result<Vec<String>, Error> {
+        let mut unread = Vec::new();
+        if !dut.files.iter().any(|(_, content)| String::from_utf8_lossy(content).contains("property")) {
+            return Ok(unread);
+        }
+        // A property that is taken out makes the assertions of it wrong, too.
+        for _ in 0..8 {
+            let mut command = Command::new(Tool::Verilator.name());
+            command.current_dir(folder).args(["--lint-only", "--assert", "-Wno-lint", "-Wno-style", "-Wno-fatal"]);
+            command.args(TAKEN).args(["--no-timing", "-I.", "--top-module", &dut.top]);
+            command.args(parameters(dut)).args(sources(dut));
+            let Err(error) = run(Tool::Verilator, "read a design", command, self.limit()) else { break };
+            let mut lines: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
+            errors(&error.said).for_each(|(file, line)| lines.entry(file).or_default().push(line));
+            let names = plain_names(dut);
+            let before = unread.len();
+            for (plain, own) in &names {
+                let Some(lines) = lines.get(&**plain) else { continue };
+                let Some((text, taken)) = without(&read(&folder.join(&**plain))?, lines) else { continue };
+                write(folder, plain, text.as_bytes())?;
+                let why = "Verilator does not read this concurrent assertion";
+                unread.extend(taken.into_iter().map(|(line, what)| format!("{own}:{line}: {why}: {what}")));
+            }
+            if unread.len() == before {
+                break;
+            }
+        }
+        Ok(unread)
+    }
+
+    /// Returns the files of a VHDL design as Verilog that checks its assertions, and those that it does not check.
+    fn synthesised_with_assertions(&self, dut: &Dut, folder: &Path) -> Result<(Vec<PlainName>, Vec<String>), Error> {
+        let texts = plain_names(dut).into_iter().zip(&dut.files);
+        let texts: Vec<_> = texts
+            .map(|((plain, _), (_, content))| (plain.to_string(), String::from_utf8_lossy(content).into_owned()))
+            .collect();
+        let mut files: BTreeMap<_, _> = texts.iter().cloned().collect();
+        let mut asserted = false;
+        for (name, text) in &texts {
+            if let Some(made) = with_reports_asserted(text) {
+                write(folder, name, made.as_bytes())?;
+                files.insert(name.clone(), made);
+                asserted = true;
+            }
+        }
+        let made = self.synthesised(dut, folder, Some(&files));
+        if !asserted || made.is_ok() {
+            return made;
+        }
+        for (name, text) in &texts {
+            write(folder, name, text.as_bytes())?;
+        }
+        let (sources, mut unchecked) = self.synthesised(dut, folder, Some(&texts.into_iter().collect()))?;
+        unchecked.push("statements `report` outside of assertions: GHDL's synthesis leaves them out".to_string());
+        Ok((sources, unchecked))
+    }
+
+    /// Returns the files of a VHDL design as Verilog, with the errors of GHDL's synthesis repaired. The Verilog checks
+    /// assertions if `asserted` has the texts of the design's files; with it are those that it does not check.
+    pub(super) fn synthesised(
+        &self,
+        dut: &Dut,
+        folder: &Path,
+        asserted: Option<&BTreeMap<String, String>>,
+    ) -> Result<(Vec<PlainName>, Vec<String>), Error> {
         self.analyse(dut, folder)?;
-        let synth = |language: &str| -> Result<Said, Error> {
+        let synth = |language: &str, checks: bool| -> Result<Said, Error> {
             let mut command = self.ghdl_command("--synth", dut, folder);
+            command.args((!checks).then_some("--no-formal"));
             command.arg(format!("--work={}", dut.library));
             command.arg(format!("--out={language}"));
             command.arg(&*dut.top);
             run(Tool::Ghdl, "synthesise a design", command, self.limit()).map_err(|error| of_tool(dut, error))
         };
-        let text = synth("verilog")?.out;
+        let said = synth("verilog", asserted.is_some())?;
+        let told = asserted.and_then(|files| told(&said.out, &said.err, files));
+        let (text, unchecked) = match (&told, asserted) {
+            (Some(told), _) => (told.verilog.clone(), Vec::new()),
+            (None, None) => (said.out, Vec::new()),
+            (None, Some(_)) => {
+                let why = "assertions of VHDL: GHDL's synthesis writes them in a form that hpu does not know";
+                (synth("verilog", false)?.out, vec![why.to_string()])
+            }
+        };
         let untold = || refuses(Tool::Ghdl, dut, UNTOLD);
-        let verilog = repaired(&text, || synth("vhdl").map(|said| said.out))?.ok_or_else(untold)?;
+        let vhdl = || synth("vhdl", asserted.is_some()).map(|said| said.out);
+        let verilog = repaired(&text, vhdl)?.ok_or_else(untold)?;
+        let verilog = told.map_or_else(|| verilog.clone(), |told| told.spoken(&verilog));
         write(folder, "synthesised.v", verilog.as_bytes())?;
-        Ok(vec![PlainName::fixed("synthesised.v")])
+        Ok((vec![PlainName::fixed("synthesised.v")], unchecked))
     }
 
     /// Returns the ports of a design in Verilog, of which no program is made.
@@ -139,7 +232,7 @@ impl Simulators {
         let unknown = if generics { "unique" } else { "fast" };
         command.args(["--cc", "--exe", "-O3", "--flatten", "--x-assign", unknown, "--x-initial", "unique"]);
         command.args(["-Wno-lint", "-Wno-style", "-Wno-fatal", "--prefix", "Vdut", "--Mdir", "obj", "-o", "model"]);
-        command.args(TAKEN).args(["-CFLAGS", FLAGS, "-I.", "--top-module", top]).args(timing);
+        command.args(TAKEN).args(["--assert", "-CFLAGS", FLAGS, "-I.", "--top-module", top]).args(timing);
         if inside {
             // Signals keep their names and are not merged.
             command.arg("--public-flat-rw");
@@ -218,6 +311,7 @@ impl Simulators {
         // Models whose state is not in one structure cannot be compared, so they are clocked side by side to the end.
         // The same holds for models that wait for a time of their own.
         state.makes_up |= is_timed || !is_flat(&folder.join("obj"));
+        write(folder, PRINT.0, PRINT.1.as_bytes())?;
         write(folder, "main.cpp", main_cpp(model, &fields, &state, is_timed).as_bytes())?;
         write(folder, NOTES, note.unwrap_or_default().as_bytes())?;
         let make = || {
@@ -546,6 +640,7 @@ fn main_cpp(model: &Model, fields: &[Field], state: &State, is_timed: bool) -> S
         .replace("@TIMED@", &is_timed.to_string())
         .replace("@FREQUENCY@", &model.clock.frequency_hz().to_string())
         .replace("@SETTLE@", &model.settle.to_string())
+        .replace("@FATAL@", &fatal(dut))
 }
 
 impl Design for Verilated {
@@ -572,7 +667,8 @@ impl Design for Verilated {
         if self.reads_files {
             command.current_dir(folder);
         }
-        let process = Process::start(Tool::Verilator, command, self.limit, (words, drives), changes)?;
+        let ears = Ears::new(Form::Verilator, &self.dut, self.unchecked.clone());
+        let process = Process::start(Tool::Verilator, command, (self.limit, Some(ears)), (words, drives), changes)?;
         Ok(Box::new(process))
     }
 }

@@ -4,6 +4,7 @@ use std::fmt;
 use std::io;
 use std::path::PathBuf;
 
+use hpu_cosim::dut::Unfit;
 use hpu_datapath::ConfigError;
 
 use crate::engines::fault::Fault;
@@ -227,9 +228,10 @@ impl From<ConfigError> for Error {
     }
 }
 
-/// The error inside a fault of a simulator; any other fault is of a file.
+/// The error inside a fault of a simulator; a design that has failed its own checks; any other fault is of a file.
 impl From<hpu_cosim::dut::Fault> for Error {
     fn from(fault: hpu_cosim::dut::Fault) -> Self {
-        fault.downcast().map_or_else(Self::file, |error| *error)
+        let unfit = |fault: hpu_cosim::dut::Fault| fault.downcast::<Unfit>().map_or_else(Self::file, Self::ended);
+        fault.downcast().map_or_else(unfit, |error| *error)
     }
 }

@@ -171,7 +171,7 @@ impl Group {
     }
 
     /// Kills the group, unless its first process may be reaped.
-    fn release(&mut self) {
+    pub(crate) fn release(&mut self) {
         let mut running = running();
         if let Some(at) = running.groups.iter().position(|group| *group == self.number) {
             self.number.signal(libc::SIGKILL);

@@ -177,6 +177,9 @@ impl Cell {
         };
         let (summary, late) = limited(Some(events), guard, control, run);
         let summary = summary?;
+        if let Some(fault) = summary.heard.fault(simulation.clock()) {
+            return Err(Error::design(fault));
+        }
         if !summary.complete {
             let stopped = late || control.stop.load(Ordering::Relaxed);
             return if stopped { Ok(None) } else { Err(more_events(events)) };
