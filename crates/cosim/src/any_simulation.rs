@@ -1,6 +1,6 @@
 //! Any scene made ready, whether blocks of this project or a design of the user's own close its loop.
 
-use crate::dut::{Designs, DutSimulation, Fault};
+use crate::dut::{Designs, DutSimulation, Fault, Inside};
 use crate::result::outline::Outline;
 use crate::run::simulation::Simulation;
 use crate::wired_simulation::WiredSimulation;
@@ -16,13 +16,12 @@ pub enum AnySimulation<'s> {
 }
 
 impl<'s> AnySimulation<'s> {
-    /// Makes a scene ready. If the scene has a design, `designs` builds it, with the signals `inside` if they are asked
-    /// for.
+    /// Makes a scene ready. If the scene has a design, `designs` builds it, with the signals `inside`.
     ///
     /// # Errors
     ///
     /// As [`WiredSimulation::new`] and [`DutSimulation::new`].
-    pub fn new(experiment: &'s Experiment, designs: &dyn Designs, inside: bool) -> Result<Self, Fault> {
+    pub fn new(experiment: &'s Experiment, designs: &dyn Designs, inside: Inside) -> Result<Self, Fault> {
         Ok(match experiment {
             Experiment::Dut(scene) => Self::Dut(DutSimulation::new(scene, designs, inside)?),
             ours => Self::Ours(WiredSimulation::new(ours)?),

@@ -151,6 +151,7 @@ impl LoopJob {
             generics: generics.map(|(name, value)| (Identifier::fixed(name), Generic::Text(literal(value)))).collect(),
             ports: Vec::new(),
             floats: false,
+            formats: Vec::new(),
         };
         let (wiring, clock) = (block.name(), simulation.clock());
         let around = around::of_loop(wiring, &simulation.nets(), clock);

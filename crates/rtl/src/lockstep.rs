@@ -8,7 +8,7 @@
 use std::collections::VecDeque;
 use std::sync::atomic::Ordering;
 
-use hpu_cosim::dut::{Change, RunningDesign};
+use hpu_cosim::dut::{Asked, Change, RunningDesign};
 use hpu_cosim::{Control, Summary, Sums, Wired};
 use hpu_signal::{Cycle, Format, Observe, Signal, SignalUse, UNKNOWN};
 use hpu_wave::{Around, ComparedRow};
@@ -170,7 +170,7 @@ impl<'s> Lockstep<'s> {
             let (edges, agrees) = (self.plan(), self.mismatches == 0);
             changes.clear();
             let bits = self.bits(ports);
-            let done = running.clock(&bits, edges, true, &mut changes)?;
+            let done = running.clock(&bits, edges, Asked::Outputs, &mut changes)?;
             let mut told = changes.chunk_by(|one, two| one.edge == two.edge).peekable();
             for edge in 1..=done {
                 if edge > 1 {

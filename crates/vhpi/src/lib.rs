@@ -5,10 +5,11 @@
 //!
 //! The two sides talk in words of 8 bytes. First the parent sends the number of ports, which of them are outputs that
 //! drive the device, and the bits at all of them. The simulator holds the design in reset with these inputs, then
-//! answers as it does to every request. A request is the number of edges to clock, whether all changes are wanted, and
-//! the bits at all ports. An answer is the number of edges done, the number of changes, 1 where the design has ended
-//! the run, and for each change the edge, the port, the bits, and 1 where all bits are known. Before it answers, a
-//! simulator writes out everything that the design has said.
+//! answers as it does to every request. A request is the number of edges to clock, the changes that are wanted (0: of
+//! outputs that drive the device, 1: of all outputs, 2: of signals inside too), and the bits at all ports. An answer is
+//! the number of edges done, the number of changes, 1 where the design has ended the run, and for each change the edge,
+//! the port, the bits, and 1 where all bits are known. Before it answers, a simulator writes out everything that the
+//! design has said.
 
 mod foreign;
 mod served;

@@ -33,7 +33,8 @@ pub(crate) struct Served {
     words: Vec<Option<u64>>,
     /// Whether VHDL has reported anything since.
     is_told: bool,
-    all: bool,
+    /// What is asked for: 0 outputs that drive the device, 1 all outputs, 2 also the signals inside.
+    asked: u64,
     done: u64,
     changes: Vec<u64>,
 }
@@ -55,7 +56,7 @@ impl Served {
             inside: Inside::listed(),
             words: vec![None; ports],
             is_told: true,
-            all: true,
+            asked: 2,
             done: 0,
             changes: Vec::new(),
         })
@@ -78,7 +79,7 @@ impl Served {
     /// changed.
     pub(crate) fn edge(&mut self, reset: bool) -> bool {
         self.done += u64::from(!reset);
-        if self.all {
+        if self.asked == 2 {
             self.look_inside(reset);
         }
         if !std::mem::take(&mut self.is_told) {
@@ -89,13 +90,13 @@ impl Served {
             let parts = self.widths[port].div_ceil(PART_BITS) as usize;
             let whole = |bits: u64, &part: &i32| Some(bits << PART_BITS | u64::try_from(part).ok()?);
             let word = if parts == 0 { None } else { self.told[port][..parts].iter().rev().try_fold(0, whole) };
-            if word != self.words[port] || reset && parts > 0 {
+            // A word that is not told stays new for the request that asks for it.
+            let is_asked = self.asked > 0 || self.drives[port];
+            if is_asked && (word != self.words[port] || reset && parts > 0) {
                 self.words[port] = word;
                 changed |= self.drives[port];
-                if self.all || self.drives[port] {
-                    let known = u64::from(word.is_some());
-                    self.changes.extend([self.done, port as u64, word.unwrap_or(0), known]);
-                }
+                let known = u64::from(word.is_some());
+                self.changes.extend([self.done, port as u64, word.unwrap_or(0), known]);
             }
         }
         changed
@@ -134,7 +135,9 @@ impl Served {
         self.stream.read_exact(&mut request).ok()?;
         let mut request = &request[..];
         let edges = take(&mut request).ok()?;
-        self.all = take(&mut request).ok()? != 0;
+        let asked = take(&mut request).ok()?;
+        self.is_told |= asked > self.asked;
+        self.asked = asked;
         for input in &mut self.inputs {
             *input = take(&mut request).ok()?;
         }

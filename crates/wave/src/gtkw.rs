@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use hpu_signal::{Clock, Cycle, Format, Signal};
 
-use crate::layout::DIFFERS;
+use crate::layout::{DIFFERS, OwnNet};
 use crate::timescale::Timescale;
 use crate::{Layout, Scope, Source, Var};
 
@@ -48,6 +48,7 @@ const CURVES: [&str; 20] = [
 ];
 
 // Trace flags of GTKWave (TR_*_B in its analyzer.h). The save file has them in hexadecimal.
+const HEXADECIMAL: u32 = 1 << 1;
 const DECIMAL: u32 = 1 << 2;
 const BINARY: u32 = 1 << 3;
 const RIGHT: u32 = 1 << 5;
@@ -87,7 +88,7 @@ pub fn gtkw(
     let mut file = header(&tree, dump, clock, span, marker, named);
     file.extend(trace(layout, Source::Clock, BINARY | RIGHT, 0, None));
     for (group, nets) in groups(layout) {
-        write_group(&mut file, group, nets.into_iter().filter_map(|net| net_trace(layout, net)));
+        write_group(&mut file, &group, nets.into_iter().filter_map(|net| net_trace(layout, net)));
     }
     let curve = RIGHT | SIGNED | INTERPOLATED | FULL_SCALE;
     let reals = (0..layout.reals.len()).filter_map(|real| trace(layout, Source::Real(real), curve, 0, None));
@@ -95,24 +96,55 @@ pub fn gtkw(
     file
 }
 
+/// The name of the group of the net that a comparison has.
+const VHDL_AND_EMULATOR: &str = "VHDL and emulator";
+
 /// The name of the group of the plant's outputs.
 pub(crate) const PLANT: &str = "Plant: torques and forces positive along the positive position";
 
 /// Returns the groups of a layout's nets, with the indices of their nets.
-pub(crate) fn groups(layout: &Layout) -> Vec<(&'static str, Vec<usize>)> {
+pub(crate) fn groups(layout: &Layout) -> Vec<(String, Vec<usize>)> {
+    if let Some(own) = &layout.own {
+        return instances(layout, own);
+    }
     let own = if layout.waves.groups.is_empty() { GROUPS } else { layout.waves.groups };
-    let groups = [&[("VHDL and emulator", &[DIFFERS][..])], own].concat();
+    let groups = [&[(VHDL_AND_EMULATOR, &[DIFFERS][..])], own].concat();
     let all = || layout.nets.iter().enumerate();
     let of = |name: &'static str| all().filter(move |(_, net)| base(net.name) == name).map(|(index, _)| index);
-    let mut found: Vec<(&str, Vec<usize>)> =
-        groups.iter().map(|(group, names)| (*group, names.iter().flat_map(|&name| of(name)).collect())).collect();
+    let mut found: Vec<(String, Vec<usize>)> = groups
+        .iter()
+        .map(|(group, names)| ((*group).to_string(), names.iter().flat_map(|&name| of(name)).collect()))
+        .collect();
     let named = |net: &Signal| groups.iter().any(|(_, names)| names.contains(&base(net.name)));
-    found.push(("Other", all().filter(|(_, net)| !named(net)).map(|(index, _)| index).collect()));
+    found.push(("Other".to_string(), all().filter(|(_, net)| !named(net)).map(|(index, _)| index).collect()));
+    found
+}
+
+/// Returns the groups of a design of the user's own: its ports, then a group for each instance with signals inside.
+fn instances(layout: &Layout, own: &[OwnNet]) -> Vec<(String, Vec<usize>)> {
+    const PORTS: &str = "Ports";
+    let top = layout.scopes.first().map_or("", |scope| &scope.name);
+    let mut found = vec![(VHDL_AND_EMULATOR.to_string(), Vec::new()), (PORTS.to_string(), Vec::new())];
+    for (index, net) in layout.nets.iter().enumerate() {
+        let group = match own.get(index) {
+            None => VHDL_AND_EMULATOR,
+            Some(OwnNet { is_port: true, .. }) => PORTS,
+            Some(_) => net.name.rsplit_once('.').map_or(top, |(instance, _)| instance),
+        };
+        match found.iter_mut().find(|(name, _)| name == group) {
+            Some((_, nets)) => nets.push(index),
+            None => found.push((group.to_string(), vec![index])),
+        }
+    }
     found
 }
 
 /// Returns whether a net is drawn as a curve.
-pub(crate) fn is_curve(layout: &Layout, net: &Signal) -> bool {
+pub(crate) fn is_curve(layout: &Layout, index: usize) -> bool {
+    let net = &layout.nets[index];
+    if let Some(own) = &layout.own {
+        return net.format != Format::BIT && own.get(index).is_some_and(|own| own.is_quantity);
+    }
     net.format != Format::BIT && [&CURVES[..], layout.waves.curves].iter().any(|names| names.contains(&base(net.name)))
 }
 
@@ -164,11 +196,17 @@ fn write_group(file: &mut String, name: &str, traces: impl Iterator<Item = Strin
 
 fn net_trace(layout: &Layout, index: usize) -> Option<String> {
     let net @ Signal { name, format, unit, .. } = &layout.nets[index];
-    let flags = word_flags(net);
-    let flags = if is_curve(layout, net) { flags | STEP | FULL_SCALE } else { flags };
+    let flags = if is_plain(layout, index) { HEXADECIMAL | RIGHT } else { word_flags(net) };
+    let flags = if is_curve(layout, index) { flags | STEP | FULL_SCALE } else { flags };
     let read = if net.is_counter() { ", read as signed" } else { "" };
     let alias = (*unit != "1").then(|| format!("{name} ({unit}{read})"));
     trace(layout, Source::Net(index), flags, format.frac(), alias)
+}
+
+/// Returns whether a net is a word of a design of the user's own that is no number: bits, an enumeration or a structure.
+pub(crate) fn is_plain(layout: &Layout, index: usize) -> bool {
+    let own = layout.own.as_ref().and_then(|own| own.get(index));
+    layout.nets[index].format != Format::BIT && own.is_some_and(|own| !own.is_quantity)
 }
 
 /// Returns the flags of a word: a bit is shown as a bit, a number in decimal.

@@ -1,8 +1,9 @@
 //! The variables of a waveform, and their places in the hierarchy.
 
+use hpu_cosim::dut::{DutSimulation, Wire};
 use hpu_cosim::{Simulation, Waves, Wired};
 use hpu_datapath::{AnyBlock, Instance, Wiring};
-use hpu_signal::{Format, Real, Signal};
+use hpu_signal::{Cycle, Format, Real, Signal};
 
 /// The source of a variable's value. Variables with the same source are one signal under several names.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -73,6 +74,19 @@ pub struct Layout {
     /// Words of the inputs that are tied to a constant.
     pub(crate) tied: Vec<i64>,
     pub(crate) waves: Waves,
+    /// The nets of a design of the user's own, if it is one.
+    pub(crate) own: Option<Vec<OwnNet>>,
+    /// The edge at which the waveform begins.
+    pub(crate) begin: Cycle,
+}
+
+/// A net of a design of the user's own.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) struct OwnNet {
+    /// Whether its words are numbers, which are drawn as curves.
+    pub(crate) is_quantity: bool,
+    /// Whether it is outside: a port, or the contact.
+    pub(crate) is_port: bool,
 }
 
 /// The depth in the wall of an axis that turns, and of one that moves along a rail.
@@ -113,6 +127,20 @@ impl Scope {
             self.scopes.push(Self::new(name, false, std::iter::empty()));
         }
         &mut self.scopes[at]
+    }
+
+    /// Leaves out variables by their paths. Returns whether any of a net is left.
+    fn keep(&mut self, path: &str, keeps: &dyn Fn(&str) -> bool) -> bool {
+        let is_kept = |var: &Var| {
+            let name = var.name.rsplit_once('[').filter(|_| var.width > 1).map_or(&*var.name, |(name, _)| name);
+            matches!(var.source, Source::Clock | Source::Reset) || keeps(&format!("{path}{name}"))
+        };
+        self.vars.retain(is_kept);
+        self.scopes.retain_mut(|scope| {
+            let path = format!("{path}{}.", scope.name);
+            scope.keep(&path, keeps)
+        });
+        !self.scopes.is_empty() || self.vars.iter().any(|var| matches!(var.source, Source::Net(_) | Source::Tied(_)))
     }
 
     fn add_clock(&mut self) {
@@ -161,7 +189,7 @@ impl Layout {
         }
         let columns = (0..reals.len()).map(Shown::Value).collect();
         let (overflows, waves) = (Vec::new(), Waves::default());
-        Self { scopes, nets, reals: reals.to_vec(), columns, overflows, tied, waves }
+        Self { scopes, nets, reals: reals.to_vec(), columns, overflows, tied, waves, own: None, begin: Cycle(0) }
     }
 
     /// Returns the hierarchy of a scene's wiring and world. A recording has no plant.
@@ -172,8 +200,9 @@ impl Layout {
         Self { waves: simulation.waves(), ..laid }
     }
 
-    /// Returns the hierarchy of a design of the user's own: its ports in a scope of its name, and its world.
-    pub fn of_design(simulation: &impl Simulation) -> Self {
+    /// Returns the hierarchy of a design of the user's own: its ports in a scope of its name, its signals inside in
+    /// scopes of its instances, and its world.
+    pub fn of_design(simulation: &DutSimulation) -> Self {
         let nets = simulation.nets();
         let mut top = Scope::new(simulation.closed_by(), true, std::iter::empty());
         for (index, signal) in nets.iter().enumerate() {
@@ -186,7 +215,26 @@ impl Layout {
         let scopes = vec![top, Scope::new("plant", false, reals.iter().enumerate().map(Var::real))];
         let columns = (0..reals.len()).map(Shown::Value).collect();
         let (overflows, tied, waves) = (Vec::new(), Vec::new(), Waves::default());
-        Self { scopes, nets, reals: reals.to_vec(), columns, overflows, tied, waves }
+        let of = |wire: &Wire| OwnNet { is_quantity: wire.is_quantity(), is_port: !wire.port.is_inside };
+        let contact = OwnNet { is_quantity: false, is_port: true };
+        let own = Some(simulation.wires().iter().map(of).chain([contact]).collect());
+        Self { scopes, nets, reals: reals.to_vec(), columns, overflows, tied, waves, own, begin: Cycle(0) }
+    }
+
+    /// Leaves out the nets whose paths below the topmost scope `keeps` does not take, as in `decoder.count`, and the
+    /// scopes that are empty then. The outputs of the plant stay.
+    #[must_use]
+    pub fn with_nets(mut self, keeps: &dyn Fn(&str) -> bool) -> Self {
+        if let Some(top) = self.scopes.first_mut() {
+            top.keep("", keeps);
+        }
+        self
+    }
+
+    /// Begins the waveform at an edge; the clock stands still before.
+    #[must_use]
+    pub fn from_edge(self, begin: Cycle) -> Self {
+        Self { begin, ..self }
     }
 
     /// Adds `clk` in front of every `rst`. The writers toggle it between the changes that they observe: it costs two

@@ -58,7 +58,7 @@ impl<S: Sink> Recording<S> {
             sink.word(layout.slot(Source::Tied(index)), word)?;
         }
         Ok(Self {
-            file: Timed { sink, timescale: Timescale::of(clock), clk, now: Cycle(0), time: 0 },
+            file: Timed { sink, timescale: Timescale::of(clock), clk, now: layout.begin, time: 0 },
             shown: (0..layout.nets.len()).map(|index| layout.shows(Source::Net(index))).collect(),
             words: vec![0; layout.nets.len()],
             has_words: false,

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use hpu_signal::{Clock, Cycle, Format};
 
-use crate::gtkw::{PLANT, find, groups, is_curve};
+use crate::gtkw::{PLANT, find, groups, is_curve, is_plain};
 use crate::timescale::Timescale;
 use crate::{Layout, Source};
 
@@ -15,15 +15,16 @@ pub fn sucl(layout: &Layout, dump: &str, clock: Clock, named: &[(Cycle, String)]
     let _ = writeln!(list.text, "# Commands for a waveform written by hpu: surfer {dump} -c {dump}.sucl");
     list.variable(Source::Clock, None, None);
     for (group, nets) in groups(layout).into_iter().filter(|(_, nets)| !nets.is_empty()) {
-        list.heading(group);
+        list.heading(&group);
         for index in nets {
             let net = &layout.nets[index];
             let format = match net.format {
                 Format::BIT => None,
+                _ if is_plain(layout, index) => Some("Hexadecimal"),
                 format if format.is_signed() || net.is_counter() => Some("Signed"),
                 _ => Some("Unsigned"),
             };
-            list.variable(Source::Net(index), format, is_curve(layout, net).then_some("step"));
+            list.variable(Source::Net(index), format, is_curve(layout, index).then_some("step"));
         }
     }
     if !layout.reals.is_empty() {

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use hpu::{Block, Plant};
-use hpu_cosim::dut::{Change, Design, Designs, DutSimulation, Fault, Port, RunningDesign};
+use hpu_cosim::dut::{Asked, Change, Design, Designs, DutSimulation, Fault, Inside, Port, RunningDesign};
 use hpu_cosim::scene::{DutScene, Experiment};
 use hpu_cosim::{Control, SceneFile, Simulation};
 use hpu_signal::{Format, Signal};
@@ -29,6 +29,7 @@ impl InWords {
             format: Format::unsigned(signal.format.width()),
             is_inside: false,
             is_number: false,
+            is_quantity: false,
         };
         let timing = ["clk", "rst"].map(|name| port(&Signal::bit(name, ""), true));
         let inputs = block.inputs().iter().map(|signal| port(signal, true));
@@ -61,7 +62,7 @@ struct RunningWords {
 }
 
 impl RunningDesign for RunningWords {
-    fn clock(&mut self, words: &[u64], edges: u64, _: bool, changes: &mut Vec<Change>) -> Result<u64, Fault> {
+    fn clock(&mut self, words: &[u64], edges: u64, _: Asked, changes: &mut Vec<Change>) -> Result<u64, Fault> {
         let inputs: Vec<_> = words[..7].iter().map(|word| word.cast_signed()).collect();
         for edge in 1..=edges {
             let now = self.block.tick(&inputs)?;
@@ -77,7 +78,7 @@ impl RunningDesign for RunningWords {
 }
 
 impl Designs for InWords {
-    fn build(&self, _: &DutScene, _: bool) -> Result<Arc<dyn Design>, Fault> {
+    fn build(&self, _: &DutScene, _: Inside) -> Result<Arc<dyn Design>, Fault> {
         Ok(Arc::new(Self::new()))
     }
 }
@@ -119,7 +120,7 @@ fn a_design_pin_by_pin_moves_as_in_a_dut_to_the_bit() {
     let file = scene();
     let experiment = file.parse(&[]).expect("a scene");
     let Experiment::Dut(scene) = &experiment else { panic!("a design") };
-    let simulation = DutSimulation::new(scene, &InWords::new(), false).expect("a simulation");
+    let simulation = DutSimulation::new(scene, &InWords::new(), Inside::Nothing).expect("a simulation");
     let mut trace = simulation.brief_trace();
     let ran = simulation.run(false, &mut trace, &mut (), &Control::default()).expect("a run");
 

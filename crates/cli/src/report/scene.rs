@@ -1,6 +1,7 @@
 //! The parts of a report that a scene's run makes.
 
 use hpu_chart::Diagram;
+use hpu_cosim::dut::Inside;
 use hpu_cosim::scene::{Experiment, Resolved, ValueSource, resolved};
 use hpu_cosim::{AnySimulation, SceneFile, Simulation, Wired, judged_window_s};
 use hpu_page::{Cell, Column, Page, Table, escaped};
@@ -44,7 +45,7 @@ impl SceneReport {
         run.page.take_table("parameters");
         let keys = resolved(run.scene(), &source.name, &source.text, set).map_err(Failure::file)?;
         let simulators = Vhdl::default().simulators();
-        let simulation = AnySimulation::new(run.scene(), &simulators, false)?;
+        let simulation = AnySimulation::new(run.scene(), &simulators, Inside::Nothing)?;
         let overflows = recorded.summary.nets.iter().any(|net| net.usage.overflowed > 0);
         let by_rows =
             |pieces: Pieces| Ok::<_, Failure>(run.again(watch, |_| Ok(pieces))?.map(|recorded| recorded.observer));

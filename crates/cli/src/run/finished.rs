@@ -1,6 +1,7 @@
 //! Runs for other verbs and programs, which hold the result.
 
 use hpu_chart::Picture;
+use hpu_cosim::dut::Inside;
 use hpu_cosim::scene::Experiment;
 use hpu_cosim::{AnySimulation, SceneFile, Summary, Trace};
 use hpu_page::Page;
@@ -89,7 +90,7 @@ fn observe<O: Observe, T>(
     observed: impl FnOnce(&AnySimulation) -> Result<O, Failure>,
     told: impl FnOnce(Ran) -> T,
 ) -> Result<Option<(T, O)>, Failure> {
-    let simulation = AnySimulation::new(&loaded.scene, &args.hdl.simulators(), false)?;
+    let simulation = AnySimulation::new(&loaded.scene, &args.hdl.simulators(), Inside::Nothing)?;
     let mut observer = observed(&simulation)?;
     let engine = Engine::new(args, loaded, &simulation);
     let ran = simulate(args, &loaded.scene, &simulation, &engine, Recorder::Other(&mut observer), watch)?;
@@ -131,7 +132,7 @@ impl Finished {
     ///
     /// As [`AnySimulation::new`].
     pub fn pictures<O>(&self, recorded: &Recorded<O>) -> Result<Vec<Picture>, Failure> {
-        let simulation = AnySimulation::new(&self.loaded.scene, &self.args.hdl.simulators(), false)?;
+        let simulation = AnySimulation::new(&self.loaded.scene, &self.args.hdl.simulators(), Inside::Nothing)?;
         Ok(shown(&simulation).pictures(&recorded.trace, &recorded.summary, &self.loaded.command()))
     }
 }

@@ -20,6 +20,8 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 use device::shown;
+use hpu_cosim::dut::Inside;
+use hpu_cosim::scene::Experiment;
 use hpu_cosim::{AnySimulation, Comparison, Simulation, Wired, WiredSimulation};
 use hpu_page::Page;
 use hpu_signal::Signal;
@@ -34,6 +36,7 @@ use crate::page::show;
 use crate::parameters;
 use crate::scene::{self, Loaded};
 use crate::shell::{Exit, Failure, Folder, Single, hdl, interrupt, values, verdict};
+use crate::waves::Chosen;
 
 pub use finished::{Finished, Recorded, finished, summary, unseen};
 
@@ -54,9 +57,13 @@ pub(crate) struct Args {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     edges: Option<u64>,
     /// Run `events` against `clock` and compare every net and plant state at every edge; with PORT=NET, hold ports of
-    /// the scene's own design against nets of the scene that --beside names
+    /// the scene's own design, or signals inside it (u_vel.vel_r=velocity), against nets of the scene that --beside
+    /// names
     #[arg(long, num_args = 0.., value_name = "PORT=NET", value_parser = values::port_and_net)]
     compare: Option<Vec<(String, String)>>,
+    /// Clock edges by which the ports of --compare come later than the nets; -1: one edge earlier
+    #[arg(long, value_name = "EDGES", default_value_t = 0, allow_hyphen_values = true, requires = "compare")]
+    latency: i64,
     /// Write wave.fst with its files for GTKWave and Surfer, trace.csv (row by row, as the run goes), pictures and
     /// summary.json into this folder; --set record.clock=true shows clk too
     #[arg(short, long, value_name = "DIR")]
@@ -67,6 +74,8 @@ pub(crate) struct Args {
     /// Write the trace as trace.parquet too
     #[arg(long, requires = "out")]
     parquet: bool,
+    #[command(flatten)]
+    chosen: Chosen,
     /// Draw no pictures
     #[arg(long, requires = "out")]
     no_plot: bool,
@@ -142,7 +151,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     args.agree()?;
     let junit_file = args.junit.as_deref().map(Single::open).transpose()?;
     let Some((loaded, fitted)) = plan::read(args, interrupt::watch())? else { return Ok(Exit::Interrupted) };
-    let simulation = AnySimulation::new(&loaded.scene, &args.hdl.simulators(), args.out.is_some())?;
+    let simulation = ready(args, &loaded.scene)?;
     let other = args.beside.as_ref().map(|other| Loaded::new(other, &[], args.edges)).transpose()?;
     let is_compared = args.compare.is_some() && matches!(simulation, AnySimulation::Dut(_));
     let compared = other.as_ref().filter(|_| is_compared);
@@ -180,6 +189,33 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     Ok(ran.exit())
 }
 
+/// Makes the scene of a command ready, with the signals inside its design that a waveform or a comparison shows.
+fn ready<'s>(args: &Args, scene: &'s Experiment) -> Result<AnySimulation<'s>, Failure> {
+    let design = if let Experiment::Dut(scene) = scene { Some(&scene.dut) } else { None };
+    let is_connected = |name: &str| {
+        design.is_some_and(|dut| dut.ports.iter().any(|connected| connected.port.eq_ignore_ascii_case(name)))
+    };
+    // A name that is no connected port may be a port or a signal inside.
+    let compared: Vec<_> =
+        args.compare.iter().flatten().map(|(port, _)| port).filter(|port| !is_connected(port)).collect();
+    let is_compared = |path: &str| compared.iter().any(|name| name.eq_ignore_ascii_case(path));
+    let top = design.map_or("", |dut| &dut.top);
+    let takes = |path: &str| is_compared(path) || args.out.is_some() && args.chosen.shows(top, path, false);
+    let inside = match (&args.out, compared.is_empty()) {
+        (None, true) => Inside::Nothing,
+        (Some(_), true) => args.chosen.inside(&takes),
+        (_, false) => Inside::Chosen(&takes),
+    };
+    let simulation = AnySimulation::new(scene, &args.hdl.simulators(), inside)?;
+    args.chosen.agree(&simulation)?;
+    let shown = args.chosen.edges(&simulation)?;
+    Ok(match simulation {
+        // A comparison looks inside from the first edge to the last.
+        AnySimulation::Dut(design) if compared.is_empty() => AnySimulation::Dut(design.looking_inside(shown)),
+        simulation => simulation,
+    })
+}
+
 /// Writes everything except the waveforms and the trace. `other` is a scene to draw beside.
 fn write(
     args: &Args,
@@ -193,7 +229,7 @@ fn write(
         let command = format!("{command} -o {out}");
         pictures::write(ran, &command, folder)?;
         if let (Some(other), None) = (other, &ran.held) {
-            let simulation = AnySimulation::new(&other.scene, &args.hdl.simulators(), false)?;
+            let simulation = AnySimulation::new(&other.scene, &args.hdl.simulators(), Inside::Nothing)?;
             let command = format!("{command} --beside {}", other.scene.name);
             let engine = Engine::new(args, other, &simulation);
             let nothing = Recorder::Nothing;

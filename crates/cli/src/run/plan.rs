@@ -148,7 +148,7 @@ impl<'s> Plan<'s> {
             }
             (AnySimulation::Dut(design), Some(pairs), None) => {
                 let ours = beside.expect("--compare PORT=NET stands beside a scene");
-                Self::Run(Engine::Beside(design, Pairs::new(simulation, ours, pairs)?, ours))
+                Self::Run(Engine::Beside(design, Pairs::new(simulation, ours, (pairs, args.latency))?, ours))
             }
         })
     }

@@ -177,7 +177,7 @@ fn recorded(
     advance: &mut dyn FnMut(&mut dyn Observe) -> Result<Advanced, Failure>,
 ) -> Result<Advanced, Failure> {
     let nets = table(simulation, engine.compares());
-    let waves = Waves::begin(simulation, folder, args.vcd, engine.compares())?;
+    let waves = Waves::begin(simulation, folder, (args.vcd, engine.compares()), &args.chosen)?;
     let rows = Rows::begin(simulation, &nets, command, args.parquet, folder, interrupt::heed())?;
     let mut recorded = WavesAndRows(waves, rows);
     let advanced = advance(&mut recorded);

@@ -1,6 +1,6 @@
 //! Why a design's wall gives no torque: the design is run again with one connection changed.
 
-use hpu_cosim::dut::{Designs, DutSimulation};
+use hpu_cosim::dut::{Designs, DutSimulation, Inside};
 use hpu_cosim::scene::{Connection, Dut, DutScene, Experiment, Line, OutcomeKind};
 use hpu_cosim::{Control, Simulation, Summary};
 
@@ -68,7 +68,7 @@ pub fn found(scene: &Experiment, summary: &Summary, designs: &dyn Designs, contr
 
 /// Returns whether the wall of a design is touched and gives a torque; `None` if the design cannot be run.
 fn gives_torque(scene: &DutScene, designs: &dyn Designs, control: &Control) -> Option<bool> {
-    let simulation = DutSimulation::new(scene, designs, false).ok()?;
+    let simulation = DutSimulation::new(scene, designs, Inside::Nothing).ok()?;
     let summary = simulation.run(false, &mut simulation.verdict_trace(), &mut (), control).ok()?;
     let is_touched = summary.contact_share.is_some_and(|share| share > 0.0);
     Some(is_touched && summary.outcome() != Some(OutcomeKind::NoWallTorque))

@@ -59,6 +59,7 @@ const MODES: &[Mode] = modes! {
     "run": |given| !given.is("driver", "rtl"), "a run without the VHDL of blocks", { hdl: "--driver rtl reads it" }
     "run": |given| given.has("compare") && !given.has_value("compare"), "the comparison of both drivers", {
         beside: "--compare PORT=NET and -o DIR read it";
+        latency: "--compare PORT=NET reads it";
         notation tool_timeout: "a run without --compare reads it" }
     "run": |given| given.has("json"), "JSON", { notation: "text shows word formats" }
     "block": |given| given.has("inputs"), "rows of words", { notation: "formats are shown without --inputs" }

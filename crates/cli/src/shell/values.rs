@@ -47,6 +47,13 @@ pub fn time(text: &str) -> Result<Duration, Failure> {
     value(time, "write a time above zero, as in 60s, 500ms or 5min")
 }
 
+/// Reads an instant of a run, in seconds from its start.
+pub fn instant(text: &str) -> Result<f64, Failure> {
+    let units = [("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9), ("s", 1.0), ("", 1.0)];
+    let seconds = with_unit(text, &units).filter(|seconds| (0.0..=1e6).contains(seconds));
+    value(seconds, "write a time of the run, as in 1ms, 250us or 0.5s")
+}
+
 /// Reads a time limit in seconds.
 pub fn limit(text: &str) -> Result<Duration, Failure> {
     let seconds = text.parse().ok().filter(|seconds| (0.001..=1e9).contains(seconds));

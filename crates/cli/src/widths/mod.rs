@@ -1,6 +1,7 @@
 //! `hpu widths`: the bits that every signal of a scene needs, and the effect of each bit.
 
 mod cost;
+mod design;
 mod digits;
 mod gappa;
 mod page;
@@ -12,7 +13,7 @@ use std::path::{Path, PathBuf};
 
 use cost::{OneMore, one_more};
 use hpu_chart::{Picture, ranges};
-use hpu_cosim::scene::Experiment;
+use hpu_cosim::scene::{DutScene, Experiment};
 use hpu_rtl::{Cache, Setup};
 use hpu_signal::Notation;
 use hpu_study::widths::{Field, Measured, Recommended, by_range, measured, random, recommend, together};
@@ -38,6 +39,9 @@ use crate::work::{Find, Rows};
 ///
 /// Measured ranges, `needs` and what --search finds hold for the motions of the scenes that are named; proved ranges
 /// for every motion within the device's limits.
+///
+/// Of a design of your own, a scene with a [dut], the page shows its ports and the signals inside it: ranges, idle upper
+/// bits, and whether one bit less would have wrapped in this run.
 ///
 /// On two cores the page of hybrid-wall takes seconds, its --search half a minute, its --price up to 12 minutes the
 /// first time.
@@ -151,6 +155,8 @@ enum Plan {
     Search,
     /// The page of these scenes.
     Page(Vec<Experiment>),
+    /// The page of a design of the user's own.
+    Design(Box<DutScene>),
 }
 
 impl Plan {
@@ -164,6 +170,11 @@ impl Plan {
         }
         let read = |name: &String| Ok(scene::source(name)?.parse(&args.set.set)?);
         let mut scenes = args.scenes.iter().map(read).collect::<Result<Vec<_>, Failure>>()?;
+        if let Some(at) = scenes.iter().position(|scene| matches!(scene, Experiment::Dut(_)))
+            && let Experiment::Dut(scene) = scenes.swap_remove(at)
+        {
+            return Ok(Self::Design(Box::new(scene)));
+        }
         Ok(if args.gappa { Self::Gappa(Box::new(scenes.remove(0))) } else { Self::Page(scenes) })
     }
 }
@@ -176,6 +187,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     match plan {
         Plan::Gappa(scene) => gappa::run(&scene, args.out.as_deref()),
         Plan::Search => search::run(&args.search, &args.asked(cache.as_ref().map(|cache| (cache, &setup)))),
+        Plan::Design(scene) => design::run(args, &scene),
         Plan::Page(scenes) => show_page(args, &scenes, cache.as_ref().map(|cache| (cache, &setup))),
     }
 }

@@ -192,7 +192,7 @@ fn lost(of: &Widths, loss: &Loss) -> String {
 }
 
 /// Returns a time with three digits.
-fn first_time(seconds: f64) -> String {
+pub(super) fn first_time(seconds: f64) -> String {
     let (value, unit) = match seconds {
         s if s < 1e-3 => (s * 1e6, "us"),
         s if s < 1.0 => (s * 1e3, "ms"),
@@ -208,7 +208,7 @@ fn first_time(seconds: f64) -> String {
     format!("{value:.decimals$}{unit}")
 }
 
-fn span(min: f64, max: f64) -> String {
+pub(super) fn span(min: f64, max: f64) -> String {
     if min == max { digits(min) } else { format!("{}..{}", digits(min), digits(max)) }
 }
 

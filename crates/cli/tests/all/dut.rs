@@ -78,7 +78,7 @@ const NEAR: [&str; 4] =
     ["wall.position=4.6 mrad", "dut.generics.WALL_AT=3", "run.duration=4 ms", "hand.path=[[0, 0], [0.002, 0.03]]"];
 
 /// Returns the words of each signal of a waveform by its path, with the times at which they begin.
-fn words(waveform: &Path) -> BTreeMap<String, Vec<(u64, String)>> {
+pub fn words(waveform: &Path) -> BTreeMap<String, Vec<(u64, String)>> {
     fn note(items: &[ScopeItem], path: &str, names: &mut Vec<(IdCode, String)>) {
         for item in items {
             match item {

@@ -19,6 +19,7 @@ mod formal;
 mod fuzz;
 mod gimbal;
 mod heard;
+mod inside;
 mod keys;
 mod manual;
 mod map;

@@ -72,6 +72,8 @@ const GIVEN: &[(&str, &[&str])] = &[
     ("variant", &["--variant", "8_bit"]),
     ("index", &["--index", "1"]),
     ("wave", &["--wave", "2"]),
+    ("depth", &["--wave", "*", "--depth", "1"]),
+    ("to", &["--to", "1ms"]),
     ("of", &["--of", "2"]),
     ("engine", &["--engine", "slurm"]),
     ("limit", &["--limit", "1"]),
@@ -154,7 +156,11 @@ const MODES: &[Mode] = &[
     (&["run"], &["hybrid-wall", "--set", SHORT], &[HAND]),
     (&["run"], &["hybrid-wall", "--json", "--set", SHORT], &[HAND]),
     (&["run"], &["hybrid-wall", "--compare", "--set", SHORT], &[("compare", &["--compare", "a=b"])]),
-    (&["run"], &["hybrid-wall", "--out", "@/o", "--set", SHORT], &[HAND, ("beside", &["--beside", "free-motion"])]),
+    (
+        &["run"],
+        &["hybrid-wall", "--out", "@/o", "--set", SHORT],
+        &[HAND, ("beside", &["--beside", "free-motion"]), ("wave", &["--wave", "ports"]), ("from", &["--from", "1ms"])],
+    ),
     (
         &["run"],
         &["hybrid-wall", "--out", "@/o", "--no-plot", "--set", SHORT],

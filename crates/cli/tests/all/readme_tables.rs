@@ -285,6 +285,15 @@ pub const COMMANDS: &[(&str, Form)] = &[
     ("hpu check --scene stop.toml --edges 20000", Form::AsIs),
     ("hpu check --formal --scene stop.toml", Form::AsIs),
     ("cat mine.toml", Form::AsIs),
+    ("hpu widths mine.toml", short("hpu widths mine.toml --set run.duration=1ms", "it takes seconds")),
+    (
+        "hpu run mine.toml -o out --wave ports",
+        short("hpu run mine.toml -o out --wave ports --edges 30000", "it takes seconds"),
+    ),
+    (
+        "hpu run mine.toml -o out --wave count duty --from 1ms --to 2ms",
+        short("hpu run mine.toml -o out --wave count duty --from 1ms --to 2ms --edges 30000", "it takes seconds"),
+    ),
     (
         "hpu run mine.toml",
         short("hpu run mine.toml --edges 1000000", "Verilator clocks every edge of a second, which takes seconds"),

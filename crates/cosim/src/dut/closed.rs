@@ -3,12 +3,13 @@
 //! The simulator is to [`DrivenWorld`] as a program is to libhpu: it reads inputs, drives outputs and moves on through
 //! the same methods. Beside them a run reads the world's rows for its observers.
 
+use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 use hpu_signal::{Cycle, Observe, Signal, SignalUse, UNKNOWN};
 
-use super::{Change, DutSimulation, Fault, RunningDesign, Wire, Wires};
+use super::{Asked, Change, DutSimulation, Fault, RunningDesign, Wire, Wires};
 use crate::dut::driven_world::{DrivenWorld, Logic};
 use crate::result::contact::Contact;
 use crate::result::stays::Stays;
@@ -45,6 +46,8 @@ struct Closed<'a> {
     output_changes: u64,
     /// Whether an observer looks at the nets.
     watched: bool,
+    /// The nets that are signals inside the design.
+    inside: Range<usize>,
 }
 
 impl DutSimulation<'_> {
@@ -142,6 +145,7 @@ impl DutSimulation<'_> {
             is_sensed: false,
             output_changes: 0,
             watched,
+            inside: wires.iter().position(|wire| wire.port.is_inside).unwrap_or(wires.len())..wires.len(),
         };
         closed.take_changes(0, None);
         if !closed.running.is_over() {
@@ -188,12 +192,15 @@ impl Closed<'_> {
             }
             // As long as its inputs certainly stay, the design can be clocked in one request.
             let edges = self.world.edge() + self.world.quiet() - self.edge;
+            let until = self.edge + edges;
             let changed = edges > 0 && self.clock(edges, watch)?;
             if self.running.is_over() {
                 self.go(self.edge, watch);
             } else if changed {
                 self.go(self.edge, watch);
                 self.drive()?;
+            } else if self.edge < until {
+                // From here on other signals are asked for, in another request.
             } else if self.edge < end {
                 self.go(self.edge + 1, watch);
                 self.is_sensed = self.sense();
@@ -214,12 +221,24 @@ impl Closed<'_> {
         }
     }
 
+    /// Returns the changes to ask for at the next edge, and for how many edges at most.
+    fn asked(&self) -> (Asked, u64) {
+        let (next, looked) = (self.edge + 1, &self.simulation.looked);
+        match self.watched {
+            false => (Asked::Driving, u64::MAX),
+            true if self.inside.is_empty() || looked.end <= next => (Asked::Outputs, u64::MAX),
+            true if next < looked.start => (Asked::Outputs, looked.start - next),
+            true => (Asked::Inside, looked.end - next),
+        }
+    }
+
     /// Clocks the design for `edges` edges, or up to the first after which an output that drives the device changes.
     /// Returns whether one did.
     fn clock(&mut self, edges: u64, watch: &mut Watch) -> Result<bool, Fault> {
         self.changes.clear();
         let before = self.edge;
-        let done = self.running.clock(&self.bits, edges, self.watched, &mut self.changes)?;
+        let (asked, most) = self.asked();
+        let done = self.running.clock(&self.bits, edges.min(most), asked, &mut self.changes)?;
         self.edge += done;
         let drives = |change: &Change| self.simulation.wires.wires[change.port].drives();
         let changed = self.changes.iter().any(drives);
@@ -269,8 +288,10 @@ impl Closed<'_> {
         self.shown.clear();
         self.shown.extend(self.words.iter().map(|word| word.unwrap_or(UNKNOWN)));
         self.shown.extend(self.contact());
-        for (usage, &word) in self.uses.iter_mut().zip(&self.shown) {
-            if word != UNKNOWN {
+        // The words of signals that are not asked for may be old.
+        let old = if self.simulation.looked.contains(&edge) { 0..0 } else { self.inside.clone() };
+        for (index, (usage, &word)) in self.uses.iter_mut().zip(&self.shown).enumerate() {
+            if word != UNKNOWN && !old.contains(&index) {
                 (usage.min, usage.max) = (usage.min.min(word), usage.max.max(word));
             }
         }

@@ -8,7 +8,7 @@ use hpu_signal::{Format, Signal};
 use super::{Design, Fault, Port};
 use crate::world::EncoderState;
 use crate::world::axis_encoder::AxisEncoder;
-use hpu_scene::{Connected, Connection, Driving, DutScene, Line, Part, SceneError};
+use hpu_scene::{Connected, Connection, Driving, DutScene, Line, Part, SceneError, did_you_mean};
 
 /// A port with its connections.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -32,6 +32,12 @@ impl Wire {
     /// Returns whether any of its bits drives the device.
     pub fn drives(&self) -> bool {
         self.pieces.iter().any(|piece| piece.connection.drives())
+    }
+
+    /// Returns whether its words are numbers, by its type, by the scene or by its connection.
+    pub fn is_quantity(&self) -> bool {
+        let is_one = |connection: Connection| !matches!(connection, Connection::Line(..) | Connection::Open);
+        self.port.is_quantity || self.whole().is_some_and(is_one)
     }
 
     /// Returns the connection of the whole port, if it has one.
@@ -135,6 +141,7 @@ impl Wires {
                     format,
                     is_inside: false,
                     is_number: false,
+                    is_quantity: false,
                 },
                 pieces: vec![Piece { shift: 0, width: format.width(), connection }],
             }
@@ -144,10 +151,10 @@ impl Wires {
 
     pub(super) fn new(scene: &DutScene, design: &dyn Design) -> Result<Self, Fault> {
         let dut = &scene.dut;
-        let ports = design.ports();
         let same = |one: &str, two: &str| {
             if design.ignores_case() { one.eq_ignore_ascii_case(two) } else { one == two }
         };
+        let ports = formatted(scene, design, &same)?;
         let find = |key: &str, name: &str| -> Result<&Port, SceneError> {
             let outside = || ports.iter().filter(|port| !port.is_inside);
             outside().find(|port| same(&port.name, name)).ok_or_else(|| {
@@ -353,6 +360,45 @@ impl Wires {
         });
         Ok((gates.map(i64::from), command))
     }
+}
+
+/// The most names that a message lists.
+const LISTED: usize = 12;
+
+/// Returns the ports of a design, and the signals inside that are shown, with the formats that the scene says of them.
+fn formatted(
+    scene: &DutScene,
+    design: &dyn Design,
+    same: &dyn Fn(&str, &str) -> bool,
+) -> Result<Vec<Port>, SceneError> {
+    let mut ports = design.ports().to_vec();
+    for (name, format) in &scene.dut.formats {
+        let refused = |reason: String| Err(scene.error(&format!("dut.formats.{name}"), reason));
+        let all = || ports.iter().chain(design.hidden());
+        let Some(port) = all().find(|port| same(&port.name, name)) else {
+            let names: Vec<_> = all().map(|port| port.name.as_str()).collect();
+            let near = did_you_mean(name, &names);
+            let more = if names.len() > LISTED { format!(" and {} more", names.len() - LISTED) } else { String::new() };
+            let others = match near.as_str() {
+                "" => format!("; it has {}{more}", names[..names.len().min(LISTED)].join(", ")),
+                near => near.to_string(),
+            };
+            return refused(format!("`{}` has no port or signal inside of this name{others}", scene.dut.top));
+        };
+        let width = port.format.width();
+        if format.width() != width {
+            return refused(format!("{} has {width} bit(s), {format} has {}", port.name, format.width()));
+        }
+        let fixed = scene.dut.ports.iter().find(|connected| same(&connected.port, name));
+        let fixed = fixed.and_then(|connected| connected.connection.format()).filter(|_| !port.is_inside);
+        if fixed.is_some_and(|fixed| fixed != *format && fixed != Format::BIT) {
+            return refused("its connection in [dut.ports] says its format; leave one out".to_string());
+        }
+        for port in ports.iter_mut().filter(|port| same(&port.name, name)) {
+            (port.format, port.is_quantity) = (*format, true);
+        }
+    }
+    Ok(ports)
 }
 
 /// Returns a port as messages show it.

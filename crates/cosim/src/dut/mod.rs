@@ -14,6 +14,7 @@ pub(crate) mod driven_world;
 mod heard;
 
 use std::error::Error;
+use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
 use hpu_signal::Format;
@@ -46,6 +47,47 @@ pub struct Port {
     pub is_inside: bool,
     /// Whether it has one of VHDL's number types, which have 32 bits whatever their range.
     pub is_number: bool,
+    /// Whether its bits are a number, as far as its type tells: it is no enumeration, no structure and no bits alone.
+    /// Waveforms draw such words as curves.
+    pub is_quantity: bool,
+}
+
+/// The signals inside a design that are to be shown.
+#[derive(Clone, Copy)]
+pub enum Inside<'a> {
+    /// None.
+    Nothing,
+    /// All that the simulator can show.
+    All,
+    /// Those of them whose paths this function takes.
+    Chosen(&'a dyn Fn(&str) -> bool),
+}
+
+impl Inside<'_> {
+    /// Returns whether any signal may be shown.
+    pub fn is_any(self) -> bool {
+        !matches!(self, Self::Nothing)
+    }
+
+    /// Returns whether the signal at this path is to be shown.
+    pub fn shows(self, path: &str) -> bool {
+        match self {
+            Self::Nothing => false,
+            Self::All => true,
+            Self::Chosen(takes) => takes(path),
+        }
+    }
+}
+
+/// The changes that a request asks for; each kind includes those before it.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+pub enum Asked {
+    /// Those of outputs that drive the device.
+    Driving,
+    /// Those of all outputs.
+    Outputs,
+    /// Those of the signals inside that are shown.
+    Inside,
 }
 
 /// A `Design` is a compiled design that can be simulated. It separates this crate from the simulators: `rtl::dut`
@@ -53,6 +95,11 @@ pub struct Port {
 pub trait Design: Send + Sync {
     /// Returns the ports, followed by the signals inside that are shown.
     fn ports(&self) -> &[Port];
+    /// Returns the signals inside that the design declares and that are not shown, as far as they are known. Some of
+    /// them may not be in the simulation at all, because nothing depends on them.
+    fn hidden(&self) -> &[Port] {
+        &[]
+    }
     /// Returns whether names of ports that differ only in case are the same.
     fn ignores_case(&self) -> bool;
     /// Returns the simulator's name as messages show it.
@@ -73,12 +120,13 @@ pub trait Design: Send + Sync {
 pub trait RunningDesign {
     /// Clocks up to `edges` edges of the fastest clock, with the bits in `words` at the inputs, and stops after the
     /// first edge after which an output that drives the device has another word. Returns the number of edges done.
-    /// Appends the changes of outputs on the way: of all outputs if `all` is set, else of those that drive the device.
+    /// Appends the changes on the way that are asked for. A signal that was not asked for before changes at the first
+    /// edge, unless it has the word that was told last.
     ///
     /// # Errors
     ///
     /// When the simulator fails, ends, or does not answer.
-    fn clock(&mut self, words: &[u64], edges: u64, all: bool, changes: &mut Vec<Change>) -> Result<u64, Fault>;
+    fn clock(&mut self, words: &[u64], edges: u64, asked: Asked, changes: &mut Vec<Change>) -> Result<u64, Fault>;
 
     /// Returns whether the design has ended the run, as by `$finish`. It is then clocked no more.
     fn is_over(&self) -> bool {
@@ -104,13 +152,12 @@ pub struct Change {
 
 /// `Designs` builds designs for simulation. It exists because this crate knows no simulators; `rtl` implements it.
 pub trait Designs: Sync {
-    /// Builds the design of a scene. If `inside` is set, signals inside the design are shown too where the simulator
-    /// can.
+    /// Builds the design of a scene, and shows these signals inside it where the simulator can.
     ///
     /// # Errors
     ///
     /// When a tool is missing, or refuses the design.
-    fn build(&self, scene: &DutScene, inside: bool) -> Result<Arc<dyn Design>, Fault>;
+    fn build(&self, scene: &DutScene, inside: Inside) -> Result<Arc<dyn Design>, Fault>;
 }
 
 static PROVIDED: OnceLock<Box<dyn Designs + Send>> = OnceLock::new();
@@ -140,17 +187,20 @@ pub struct DutSimulation<'s> {
     design: Arc<dyn Design>,
     wires: Wires,
     outline: Outline,
+    /// The edges at which the signals inside are asked for.
+    looked: Range<u64>,
 }
 
 impl<'s> DutSimulation<'s> {
-    /// Makes a scene ready: builds its design and connects its ports. If `inside` is set, the signals inside that the
-    /// simulator shows are nets too.
+    /// Makes a scene ready: builds its design and connects its ports. The signals `inside` that the simulator shows are
+    /// nets too.
     ///
     /// # Errors
     ///
     /// When the design cannot be built; when a port is missing, has another width or direction than its connection, or
-    /// has no connection; when the device makes no plant.
-    pub fn new(scene: &'s DutScene, designs: &dyn Designs, inside: bool) -> Result<Self, Fault> {
+    /// has no connection; when a format is of no signal of the design, or of another width; when the device makes no
+    /// plant.
+    pub fn new(scene: &'s DutScene, designs: &dyn Designs, inside: Inside) -> Result<Self, Fault> {
         let design = designs.build(scene, inside)?;
         let wires = Wires::new(scene, &*design)?;
         let (device, wall) =
@@ -160,7 +210,13 @@ impl<'s> DutSimulation<'s> {
         plant.places.reach = wires.counter().map(|(_, reach)| reach);
         let outline = Outline::of_axis(scene, device, wall, loop_of, Vec::new(), true);
         let outline = outline.with_hand(scene.hand.path());
-        Ok(Self { plant, scene, design, wires, outline })
+        Ok(Self { plant, scene, design, wires, outline, looked: 0..u64::MAX })
+    }
+
+    /// Asks for the signals inside at these edges alone. A run is as fast as without them at the others.
+    #[must_use]
+    pub fn looking_inside(self, looked: Range<u64>) -> Self {
+        Self { looked, ..self }
     }
 
     /// Returns the scene.
@@ -173,7 +229,12 @@ impl<'s> DutSimulation<'s> {
         self.design.engine()
     }
 
-    /// Returns the ports with their connections.
+    /// Returns the signals inside that the design declares and that are not among its [`wires`](Self::wires).
+    pub fn hidden(&self) -> &[Port] {
+        self.design.hidden()
+    }
+
+    /// Returns the ports with their connections, then the signals inside that are shown.
     pub fn wires(&self) -> &[Wire] {
         &self.wires.wires
     }

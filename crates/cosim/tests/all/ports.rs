@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex};
 
-use hpu_cosim::dut::{Change, Design, Designs, DutSimulation, Fault, Port, RunningDesign};
+use hpu_cosim::dut::{Asked, Change, Design, Designs, DutSimulation, Fault, Inside, Port, RunningDesign};
 use hpu_cosim::{ANGLE, Control, Simulation, Summary};
 use hpu_scene::{DutScene, Experiment};
 use hpu_signal::Format;
@@ -16,7 +16,7 @@ struct Fixed {
 }
 
 impl Designs for Fixed {
-    fn build(&self, _: &DutScene, _: bool) -> Result<Arc<dyn Design>, Fault> {
+    fn build(&self, _: &DutScene, _: Inside) -> Result<Arc<dyn Design>, Fault> {
         Ok(Arc::new(self.clone()))
     }
 }
@@ -39,13 +39,13 @@ impl Design for Fixed {
 }
 
 impl RunningDesign for Fixed {
-    fn clock(&mut self, _: &[u64], edges: u64, _: bool, _: &mut Vec<Change>) -> Result<u64, Fault> {
+    fn clock(&mut self, _: &[u64], edges: u64, _: Asked, _: &mut Vec<Change>) -> Result<u64, Fault> {
         Ok(edges)
     }
 }
 
 fn port(name: &str, is_input: bool, format: Format) -> Port {
-    Port { name: name.into(), is_input, format, is_inside: false, is_number: false }
+    Port { name: name.into(), is_input, format, is_inside: false, is_number: false, is_quantity: false }
 }
 
 /// Runs a design with the inputs `clk`, `ab` (2 bits) and `word` (16 bits, signed) and the output `io` (8 bits), whose
@@ -75,7 +75,7 @@ fn run_at(wall: &str, ports: &str, io: u64) -> Result<([u64; 2], f64, Summary), 
         outputs: vec![(2, io)],
         seen: Arc::clone(&seen),
     };
-    let simulation = DutSimulation::new(&scene, &design, false).map_err(|error| error.to_string())?;
+    let simulation = DutSimulation::new(&scene, &design, Inside::Nothing).map_err(|error| error.to_string())?;
     let mut trace = simulation.trace(&[]);
     let summary = simulation.run(false, &mut trace, &mut (), &Control::default()).map_err(|error| error.to_string())?;
     let words = seen.lock().unwrap().clone();

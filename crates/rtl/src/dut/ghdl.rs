@@ -5,12 +5,13 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
 
-use hpu_cosim::dut::{Change, Design, Fault, Port, RunningDesign};
+use hpu_cosim::dut::{self, Change, Design, Inside, Port, RunningDesign};
 use hpu_cosim::scene::{Dut, Identifier, Standard};
 use hpu_signal::Format;
 use hpu_vhpi::{ASK, INSIDE, LIST};
 
 use super::build::{Model, PlainName, carries_clock, common_cycle, plain_names, write, write_files};
+use super::declared::{self, Declared, Kind};
 use super::process::{ANSWER, Process};
 use super::said::{Ears, Form};
 use super::vhdl::{Interface, Item, Types, entities, interface, value};
@@ -19,7 +20,7 @@ use crate::engines::error::Error;
 use crate::engines::ghdl::writes_programs;
 use crate::engines::library::{LIBRARY, place_library};
 use crate::engines::temporary::Temporary;
-use crate::engines::tool::{Tool, run};
+use crate::engines::tool::{Fault, Tool, run};
 
 /// The bench's entity, and the package through which it talks to hpu.
 const BENCH: &str = "hpu_dut_bench";
@@ -33,6 +34,7 @@ pub(super) struct Analysed {
     folder: Temporary,
     dut: Dut,
     ports: Vec<Port>,
+    hidden: Vec<Port>,
     engine: String,
     limit: Duration,
     inside: bool,
@@ -40,24 +42,24 @@ pub(super) struct Analysed {
 }
 
 impl Simulators {
-    /// Analyses a design for simulation in GHDL, with its inner signals if `inside` is set. `why` is added to the name
-    /// of the engine.
-    pub(super) fn ghdl(&self, model: &Model, why: &str, inside: bool) -> Result<Analysed, Error> {
+    /// Analyses a design for simulation in GHDL, with these inner signals. `why` is added to the name of the engine.
+    pub(super) fn ghdl(&self, model: &Model, why: &str, inside: Inside) -> Result<Analysed, Error> {
         let version = Tool::Ghdl.version(self.setup.timeout)?;
-        let (folder, ports) = self.elaborated(model, inside)?;
+        let (folder, ports, declared) = self.elaborated(model, inside)?;
         let engine = format!("GHDL {version}{why}");
         let limit = self.setup.timeout.unwrap_or(ANSWER);
         let form = Form::Ghdl { half_fs: half_fs(model), settle: model.settle };
-        Ok(Analysed { folder, dut: model.dut.clone(), ports, engine, limit, inside, form })
+        let (hidden, inside) = (declared.hidden(&ports), inside.is_any());
+        Ok(Analysed { folder, dut: model.dut.clone(), ports, hidden, engine, limit, inside, form })
     }
 
-    /// Returns the ports of a design in VHDL, as GHDL elaborates it.
-    pub(super) fn ports_of_vhdl(&self, model: &Model) -> Result<Vec<Port>, Error> {
-        self.elaborated(model, false).map(|(_, ports)| ports)
+    /// Returns the signals of a design in VHDL with their types, as GHDL elaborates it.
+    pub(super) fn declared_in_vhdl(&self, model: &Model) -> Result<(Vec<Port>, Declared), Error> {
+        self.elaborated(model, Inside::Nothing).map(|(_, ports, declared)| (ports, declared))
     }
 
-    /// Analyses a design with its bench, and asks the bench for the design's ports.
-    fn elaborated(&self, model: &Model, inside: bool) -> Result<(Temporary, Vec<Port>), Error> {
+    /// Analyses a design with its bench. Asks the bench for the design's ports, and GHDL for the types of all signals.
+    fn elaborated(&self, model: &Model, inside: Inside) -> Result<(Temporary, Vec<Port>, Declared), Error> {
         let dut = model.dut;
         // The elaboration of VHDL runs its functions.
         allowed(dut)?;
@@ -87,12 +89,21 @@ impl Simulators {
             command.arg(BENCH);
             run(Tool::Ghdl, "elaborate a design", command, self.limit()).map_err(say)?;
         }
-        let mut command = simulate(dut.standard, folder.path(), BENCH);
-        command.env(ASK, "");
-        if inside {
-            show_inside(&mut command);
-        }
-        let said = run(Tool::Ghdl, "tell its ports", command, self.limit()).map_err(say)?;
+        let ask = |with_types: bool| {
+            let mut command = simulate(dut.standard, folder.path(), BENCH);
+            command.args(with_types.then_some("--dump-rti")).env(ASK, "");
+            if inside.is_any() {
+                show_inside(&mut command);
+            }
+            run(Tool::Ghdl, "tell its ports", command, self.limit())
+        };
+        // GHDL describes all initial values too, which are many where a design has a large memory.
+        let said = match ask(true) {
+            Err(error) if matches!(error.fault, Fault::Flooded) => ask(false),
+            said => said,
+        };
+        let said = said.map_err(say)?;
+        let declared = declared::of_rti(&said.out);
         let told: Vec<(Format, bool)> =
             said.out.lines().filter_map(|line| format(line.strip_prefix("PORT ")?)).collect();
         let ports = interface.ports.iter().zip(&told);
@@ -103,24 +114,26 @@ impl Simulators {
                 format,
                 is_inside: false,
                 is_number,
+                is_quantity: is_number,
             })
             .collect();
         if told.len() != interface.ports.len() {
             return Err(refused(format!("it did not tell its ports:\n{}{}", said.out, said.err)));
         }
-        if inside {
+        if inside.is_any() {
             let mut list = String::new();
             for (name, kind) in said.out.lines().filter_map(|line| line.strip_prefix("INSIDE ")?.split_once(' ')) {
-                let is_shown = !has(&interface.ports, name) && !carries_clock(dut, name);
+                let is_shown = !has(&interface.ports, name) && !carries_clock(dut, name) && inside.shows(name);
                 if let Some((format, is_number)) = format(kind).filter(|_| is_shown) {
-                    let name = name.to_string();
                     list += &format!("{name}\n");
-                    ports.push(Port { name, is_input: false, format, is_inside: true, is_number });
+                    let kind = Kind { format, is_quantity: is_number };
+                    ports.push(Port { is_number, ..declared::inside(name.to_string(), kind) });
                 }
             }
             write(folder.path(), LIST, list.as_bytes())?;
         }
-        Ok((folder, ports))
+        ports.iter_mut().for_each(|port| declared.describe(port));
+        Ok((folder, ports, declared))
     }
 
     /// Analyses the design's own files.
@@ -344,6 +357,10 @@ impl Design for Analysed {
         &self.ports
     }
 
+    fn hidden(&self) -> &[Port] {
+        &self.hidden
+    }
+
     fn ignores_case(&self) -> bool {
         true
     }
@@ -357,7 +374,7 @@ impl Design for Analysed {
         words: &[u64],
         drives: &[bool],
         changes: &mut Vec<Change>,
-    ) -> Result<Box<dyn RunningDesign>, Fault> {
+    ) -> Result<Box<dyn RunningDesign>, dut::Fault> {
         let mut command = simulate(self.dut.standard, self.folder.path(), BENCH);
         // Words are unknown before the reset. The words that reach the device are checked anyway.
         command.arg("--ieee-asserts=disable-at-0");

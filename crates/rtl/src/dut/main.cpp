@@ -98,8 +98,8 @@ namespace {
 constexpr int DESCRIPTOR = 3;
 // How often the parent is looked for without sleeping.
 constexpr int SPINS = 100;
-// What is told, and how much of it is ports; the rest is signals inside.
-constexpr size_t PORTS = @PORTS@, OUTSIDE = @OUTSIDE@;
+// The ports without clocks and reset. Signals inside are numbered after them.
+constexpr size_t PORTS = @PORTS@;
 constexpr const char* NAMES[] = {@NAMES@};
 constexpr bool OUTPUTS[] = {@OUTPUTS@};
 constexpr bool MAKES_UP = @MAKES_UP@;
@@ -116,8 +116,25 @@ void put(Vdut& top, const Bits& bits) {
 void get(const Vdut& top, Bits& bits) {
 @GETS@}
 
-void get_inside(const Vdut& top, Bits& bits) {
-@INSIDE@}
+// A signal inside: its place and its bytes.
+struct Signal {
+  const void* at;
+  size_t bytes;
+
+  uint64_t read() const {
+    switch (bytes) {
+      case 1: return *static_cast<const CData*>(at);
+      case 2: return *static_cast<const SData*>(at);
+      case 4: return *static_cast<const IData*>(at);
+      default: return *static_cast<const QData*>(at);
+    }
+  }
+};
+
+std::vector<Signal> all_inside([[maybe_unused]] const Vdut& top) {
+  return {
+@INSIDE@  };
+}
 
 void levels(Vdut& top, uint64_t half) {
 @LEVELS@}
@@ -240,12 +257,18 @@ struct Model {
 
 }  // namespace
 
-int main() {
-  uint64_t ports = 0;
-  if (!take(&ports, 1) || ports != PORTS) return 1;
-  Bits drives(PORTS), bits(PORTS), now(PORTS), before(PORTS), other(PORTS), request(2 + PORTS);
-  if (!take(drives.data(), PORTS) || !take(bits.data(), PORTS)) return 1;
+// The arguments are the places of the signals inside that are shown.
+int main(int count, char** arguments) {
   Model model(1, &voices[0]);
+  const std::vector<Signal> known = all_inside(*model.top);
+  std::vector<Signal> inside;
+  for (int argument = 1; argument < count; ++argument)
+    inside.push_back(known.at(std::strtoul(arguments[argument], nullptr, 10)));
+  const size_t all = PORTS + inside.size();
+  uint64_t told = 0;
+  if (!take(&told, 1) || told != all) return 1;
+  Bits drives(all), bits(all), now(all), before(all), other(all), request(2 + all);
+  if (!take(drives.data(), all) || !take(bits.data(), all)) return 1;
   auto twin = std::make_unique<Model>(2, &voices[1]);
   uint64_t half = COMMON - 2, look = 1;
 
@@ -267,12 +290,16 @@ int main() {
   }
   reset(*model.top, false);
   reset(*twin->top, false);
+  const auto get_inside = [&] {
+    for (size_t signal = 0; signal < inside.size(); ++signal) now[PORTS + signal] = inside[signal].read();
+  };
+  const auto is_told = [&](size_t port) { return port >= PORTS || OUTPUTS[port]; };
   get(*model.top, now);
-  get_inside(*model.top, now);
+  get_inside();
 
   std::vector<uint64_t> answer{0, 0, 0};
-  for (size_t port = 0; port < PORTS; ++port)
-    if (OUTPUTS[port]) answer.insert(answer.end(), {0, port, now[port], 1});
+  for (size_t port = 0; port < all; ++port)
+    if (is_told(port)) answer.insert(answer.end(), {0, port, now[port], 1});
   before = now;
   for (;;) {
     answer[1] = (answer.size() - 3) / 4;
@@ -280,7 +307,9 @@ int main() {
     std::fflush(stdout);
     if (!tell(answer)) return 0;
     if (!take(request.data(), request.size())) return 0;
-    const uint64_t wanted = request[0], all = request[1];
+    // What is asked for: 0 outputs that drive, 1 all outputs, 2 also signals inside.
+    const uint64_t wanted = request[0], asked = request[1];
+    const size_t end = asked == 2 ? all : PORTS;
     std::copy(request.begin() + 2, request.end(), bits.begin());
     uint64_t done = 0;
     answer.assign(3, 0);
@@ -290,11 +319,11 @@ int main() {
       half += 2;
       model.cycle(bits, half);
       get(*model.top, now);
-      if (all != 0) get_inside(*model.top, now);
+      if (asked == 2) get_inside();
       if (twin) {
         twin->cycle(bits, half);
         get(*twin->top, other);
-        for (size_t port = 0; port < OUTSIDE; ++port)
+        for (size_t port = 0; port < PORTS; ++port)
           if (OUTPUTS[port] && now[port] != other[port]) {
             std::fprintf(stderr,
                          "output `%s` depends on a value that nothing has set: with two random initial states it is "
@@ -309,11 +338,12 @@ int main() {
         }
       }
       if (has_said()) is_over = speak(twin != nullptr);
-      for (size_t port = 0; port < PORTS; ++port) {
-        if (!OUTPUTS[port] || now[port] == before[port]) continue;
+      for (size_t port = 0; port < end; ++port) {
+        if (now[port] == before[port] || !is_told(port) || (asked == 0 && drives[port] == 0)) continue;
+        // A word that is not told stays new for the request that asks for it.
         before[port] = now[port];
         changed |= drives[port] != 0;
-        if (all != 0 || drives[port] != 0) answer.insert(answer.end(), {done, port, now[port], 1});
+        answer.insert(answer.end(), {done, port, now[port], 1});
       }
     }
     answer[0] = done;

@@ -11,6 +11,7 @@
 
 mod build;
 mod cost;
+mod declared;
 mod ghdl;
 mod icarus;
 mod order;
@@ -24,7 +25,7 @@ mod vhdl;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use hpu_cosim::dut::{Design, Designs, Fault, Port};
+use hpu_cosim::dut::{Design, Designs, Fault, Inside, Port};
 use hpu_cosim::scene::{Dut, DutScene, Engine, Language, SourceFile};
 
 use crate::engines::cache_folder::CacheFolder;
@@ -119,22 +120,22 @@ impl Simulators {
     pub(crate) fn of_model(&self, model: &Model) -> Result<Box<dyn Design>, Error> {
         allowed(model.dut)?;
         if is_vhdl(&model.dut.files) {
-            return Ok(Box::new(self.ghdl(model, "", false)?));
+            return Ok(Box::new(self.ghdl(model, "", Inside::Nothing)?));
         }
-        Ok(Box::new(self.verilator(model, false)?))
+        Ok(Box::new(self.verilator(model, Inside::Nothing)?))
     }
 
     /// Returns the ports of such a design, of which no program is made.
     pub(crate) fn ports_of_model(&self, model: &Model) -> Result<Vec<Port>, Error> {
         if is_vhdl(&model.dut.files) {
-            return Ok(self.ghdl(model, "", false)?.ports().to_vec());
+            return Ok(self.ghdl(model, "", Inside::Nothing)?.ports().to_vec());
         }
         self.ports_of_verilog(model)
     }
 }
 
 impl Designs for Simulators {
-    fn build(&self, scene: &DutScene, inside: bool) -> Result<Arc<dyn Design>, Fault> {
+    fn build(&self, scene: &DutScene, inside: Inside) -> Result<Arc<dyn Design>, Fault> {
         allowed(&scene.dut)?;
         let dut = prepared(&scene.dut).map_err(|error| at(error, scene))?;
         let (is_vhdl, model) = (is_vhdl(&dut.files), Model::of(scene, &dut));
@@ -164,7 +165,7 @@ const LOST: &str = "synthesis, the way of VHDL to Verilator, loses this delay, w
 
 impl Simulators {
     /// Builds a design in VHDL for Verilator, or for GHDL if only the way through Verilog fails.
-    fn verilator_or_ghdl(&self, model: &Model, inside: bool) -> Result<Arc<dyn Design>, Error> {
+    fn verilator_or_ghdl(&self, model: &Model, inside: Inside) -> Result<Arc<dyn Design>, Error> {
         let error = match self.verilator(model, inside) {
             Ok(design) => return Ok(Arc::new(design)),
             Err(error) => error,
@@ -183,7 +184,7 @@ impl Simulators {
     }
 
     /// Builds a design for GHDL in the place of Verilator, and says so: why, what that costs, and what avoids it.
-    fn instead(&self, model: &Model, inside: bool, why: &str, remedy: &str) -> Result<Arc<dyn Design>, Error> {
+    fn instead(&self, model: &Model, inside: Inside, why: &str, remedy: &str) -> Result<Arc<dyn Design>, Error> {
         let design = self.ghdl(model, &format!("; {why}"), inside)?;
         let top = &model.dut.top;
         note(format!(

@@ -9,7 +9,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use hpu_cosim::dut::{Change, Fault, Heard, RunningDesign};
+use hpu_cosim::dut::{Asked, Change, Fault, Heard, RunningDesign};
 use hpu_vhpi::{DESCRIPTOR, put, take};
 
 use super::said::{Ears, LONGEST};
@@ -163,8 +163,8 @@ impl Process {
 }
 
 impl RunningDesign for Process {
-    fn clock(&mut self, words: &[u64], edges: u64, all: bool, changes: &mut Vec<Change>) -> Result<u64, Fault> {
-        self.request.extend([edges, u64::from(all)]);
+    fn clock(&mut self, words: &[u64], edges: u64, asked: Asked, changes: &mut Vec<Change>) -> Result<u64, Fault> {
+        self.request.extend([edges, asked as u64]);
         self.request.extend_from_slice(words);
         Ok(self.ask(edges, words.len(), changes)?)
     }

@@ -1,6 +1,6 @@
 //! A design simulated by Verilator: Verilog as it is, VHDL through GHDL's synthesis.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::fs;
 use std::io;
@@ -8,12 +8,13 @@ use std::path::{self, Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
 
-use hpu_cosim::dut::{Change, Design, Fault, Port, RunningDesign};
+use hpu_cosim::dut::{Change, Design, Fault, Inside, Port, RunningDesign};
 use hpu_cosim::scene::{Dut, Generic, Identifier};
 use hpu_cosim::script::{Script, Verilog};
 use hpu_signal::{Clock, Format};
 
 use super::build::{Built, Model, PROGRAM, PlainName, carries_clock, common_cycle, plain_names, write, write_files};
+use super::declared::{self, Declared, Kind};
 use super::process::{ANSWER, Process};
 use super::said::{Ears, Form, errors, fatal, told, with_reports_asserted, without};
 use super::text::delay::{first, left_out};
@@ -66,6 +67,9 @@ pub(super) struct Verilated {
     ports: Vec<Port>,
     /// Whether it reads files, which are in the folder of the built model.
     reads_files: bool,
+    hidden: Vec<Port>,
+    /// The places of the signals inside that are shown, among all that the model has.
+    chosen: Vec<usize>,
     is_vhdl: bool,
     engine: String,
     limit: Duration,
@@ -74,7 +78,7 @@ pub(super) struct Verilated {
 }
 
 impl Simulators {
-    pub(super) fn verilator(&self, model: &Model, inside: bool) -> Result<Verilated, Error> {
+    pub(super) fn verilator(&self, model: &Model, inside: Inside) -> Result<Verilated, Error> {
         let dut = model.dut;
         let is_vhdl = super::is_vhdl(&dut.files);
         let version = format!("Verilator {}", Tool::Verilator.version(self.setup.timeout)?);
@@ -83,7 +87,7 @@ impl Simulators {
         } else {
             version
         };
-        let kind = if inside { format!("{tools}, with its inside") } else { tools.clone() };
+        let kind = if inside.is_any() { format!("{tools}, with its inside") } else { tools.clone() };
         let built = self.built(model, &kind, &[MODEL, PORTS, NOTES, UNCHECKED], |folder| {
             write_files(dut, folder)?;
             let (sources, top, unchecked) = if is_vhdl {
@@ -93,25 +97,42 @@ impl Simulators {
                 (sources(dut), dut.top.clone(), self.without_unread(dut, folder)?)
             };
             write(folder, UNCHECKED, unchecked.join("\n").as_bytes())?;
-            self.verilate(model, (folder, &sources, &top), (!is_vhdl, inside))
+            self.verilate(model, (folder, &sources, &top), (!is_vhdl, inside.is_any()))
         })?;
         read(&built.path.join(NOTES))?.lines().for_each(|told| note(told.to_string()));
-        let mut ports: Vec<Port> = read(&built.path.join(PORTS))?.lines().filter_map(port).collect();
         let unchecked = read(&built.path.join(UNCHECKED))?.lines().map(str::to_string).collect();
+        let lines = read(&built.path.join(PORTS))?;
+        let (hidden, mut ports): (Vec<_>, Vec<_>) = lines.lines().filter_map(port).partition(|(_, hidden)| *hidden);
+        let mut hidden: Vec<_> = hidden.into_iter().map(|(port, _)| port).collect();
         if is_vhdl {
-            // Synthesis knows only bits; the entity knows which of them are signed numbers.
-            let elaborated = self.ports_of_vhdl(model)?;
-            for port in &mut ports {
-                if let Some(same) = elaborated.iter().find(|same| same.name.eq_ignore_ascii_case(&port.name))
-                    && same.format.width() == port.format.width()
-                {
-                    port.format = same.format;
+            // Synthesis knows only bits; the sources know what they stand for.
+            let (elaborated, declared) = self.declared_in_vhdl(model)?;
+            for (port, _) in &mut ports {
+                match elaborated.iter().find(|same| same.name.eq_ignore_ascii_case(&port.name)) {
+                    Some(same) if same.format.width() == port.format.width() => {
+                        (port.format, port.is_quantity) = (same.format, same.is_quantity);
+                    }
+                    _ => declared.describe(port),
                 }
             }
+            let known = ports.iter().map(|(port, _)| port.clone()).chain(elaborated);
+            hidden = declared.hidden(&known.collect::<Vec<_>>());
+        }
+        let (mut shown, mut chosen, mut place) = (Vec::new(), Vec::new(), 0);
+        for (port, _) in ports {
+            let is_inside = port.is_inside;
+            if is_inside && !inside.shows(&port.name) {
+                hidden.push(port);
+            } else {
+                chosen.extend(is_inside.then_some(place));
+                shown.push(port);
+            }
+            place += usize::from(is_inside);
         }
         let limit = self.setup.timeout.unwrap_or(ANSWER);
         let (dut, reads_files) = (dut.clone(), reads_files(dut));
-        Ok(Verilated { built, ports, reads_files, is_vhdl, engine: tools, limit, dut, unchecked })
+        let (ports, engine) = (shown, tools);
+        Ok(Verilated { built, ports, hidden, chosen, reads_files, is_vhdl, engine, limit, dut, unchecked })
     }
 
     /// Takes concurrent assertions that Verilator does not read out of the files in a folder. Returns them, with their
@@ -214,8 +235,8 @@ impl Simulators {
         let folder = Temporary::folder().map_err(|error| Error::io(crate::temporary::parent(), error))?;
         write_files(model.dut, folder.path())?;
         let design = (folder.path(), &sources(model.dut)[..], &*model.dut.top);
-        let translated = self.translated(model, design, (true, false))?;
-        Ok(translated.lines.lines().filter_map(port).collect())
+        let lines = self.translated(model, design, (true, false))?.lines;
+        Ok(lines.lines().filter_map(port).filter(|(_, is_hidden)| !is_hidden).map(|(port, _)| port).collect())
     }
 
     /// Lets Verilator read a design in a folder. Returns what it says; `timing` is what it does with delays.
@@ -275,7 +296,6 @@ impl Simulators {
             found.iter_mut().for_each(|field| field.name = in_vhdl(&field.name));
         }
         let timing = if is_timed { &WITH_DELAYS[..] } else { &WITHOUT_DELAYS };
-        let signed = self.signed(dut, design, generics, timing)?;
         for field in &found {
             if field.width > MOST_BITS {
                 let said =
@@ -283,17 +303,18 @@ impl Simulators {
                 return Err(refuses(Tool::Verilator, dut, said));
             }
         }
-        let lines = found.iter().map(|field| {
-            let way = match field {
-                Field { is_inside: true, .. } => "inside",
-                Field { is_input: true, .. } => "in",
-                _ => "out",
-            };
-            let leaf = field.name.rsplit('.').next().unwrap_or_default();
-            let sign = if signed.iter().any(|name| name == leaf) { "signed" } else { "unsigned" };
-            format!("{} {way} {} {sign}\n", field.name, field.width)
-        });
-        let lines = lines.collect();
+        // Of Verilog that GHDL has synthesised, the VHDL knows more.
+        let declared = if generics { self.declared_in_verilog(dut, design, timing)? } else { Declared::default() };
+        let port = |field: &Field| {
+            let kind = Kind { format: Format::unsigned(field.width), is_quantity: false };
+            let mut port = declared::inside(field.name.clone(), kind);
+            (port.is_input, port.is_inside) = (field.is_input, field.is_inside);
+            declared.describe(&mut port);
+            port
+        };
+        let ports: Vec<_> = found.iter().map(port).collect();
+        let mut lines: String = ports.iter().map(|port| line(port, false)).collect();
+        lines.extend(declared.hidden(&ports).iter().map(|port| line(port, true)));
         Ok(Translated { fields: found, lines, is_timed, note })
     }
 
@@ -364,42 +385,19 @@ impl Simulators {
         }
     }
 
-    /// Returns the names of the ports and signals that are signed numbers, from Verilator's XML of the design.
-    fn signed(
+    /// Returns the signals of a design in Verilog with their types, from Verilator's XML of it.
+    fn declared_in_verilog(
         &self,
         dut: &Dut,
         (folder, sources, top): (&Path, &[PlainName], &str),
-        generics: bool,
         timing: &[&str],
-    ) -> Result<Vec<String>, Error> {
+    ) -> Result<Declared, Error> {
         let mut command = Command::new(Tool::Verilator.name());
-        command.current_dir(folder).args([
-            "--xml-only",
-            "--xml-output",
-            "design.xml",
-            "-Wno-lint",
-            "-Wno-style",
-            "-Wno-fatal",
-        ]);
-        command.args(["-I.", "--top-module", top]).args(TAKEN).args(timing);
-        if generics {
-            command.args(parameters(dut));
-        }
-        command.args(sources);
+        command.current_dir(folder).args(["--xml-only", "--xml-output", "design.xml"]);
+        command.args(["-Wno-lint", "-Wno-style", "-Wno-fatal", "-I.", "--top-module", top]);
+        command.args(TAKEN).args(timing).args(parameters(dut)).args(sources);
         run(Tool::Verilator, "tell of a design", command, self.limit()).map_err(|error| of_tool(dut, error))?;
-        let xml = read(&folder.join("design.xml"))?;
-        let signed: Vec<_> = xml
-            .lines()
-            .filter(|line| line.contains("signed=\"true\""))
-            .filter_map(|line| attribute(line, "id"))
-            .collect();
-        let is_signed = |line: &&str| attribute(line, "dtype_id").is_some_and(|id| signed.contains(&id));
-        let all = || xml.lines().filter(|line| line.contains("<var "));
-        let name = |line| attribute(line, "origName").map(decoded);
-        // A name that is signed in one module and unsigned in another counts as unsigned.
-        let plain: BTreeSet<_> = all().filter(|line| !is_signed(line)).filter_map(name).collect();
-        let names = all().filter(is_signed).filter_map(name).filter(|name| !plain.contains(name));
-        Ok(names.collect())
+        Ok(declared::of_xml(&read(&folder.join("design.xml"))?))
     }
 }
 
@@ -425,18 +423,25 @@ fn read(path: &Path) -> Result<String, Error> {
     fs::read_to_string(path).map_err(|error| Error::io(path, error))
 }
 
-/// Returns the value of an attribute on a line of XML.
-fn attribute<'l>(line: &'l str, name: &str) -> Option<&'l str> {
-    let (_, rest) = line.split_once(&format!(" {name}=\""))?;
-    rest.split_once('"').map(|(value, _)| value)
+/// Returns a port or a signal inside as a line of the file [`PORTS`].
+fn line(port: &Port, is_hidden: bool) -> String {
+    let Port { name, is_input, format, is_inside, is_quantity, .. } = port;
+    let way = match (is_hidden, is_inside, is_input) {
+        (true, ..) => "hidden",
+        (_, true, _) => "inside",
+        (.., true) => "in",
+        _ => "out",
+    };
+    format!("{name} {way} {format} {}\n", if *is_quantity { "number" } else { "bits" })
 }
 
-/// Reads a port from its line.
-fn port(line: &str) -> Option<Port> {
-    let [name, way, width, sign] = line.split(' ').collect::<Vec<_>>().try_into().ok()?;
-    let width = width.parse().ok()?;
-    let format = if sign == "signed" && width > 1 { Format::signed(width) } else { Format::unsigned(width) };
-    Some(Port { name: name.to_string(), is_input: way == "in", format, is_inside: way == "inside", is_number: false })
+/// Reads a port or a signal inside from its line, and whether it is hidden.
+fn port(line: &str) -> Option<(Port, bool)> {
+    let [name, way, format, kind] = line.split(' ').collect::<Vec<_>>().try_into().ok()?;
+    let kind = Kind { format: format.parse().ok()?, is_quantity: kind == "number" };
+    let is_inside = ["inside", "hidden"].contains(&way);
+    let port = Port { is_input: way == "in", is_inside, ..declared::inside(name.to_string(), kind) };
+    Some((port, way == "hidden"))
 }
 
 /// Returns the first place that a message of Verilator names, as `t.v:5`; else the design's own name.
@@ -549,7 +554,7 @@ fn inner(root: &str, top: &str, ports: &[Field]) -> Vec<Field> {
         }
         let (high, low) = bits.split_once(':')?;
         let width = u32::try_from(high.parse::<i64>().ok()? - low.parse::<i64>().ok()? + 1).ok()?;
-        let name = decoded(&path.replace("__DOT__", "."));
+        let name = decoded(&path.replace("__DOT__", ".").replace("__BRA__", "[").replace("__KET__", "]"));
         let is_port = ports.iter().any(|port| port.name == name);
         (!is_port).then(|| Field { name, field: format!("rootp->{field}"), is_input: false, is_inside: true, width })
     };
@@ -597,7 +602,7 @@ fn main_cpp(model: &Model, fields: &[Field], state: &State, is_timed: bool) -> S
     for (index, field) in wires.iter().enumerate() {
         let name = &field.field;
         let _ = if field.is_inside {
-            writeln!(inside, "  bits[{index}] = top.{name};")
+            writeln!(inside, "    {{&top.{name}, sizeof top.{name}}},")
         } else if field.is_input {
             writeln!(puts, "  top.{name} = bits[{index}];")
         } else {
@@ -620,10 +625,10 @@ fn main_cpp(model: &Model, fields: &[Field], state: &State, is_timed: bool) -> S
     for name in &state.variables {
         let _ = writeln!(same, "  if (std::memcmp(&one.{name}, &two.{name}, sizeof one.{name}) != 0) return false;");
     }
+    let ports = || wires.iter().filter(|field| !field.is_inside);
     // The quotes and escapes of Rust are those of C++, for these characters.
-    let names: Vec<_> = wires.iter().map(|field| format!("{:?}", field.name)).collect();
-    let outputs: Vec<_> = wires.iter().map(|field| (!field.is_input).to_string()).collect();
-    let ports = wires.iter().filter(|field| !field.is_inside).count();
+    let names: Vec<_> = ports().map(|field| format!("{:?}", field.name)).collect();
+    let outputs: Vec<_> = ports().map(|field| (!field.is_input).to_string()).collect();
     PROGRAM
         .replace("@PUTS@", &puts)
         .replace("@GETS@", &gets)
@@ -632,8 +637,7 @@ fn main_cpp(model: &Model, fields: &[Field], state: &State, is_timed: bool) -> S
         .replace("@SAME@", &same)
         .replace("@MAKES_UP@", &state.makes_up.to_string())
         .replace("@INSIDE@", &inside)
-        .replace("@PORTS@", &wires.len().to_string())
-        .replace("@OUTSIDE@", &ports.to_string())
+        .replace("@PORTS@", &names.len().to_string())
         .replace("@NAMES@", &names.join(", "))
         .replace("@OUTPUTS@", &outputs.join(", "))
         .replace("@COMMON@", &common_cycle(dut).to_string())
@@ -646,6 +650,10 @@ fn main_cpp(model: &Model, fields: &[Field], state: &State, is_timed: bool) -> S
 impl Design for Verilated {
     fn ports(&self) -> &[Port] {
         &self.ports
+    }
+
+    fn hidden(&self) -> &[Port] {
+        &self.hidden
     }
 
     fn ignores_case(&self) -> bool {
@@ -667,6 +675,7 @@ impl Design for Verilated {
         if self.reads_files {
             command.current_dir(folder);
         }
+        command.args(self.chosen.iter().map(usize::to_string));
         let ears = Ears::new(Form::Verilator, &self.dut, self.unchecked.clone());
         let process = Process::start(Tool::Verilator, command, (self.limit, Some(ears)), (words, drives), changes)?;
         Ok(Box::new(process))

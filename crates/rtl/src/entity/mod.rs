@@ -11,7 +11,7 @@ mod wires;
 
 use std::time::Instant;
 
-use hpu_cosim::dut::{Change, Design, Port};
+use hpu_cosim::dut::{Asked, Change, Design, Port};
 use hpu_cosim::scene::{self, BesideFile, Dut, DutClock, Engine, Identifier, SourceFile, Standard};
 use hpu_datapath::{AnyBlock, Generic, block_names, configured, variants_of};
 use hpu_signal::Clock;
@@ -276,7 +276,7 @@ impl Entity {
             let words = bits(row);
             let end = (row + 1..count).find(|&next| bits(next) != words).unwrap_or(count);
             changes.clear();
-            running.clock(&words, (end - row) as u64, true, &mut changes)?;
+            running.clock(&words, (end - row) as u64, Asked::Outputs, &mut changes)?;
             comparison.rows(row..end, &changes);
             row = end;
         }
@@ -314,6 +314,7 @@ impl Entity {
             generics: self.generics.iter().map(|(name, text)| (name.clone(), value(text))).collect(),
             ports: Vec::new(),
             floats: false,
+            formats: Vec::new(),
         }
     }
 

@@ -154,6 +154,9 @@ pub struct Dut {
     pub ports: Vec<Connected>,
     /// Whether a bridge leg is open, instead of braking, while `bridge.pwm` is 0.
     pub floats: bool,
+    /// Formats of ports and of signals inside, by their paths below the top as in `decoder.count`: what the design's
+    /// own types do not say.
+    pub formats: Vec<(String, Format)>,
 }
 
 /// A file of a design: its name, as the scene has it, and its content.
@@ -411,6 +414,7 @@ impl Dut {
             generics: Vec::new(),
             ports: pins.map(line).into(),
             floats: false,
+            formats: Vec::new(),
         }
     }
 

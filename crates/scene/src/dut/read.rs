@@ -156,6 +156,7 @@ fn dut(s: &Section, load: Load) -> Result<Dut, SceneError> {
         reset: if s.has("reset") { Some(reset(&s.section("reset")?, language)?) } else { None },
         generics,
         ports: ports(&s.section("ports")?, language)?,
+        formats: formats(&s.section("formats")?)?,
         files,
         beside,
         floats: s.read(&key::off)?,
@@ -299,6 +300,19 @@ fn generics(s: &Section, language: Language) -> Result<Vec<(Identifier, Generic)
             section.note(name, ParameterValue::Text(value.to_string()), "", Origin::Scene);
             all.push((named(&section, name, language)?, value));
         }
+    }
+    Ok(all)
+}
+
+/// Reads the formats of signals. Whether the design has such signals is known once it is built.
+fn formats(s: &Section) -> Result<Vec<(String, Format)>, SceneError> {
+    let mut all = Vec::new();
+    for name in s.keys() {
+        let text = s.get(name).and_then(Item::as_str);
+        let text = text.ok_or_else(|| s.error(name, format!("write {}", keys::FORMAT)))?;
+        let format = text.parse::<Format>().map_err(|error| s.error(name, error.to_string()))?;
+        s.note(name, ParameterValue::Text(format.to_string()), "", Origin::Scene);
+        all.push((name.to_string(), format));
     }
     Ok(all)
 }

@@ -10,6 +10,9 @@ use crate::schema::{Choice, Flag, Group, Key, Own, Shape, Takes, Text, Whole, ke
 pub(crate) const FILES: &str =
     "the design's files, as in [\"a.vhd\", \"b.vhd\"], or { file = \"p.vhd\", library = \"mylib\" } for one of them";
 
+/// The forms of a format.
+pub(crate) const FORMAT: &str = "a format, as in \"(1,7,8)\", \"Q7.8\" or \"sfixed(7 downto -8)\"";
+
 /// The forms of a constant.
 const CONSTANT: &str = "a number, true, false or a text";
 
@@ -40,6 +43,8 @@ keys! { dut: "dut" of [];
     parameters: Own = Own::section(Said("the design's"));
     /// Ports, and what each is connected to.
     ports: Own = Own::section(Required);
+    /// Formats of words that the design's types do not say, of ports and of signals inside.
+    formats: Own = Own::section(Said("the types'"));
     /// State of the bridge while `bridge.pwm` is 0: it shorts the motor, or opens all switches.
     off: Choice<bool> = Choice::new(|| vec![("brake", false), ("float", true)], Is(false));
 }
@@ -67,6 +72,11 @@ keys! { dut_generics: "dut.generics" of [];
 keys! { dut_parameters: "dut.parameters" of [];
     /// Value of the parameter of this name: a number, true or false, a text; `"8'h1F"` is a number with its width.
     NAME: Own = Own::new(|| Takes::Own(Shape::Scalar, CONSTANT), Said("the design's"));
+}
+
+keys! { dut_formats: "dut.formats" of [];
+    /// Format of the port of this name, or of the signal inside at this path, as in `"u_vel.vel_r" = "Q7.8"`.
+    NAME: Own = Own::new(|| Takes::Own(Shape::Scalar, FORMAT), Said("the type's"));
 }
 
 keys! { dut_ports: "dut.ports" of [];

@@ -45,6 +45,7 @@ static PARTS: &[Part] = &[
         &dut_reset::GROUP,
         &dut_generics::GROUP,
         &dut_parameters::GROUP,
+        &dut_formats::GROUP,
         &dut_ports::GROUP,
         &dut_port::GROUP,
         &wall::GROUP,

@@ -4,7 +4,12 @@
 /// upper or lower case. Returns `None` if the text is no format.
 pub(crate) fn read(text: &str) -> Option<(bool, i32, i32)> {
     let text = &text.trim().to_ascii_lowercase();
-    triple(text).or_else(|| vhdl(text)).or_else(|| cpp(text)).or_else(|| q(text)).or_else(|| by_width(text))
+    triple(text)
+        .or_else(|| vhdl(text))
+        .or_else(|| cpp(text))
+        .or_else(|| q(text))
+        .or_else(|| short(text))
+        .or_else(|| by_width(text))
 }
 
 /// Reads two numbers between these texts.
@@ -66,6 +71,12 @@ fn one_q(text: &str) -> Option<(bool, i32, i32)> {
         (Some(0), "" | "arm") => Some((true, int - 1, frac)),
         _ => None,
     }
+}
+
+/// Reads `s7.8` and `u4.8`, as comments of designs have them: the sign bit is not among the integer bits.
+fn short(text: &str) -> Option<(bool, i32, i32)> {
+    let signed = pair(text, "s", ".", "").map(|(int, frac)| (true, int, frac));
+    signed.or_else(|| pair(text, "u", ".", "").map(|(int, frac)| (false, int, frac)))
 }
 
 /// Reads the whole width, then the fraction bits: MathWorks' `sfix16_En12`, `ufix12` and `sfix8_E2` (whose least

@@ -229,6 +229,7 @@ impl fmt::Debug for Format {
 /// | `UQ4.8` | (0,4,8) | Q notation, unsigned |
 /// | `Q4.8` | (1,4,8), 13 bits | Q notation as TI writes it: the sign bit is *not* among the 4 integer bits |
 /// | `Q4.8 (12 bits, ARM)` | (1,3,8), 12 bits | Q notation as ARM writes it, sign bit counted: the width must say so |
+/// | `s4.8`, `u4.8` | (1,4,8), (0,4,8) | as comments of designs have it |
 /// | `sfix16_En12`, `ufix12_En8`, `ufix12`, `ufix8_E2` | (1,3,12), (0,4,8), (0,12,0), (0,10,-2) | MathWorks |
 /// | `Fix_16_12`, `UFix_12_8`, `ufix12_8`, `ufix<12,8>` | (1,3,12), (0,4,8) | the whole width, then the fraction bits |
 /// | `sfixed(3 downto -12)`, `ufixed(3 downto -8)` | (1,3,12), (0,4,8) | VHDL-2008 |

@@ -4,7 +4,7 @@ use std::num::NonZeroU32;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use hpu_cosim::dut;
+use hpu_cosim::dut::{self, Inside};
 use hpu_cosim::scene::{Experiment, OutcomeKind};
 use hpu_cosim::{
     AnySimulation, Control, Driver, Simulation, Verdict, Wired, WiredSimulation, displayed_stiffness, product_wraps,
@@ -232,7 +232,7 @@ impl Cell {
 pub(super) fn any_simulation(experiment: &Experiment) -> Result<AnySimulation<'_>, Error> {
     match experiment {
         Experiment::Dut(_) => {
-            let made = dut::provided().and_then(|designs| AnySimulation::new(experiment, designs, false));
+            let made = dut::provided().and_then(|designs| AnySimulation::new(experiment, designs, Inside::Nothing));
             made.map_err(Error::design)
         }
         ours => WiredSimulation::new(ours).map(AnySimulation::Ours).map_err(Error::from),

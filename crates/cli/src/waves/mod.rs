@@ -1,7 +1,10 @@
 //! The waveform files of a run.
 
+mod chosen;
+
 use std::fs::File;
 use std::io::{self, Write};
+use std::ops::Range;
 
 use hpu_cosim::{AnySimulation, Mark, PlainName, Simulation, Wired};
 use hpu_rtl::Around;
@@ -9,6 +12,8 @@ use hpu_signal::{Clock, Cycle, Observe, UNKNOWN};
 use hpu_wave::{Layout, WaveFile, fst_aside, gtkw, mismatch_gtkw, mismatch_vcd, sucl, vcd_aside};
 
 use crate::shell::{Failure, Folder};
+
+pub use chosen::Chosen;
 
 const FST: &str = "wave.fst";
 const VCD: &str = "wave.vcd";
@@ -35,6 +40,9 @@ pub struct Waves {
     /// The net that shows contact, and the first edge at which it did.
     contact: Option<usize>,
     touched: Option<Cycle>,
+    /// The edges that are shown, and the words before the first of them that no file has yet.
+    shown: Range<u64>,
+    before: Option<Vec<i64>>,
 }
 
 /// A waveform, and the files for GTKWave and for Surfer, which are written at its end.
@@ -46,15 +54,16 @@ struct Dump {
 }
 
 impl Waves {
-    /// Begins the files. A run of VHDL has one net more than the wiring.
+    /// Begins the files, which show what is `chosen`. A run of VHDL has one net more than the wiring.
     pub fn begin(
         simulation: &AnySimulation,
         folder: &mut Folder,
-        with_vcd: bool,
-        of_vhdl: bool,
+        (with_vcd, of_vhdl): (bool, bool),
+        chosen: &Chosen,
     ) -> Result<Self, Failure> {
         let clock = simulation.clock();
-        let layout = layout(simulation, of_vhdl);
+        let shown = chosen.edges(simulation)?;
+        let layout = layout(simulation, of_vhdl, chosen).from_edge(Cycle(shown.start));
         let names = || [FST].into_iter().chain(with_vcd.then_some(VCD));
         let begun = names().map(|name| {
             let file = folder.create(name)?;
@@ -67,28 +76,33 @@ impl Waves {
             Ok(Dump { name, file, save, commands })
         });
         let dumps = dumps.collect::<Result<_, Failure>>()?;
-        Ok(Self { layout, clock, dumps, contact: simulation.contact_net(), touched: None })
+        let contact = simulation.contact_net();
+        Ok(Self { layout, clock, dumps, contact, touched: None, shown, before: None })
     }
 
     /// Completes the files of a run that ends at `end`. Marks the edge `mark`, if it is given, the first contact, the
     /// edges that are `named`, and the faults.
     pub fn finish(
-        self,
+        mut self,
         folder: &Folder,
         end: Cycle,
         mark: Option<Cycle>,
         named: Vec<(Cycle, String)>,
         faults: &[Mark],
     ) -> Result<(), Failure> {
+        if self.shown.start <= end.0 {
+            self.come_in();
+        }
         let touched = self.touched.map(|edge| (edge, "first contact".to_string()));
         let faults = faults.iter().map(|mark| (Cycle(mark.edge), mark.what.to_string()));
         let named: Vec<_> = touched.into_iter().chain(named).chain(faults).collect();
         for Dump { name, file, mut save, mut commands } in self.dumps {
-            let text = gtkw(&self.layout, name, self.clock, Cycle(0)..end, mark, &named);
+            let span = Cycle(self.shown.start)..Cycle(end.0.min(self.shown.end));
+            let text = gtkw(&self.layout, name, self.clock, span, mark, &named);
             save.write_all(text.as_bytes()).map_err(failed(folder, &save_name(name)))?;
             let text = sucl(&self.layout, name, self.clock, &named);
             commands.write_all(text.as_bytes()).map_err(failed(folder, &commands_name(name)))?;
-            file.complete(end).map_err(failed(folder, name))?;
+            file.complete(end.min(Cycle(self.shown.end - 1))).map_err(failed(folder, name))?;
         }
         Ok(())
     }
@@ -111,7 +125,7 @@ fn failed(folder: &Folder, name: &str) -> impl FnOnce(io::Error) -> Failure {
 
 /// Returns the signals of the waveforms of a run, with wall and hand and, if the scene asks for them, the overflows and
 /// the clock. A run that is compared with another, as one of VHDL, has one net more than the loop, and no overflows.
-pub fn layout(simulation: &AnySimulation, is_compared: bool) -> Layout {
+pub fn layout(simulation: &AnySimulation, is_compared: bool, chosen: &Chosen) -> Layout {
     let layout = match simulation {
         AnySimulation::Ours(ours) if simulation.record().overflows && !is_compared => {
             Layout::of(ours).with_overflows(ours.wiring().block().inputs().len())
@@ -119,9 +133,24 @@ pub fn layout(simulation: &AnySimulation, is_compared: bool) -> Layout {
         AnySimulation::Ours(ours) => Layout::of(ours),
         AnySimulation::Dut(dut) => Layout::of_design(dut),
     };
+    let layout = if chosen.is_by_name() {
+        let (top, is_port) = (simulation.closed_by().to_string(), chosen::is_port(simulation));
+        layout.with_nets(&|path| chosen.shows(&top, path, is_port(path)))
+    } else {
+        layout
+    };
     let layout = if is_compared { layout.with_comparison() } else { layout };
     let layout = layout.with_wall_and_hand(simulation);
     if simulation.record().clock { layout.with_clock() } else { layout }
+}
+
+impl Waves {
+    /// Writes the words with which the stretch begins that is shown, once it is reached.
+    fn come_in(&mut self) {
+        if let Some(words) = self.before.take() {
+            self.dumps.iter_mut().for_each(|dump| dump.file.nets(Cycle(self.shown.start), &words));
+        }
+    }
 }
 
 impl Observe for Waves {
@@ -130,7 +159,17 @@ impl Observe for Waves {
         if self.touched.is_none() && self.contact.is_some_and(|net| words[net] != 0 && words[net] != UNKNOWN) {
             self.touched = Some(cycle);
         }
-        self.dumps.iter_mut().for_each(|dump| dump.file.nets(cycle, words));
+        if cycle.0 < self.shown.start {
+            let before = self.before.get_or_insert_default();
+            before.clear();
+            before.extend_from_slice(words);
+        } else if self.shown.contains(&cycle.0) {
+            if cycle.0 > self.shown.start {
+                self.come_in();
+            }
+            self.before = None;
+            self.dumps.iter_mut().for_each(|dump| dump.file.nets(cycle, words));
+        }
     }
 
     fn watches_overflows(&self) -> bool {
@@ -138,11 +177,18 @@ impl Observe for Waves {
     }
 
     fn overflows(&mut self, cycle: Cycle, nets: u64) {
-        self.dumps.iter_mut().for_each(|dump| dump.file.overflows(cycle, nets));
+        if self.shown.contains(&cycle.0) {
+            self.dumps.iter_mut().for_each(|dump| dump.file.overflows(cycle, nets));
+        }
     }
 
     #[inline]
     fn reals(&mut self, cycle: Cycle, values: &[f64]) {
-        self.dumps.iter_mut().for_each(|dump| dump.file.reals(cycle, values));
+        if self.shown.contains(&cycle.0) {
+            if cycle.0 > self.shown.start {
+                self.come_in();
+            }
+            self.dumps.iter_mut().for_each(|dump| dump.file.reals(cycle, values));
+        }
     }
 }
