@@ -7,7 +7,7 @@
 
 use std::time::{Duration, Instant};
 
-use hpu_cosim::scene::{Dut, DutClock, DutReset, Engine, Experiment, Generic, Identifier, Standard};
+use hpu_cosim::scene::{Dut, DutClock, DutReset, Engine, Experiment, Generic, Identifier, Registers, Standard};
 use hpu_cosim::{Control, NetUse, SceneFile, Simulation, Summary, Trace, Wired, WiredSimulation, follow};
 use hpu_signal::{Clock, Observe, SignalUse};
 use hpu_wave::Around;
@@ -146,6 +146,7 @@ impl LoopJob {
             top: Identifier::fixed(block.name()),
             standard: Standard::Vhdl2008,
             engine: Engine::Ghdl,
+            registers: Registers::Unknown,
             clocks: vec![DutClock { port: Identifier::fixed("clk"), divide: 1 }],
             reset: Some(DutReset { port: Identifier::fixed("rst"), active_low: false, clocks: 1 }),
             generics: generics.map(|(name, value)| (Identifier::fixed(name), Generic::Text(literal(value)))).collect(),
@@ -257,7 +258,7 @@ impl Loops {
                 }
                 let unit = format!("bench_{wiring}_{}", benches.len());
                 let (generics, clock) = (job.dut.generics.clone(), job.clock);
-                let text = bench(&unit, &Model { dut: &job.dut, clock, settle: 1 }, &interface);
+                let text = bench(&unit, &Model { dut: &job.dut, clock, settle: 1, seed: 0 }, &interface);
                 let text = text.map_err(|error| failed(error.to_string()))?;
                 texts.push((format!("{unit}.vhd"), text));
                 benches.push(Bench { wiring, generics, clock, unit, ports: nets.clone() });

@@ -99,7 +99,7 @@ pub use axis::rows::{AnalogShaper, Mass};
 pub use axis::words::{COMMAND_BITS, LoopWords, Realised};
 pub use dut::{
     BesideFile, Connected, Connection, Driving, Dut, DutClock, DutReset, DutScene, Engine, Generic, Line, Part,
-    SourceFile, Standard, beside,
+    Registers, SourceFile, Standard, beside,
 };
 pub use experiment::Experiment;
 pub use experiment::devices::{BEGINNINGS, KINDS, shipped};

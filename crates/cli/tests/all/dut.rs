@@ -367,19 +367,92 @@ fn designs_that_are_broken_are_named_with_what_is_wrong() {
     /// Files, top, outputs, clock and reset, exit code, words of the message.
     type Case<'a> = (&'a [&'a str], &'a str, &'a str, &'a str, i32, &'a [&'a str]);
     let cases: [Case; 8] = [
-        (&["x_out.vhd"], "x_out", PWM, &ghdl, 4, &["output `dir` has an unknown bit", "at clock edge 0"]),
+        (&["x_out.vhd"], "x_out", PWM, &ghdl, 4, &["output `dir` has an unknown bit", "at clock edge 1"]),
         (&["short.v"], "short", gates, CLOCKED, 4, &["both switches of the plus leg are closed at clock edge"]),
         (&["loop.v"], "loop", PWM, CLOCKED, 1, &["did not converge", "loop.v"]),
         (&["syntax.v"], "syntax", PWM, plain, 1, &["verilator refuses `syntax`", "syntax.v:11"]),
         (&["syntax.vhd"], "syntax", PWM, plain, 1, &["ghdl refuses `syntax`", "syntax.vhd:18"]),
         (&["order_b.vhd", "order_a.vhd"], "order_b", PWM, CLOCKED, 1, &["order_pkg", "not found"]),
-        (&["uninit.v"], "uninit", PWM, CLOCKED, 1, &["output `pwm` depends on a value that nothing has set"]),
+        (
+            &["uninit.v"],
+            "uninit",
+            PWM,
+            CLOCKED,
+            1,
+            &["output `pwm` depends on a value that nothing has set: that of register `phase`;", "\"zero\""],
+        ),
         (&["finish.v"], "finnish", PWM, CLOCKED, 1, &["finnish"]),
     ];
     for (files, top, ports, more, exit, words) in cases {
         let scene = scene_of(&dir, top, files, top, ports, more);
         assert_refused(&run(&["run", &scene]), exit, words);
     }
+}
+
+#[test]
+fn registers_that_nothing_sets_begin_at_0_or_at_random_where_the_scene_says_so() {
+    let dir = scratch("unset_registers");
+    let scene = scene_of(&dir, "uninit", &["uninit.v"], "uninit", PWM, CLOCKED);
+    let ran = |registers: &str, seed: &str| {
+        let registers = format!("dut.registers={registers}");
+        let ports = json(&run(&["run", &scene, "--json", "--set", &registers, "--set", &format!("run.seed={seed}")]));
+        (ports["dut"]["engine"].as_str().expect("a text").to_string(), told(ports))
+    };
+    let (engine, zero) = ran("zero", "3");
+    assert!(engine.ends_with("; registers that nothing sets begin at 0"), "{engine}");
+    let (engine, random) = ran("random", "3");
+    assert!(engine.ends_with("begin at random, by run.seed = 3"), "{engine}");
+    assert_eq!(ran("random", "3").1, random, "the same seed");
+    // The phase of the pulse within its period of 256 clocks begins elsewhere.
+    assert_ne!(zero, random);
+    let vhdl = scene_of(&dir, "x_out", &["x_out.vhd"], "x_out", PWM, &format!("{CLOCKED}\nregisters = \"zero\""));
+    let words = ["dut.registers", "in GHDL a register begins as VHDL says"];
+    assert_refused(&run(&["run", &vhdl, "--set", "dut.engine=ghdl"]), 4, &words);
+}
+
+/// A decoder whose registers have no initial value: VHDL's `when others` takes them, so its count is defined.
+const UNSET_DECODER: &str = "library ieee; use ieee.std_logic_1164.all; use ieee.numeric_std.all;
+entity unset is
+  port (clk, enc_a, enc_b : in std_logic; count : out std_logic_vector(7 downto 0); pwm, dir : out std_logic);
+end;
+architecture rtl of unset is
+  signal n : unsigned(7 downto 0) := (others => '0');
+  signal old, now : std_logic_vector(1 downto 0);
+begin
+  process (clk) begin
+    if rising_edge(clk) then
+      now <= enc_b & enc_a;
+      old <= now;
+      case now & old is
+        when \"0001\" | \"0111\" | \"1110\" | \"1000\" => n <= n + 1;
+        when \"0010\" | \"1011\" | \"1101\" | \"0100\" => n <= n - 1;
+        when others => null;
+      end case;
+    end if;
+  end process;
+  count <= std_logic_vector(n);
+  pwm <= n(1);
+  dir <= enc_a;
+end;
+";
+
+#[test]
+fn a_value_that_only_vhdl_defines_is_simulated_by_ghdl_with_a_note_that_names_the_register() {
+    let dir = scratch("unset_vhdl");
+    fs::write(dir.join("unset.vhd"), UNSET_DECODER).expect("a file");
+    let own = text(&dir.join("unset.vhd")).to_string();
+    let scene = scene_of(&dir, "unset", &[&own], "unset", PWM, "clock = \"clk\"");
+    let with = |engine: &str| run(&["run", &scene, "--json", "--set", &format!("dut.engine={engine}")]);
+    let auto = with("auto");
+    for said in ["note: GHDL simulates `unset`", "output `pwm` depends on a value", "that of register `"] {
+        assert!(stderr(&auto).contains(said), "{}", stderr(&auto));
+    }
+    let (auto, ghdl) = (json(&auto), json(&with("ghdl")));
+    assert!(auto["dut"]["engine"].as_str().is_some_and(|engine| engine.starts_with("GHDL")));
+    assert!(number(&ghdl["output_changes"]) > 5.0);
+    assert_eq!(told(auto), told(ghdl));
+    let ways = ["register `", "dut.registers = \"zero\"", "dut.engine = \"ghdl\""];
+    assert_refused(&with("verilator"), 1, &ways);
 }
 
 #[test]

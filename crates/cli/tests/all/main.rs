@@ -39,6 +39,7 @@ mod rtl_motion;
 mod run;
 mod signals;
 mod snapshots;
+mod startup;
 mod stranger;
 mod study;
 mod surroundings;

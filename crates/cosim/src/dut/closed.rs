@@ -9,7 +9,7 @@ use std::sync::atomic::Ordering;
 
 use hpu_signal::{Cycle, Observe, Signal, SignalUse, UNKNOWN};
 
-use super::{Asked, Change, DutSimulation, Fault, RunningDesign, Wire, Wires};
+use super::{Asked, Change, DutSimulation, Fault, Misdriven, RunningDesign, Wire, Wires};
 use crate::dut::driven_world::{DrivenWorld, Logic};
 use crate::result::contact::Contact;
 use crate::result::stays::Stays;
@@ -41,6 +41,8 @@ struct Closed<'a> {
     outputs: Vec<i64>,
     /// The edges that the design has clocked.
     edge: u64,
+    /// Whether an output is still unknown before the first clock edge. It then drives the device from that edge on.
+    is_unset: bool,
     /// Whether the inputs at the world's edge still have to be shown.
     is_sensed: bool,
     output_changes: u64,
@@ -142,13 +144,16 @@ impl DutSimulation<'_> {
             changes,
             outputs: vec![0; self.wires.outputs().len()],
             edge: 0,
+            is_unset: false,
             is_sensed: false,
             output_changes: 0,
             watched,
             inside: wires.iter().position(|wire| wire.port.is_inside).unwrap_or(wires.len())..wires.len(),
         };
         closed.take_changes(0, None);
-        if !closed.running.is_over() {
+        let known = self.wires.known(&closed.words, &mut closed.outputs);
+        closed.is_unset = matches!(known, Err(Misdriven::Unknown(_)));
+        if !closed.running.is_over() && !closed.is_unset {
             closed.drive()?;
         }
         Ok(closed)
@@ -191,7 +196,8 @@ impl Closed<'_> {
                 return Ok(false);
             }
             // As long as its inputs certainly stay, the design can be clocked in one request.
-            let edges = self.world.edge() + self.world.quiet() - self.edge;
+            let quiet = self.world.edge() + self.world.quiet() - self.edge;
+            let edges = if self.is_unset { quiet.min(1) } else { quiet };
             let until = self.edge + edges;
             let changed = edges > 0 && self.clock(edges, watch)?;
             if self.running.is_over() {
@@ -233,7 +239,7 @@ impl Closed<'_> {
     }
 
     /// Clocks the design for `edges` edges, or up to the first after which an output that drives the device changes.
-    /// Returns whether one did.
+    /// Returns whether one did; after the first edge also where an output was unknown before it.
     fn clock(&mut self, edges: u64, watch: &mut Watch) -> Result<bool, Fault> {
         self.changes.clear();
         let before = self.edge;
@@ -244,7 +250,7 @@ impl Closed<'_> {
         let changed = self.changes.iter().any(drives);
         self.output_changes += u64::from(changed);
         self.take_changes(before, Some(watch));
-        Ok(changed)
+        Ok(changed || self.is_unset)
     }
 
     /// Takes the changes of outputs, edge by edge. The world still stands before these changes, driven as before.
@@ -302,7 +308,8 @@ impl Closed<'_> {
     fn drive(&mut self) -> Result<(), Fault> {
         let (world, outputs) = (&mut self.world, &mut self.outputs);
         let taken = self.simulation.wires.known(&self.words, outputs);
-        let driven = taken.and_then(|()| if self.edge == 0 { world.begin(outputs) } else { world.drive(outputs) });
+        let first = self.edge == 0 || std::mem::take(&mut self.is_unset);
+        let driven = taken.and_then(|()| if first { world.begin(outputs) } else { world.drive(outputs) });
         driven.map_err(|fault| {
             let at = self.simulation.clock().seconds(Cycle(self.edge));
             fault.text(self.edge, at).into()

@@ -107,7 +107,8 @@ impl<'s, W: AnyWorld<'s> + ?Sized> DrivenWorld<'s, W> {
         driven
     }
 
-    /// Drives the device with the words that the outputs have after the reset. To be called once, at edge 0.
+    /// Drives the device with the words that the outputs have after the reset. To be called once, at edge 0, or at
+    /// edge 1 if one of them was unknown before.
     ///
     /// # Errors
     ///

@@ -42,6 +42,8 @@ pub(crate) struct Model<'a> {
     /// Cycles of this clock before the first request. Meanwhile the design has the inputs with which the simulation
     /// begins, and is in reset if it has one.
     pub(crate) settle: u64,
+    /// Seed of registers that begin at random.
+    pub(crate) seed: u64,
 }
 
 impl<'a> Model<'a> {
@@ -52,7 +54,7 @@ impl<'a> Model<'a> {
         let settle =
             |reset: &DutReset| common * u64::from(reset.clocks).max(delayed(dut, scene.clock).div_ceil(common));
         let settle = dut.reset.as_ref().map_or(0, settle);
-        Self { dut, clock: scene.clock, settle }
+        Self { dut, clock: scene.clock, settle, seed: scene.run.seed }
     }
 }
 
@@ -144,7 +146,7 @@ fn turn(key: String) -> Arc<Mutex<()>> {
 }
 
 /// Returns the SHA-256 of everything that a model depends on.
-fn key(Model { dut, clock, settle }: &Model, tools: &str) -> String {
+fn key(Model { dut, clock, settle, .. }: &Model, tools: &str) -> String {
     let Dut { files, beside, library, libraries, top, standard, clocks, reset, generics, .. } = dut;
     let mut hash = Sha256::new();
     let mut field = |text: &[u8]| {

@@ -260,8 +260,8 @@ pub(crate) fn bench(name: &str, model: &Model, interface: &Interface) -> Result<
         index.map(|index| format!("hpu_{index}"))
     };
     let common = common_cycle(dut);
-    // Half a cycle of the fastest clock. It is written out, because GHDL takes longer for a procedure that waits.
-    let half_cycle = |indent: &str, rises: bool| {
+    // The levels of the clocks in the next half of a cycle of the fastest one.
+    let levels = |indent: &str, rises: bool| {
         let mut text = String::new();
         if common > 1 {
             let _ = writeln!(text, "{indent}half := (half + 1) mod {};", 2 * common);
@@ -279,9 +279,10 @@ pub(crate) fn bench(name: &str, model: &Model, interface: &Interface) -> Result<
                 ),
             };
         }
-        text + &format!("{indent}wait for HALF_PERIOD;\n")
+        text
     };
-    let cycle = |indent: &str| half_cycle(indent, true) + &half_cycle(indent, false);
+    // Half a cycle is written out, because GHDL takes longer for a procedure that waits.
+    let half_cycle = |indent: &str, rises: bool| levels(indent, rises) + &format!("{indent}wait for HALF_PERIOD;\n");
     let (mut active, mut passive) = (String::new(), String::new());
     if let Some((reset, signal)) = dut.reset.as_ref().and_then(|reset| Some((reset, signal(&reset.port)?))) {
         let level = |high: bool| if high { "'1'" } else { "'0'" };
@@ -322,14 +323,23 @@ architecture test of {name} is
     end if;
     if hpu_dut_open /= 0 then
 {gives}    end if;
-{active}{low}    for cycle in 1 to {settle} loop
+{passive}{low}{active}    wait for HALF_PERIOD;
+    for cycle in 1 to {settle} loop
 {settling}    end loop;
-{passive}    hpu_dut_reset;
+{passive}    wait for HALF_PERIOD;
+{again}    hpu_dut_reset;
     loop
       edges := hpu_dut_next;
       exit when edges < 0;
-{gives}      for cycle in 1 to edges loop
-{clocking}        exit when hpu_dut_edge /= 0;
+      for cycle in 1 to edges loop
+{falls}        if cycle = 1 then
+          wait for HALF_PERIOD / 2;
+{gives}          wait for HALF_PERIOD - HALF_PERIOD / 2;
+        else
+          wait for HALF_PERIOD;
+        end if;
+{rises}        wait for HALF_PERIOD;
+        exit when hpu_dut_edge /= 0;
       end loop;
     end loop;
     wait;
@@ -346,9 +356,15 @@ end architecture;
             1 => String::new(),
             _ => format!("    variable half        : natural := {};\n", 2 * common - 2),
         },
+        // The clocks are low already when they fall for the first time in the loop.
+        again = match common {
+            1 => String::new(),
+            _ => format!("    half := {};\n", 2 * common - 2),
+        },
         low = half_cycle("    ", false),
-        settling = cycle("      "),
-        clocking = cycle("        "),
+        settling = half_cycle("      ", true) + &half_cycle("      ", false),
+        falls = levels("        ", false),
+        rises = levels("        ", true),
     ))
 }
 

@@ -111,7 +111,7 @@ module {BENCH};
     for (index = 0; index <= {last}; index = index + 1) begin
       if (index > 0) begin
         clock = 0;
-        row = rows[index];
+        #1 row = rows[index];
         #1 clock = 1;
       end
       #1 $display(\"{ROW}{form}\"{shown});

@@ -1,11 +1,17 @@
 // A design as a process that answers requests: see crates/vhpi/src/lib.rs.
 //
-// Two models are clocked side by side, whose unknown values were made up differently, until their states are the same:
-// from there on they cannot differ. An output in which they differ depends on a value that nobody has set.
+// Beside the model, others are clocked whose unset bits have other values, until their states are the model's: from
+// there on they cannot differ. An output in which one of them differs depends on a value that nobody has set. Its bits
+// are unknown, and it must not drive the device.
+//
+// Arguments: how the registers are filled that nothing sets ("unknown", "zero" or "random"), a seed, and the
+// places of the signals inside that are shown.
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <cstdarg>
+#include <cstddef>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -32,7 +38,8 @@ struct Voice {
   std::vector<std::string> lines;
   bool has_failed = false, is_over = false;
 };
-static Voice voices[2];
+// Of the model and of the first of those beside it, and of all others, which nobody hears.
+static Voice voices[2], mute;
 static Voice* voice = voices;
 
 // The places of `$fatal`.
@@ -108,6 +115,13 @@ constexpr bool TIMED = @TIMED@;
 constexpr uint64_t FREQUENCY = @FREQUENCY@;
 // All clocks rise at the halves of a cycle that this divides.
 constexpr uint64_t COMMON = 2 * @COMMON@;
+// Cycles of the fastest clock for which the reset lasts.
+constexpr uint64_t SETTLE = @SETTLE@;
+// How many models are clocked beside the first one, and after how many edges at most one is left.
+constexpr int OTHERS = 7;
+constexpr uint64_t SOON = 64;
+// What the scene may say, for messages.
+constexpr const char* WAY = @WAY@;
 using Bits = std::vector<uint64_t>;
 
 void put(Vdut& top, const Bits& bits) {
@@ -142,8 +156,24 @@ void levels(Vdut& top, uint64_t half) {
 void reset(Vdut& top, bool active) {
 @RESETS@}
 
-bool same(const Vdut___024root& one, const Vdut___024root& two) {
-@SAME@  return !MAKES_UP;
+// A part of the design's state: its path in the design, whether it was made up for an X that the design assigns, and
+// where it is.
+struct Variable {
+  const char* name;
+  bool made_up;
+  size_t at, size;
+  char* of(Vdut___024root& root) const { return reinterpret_cast<char*>(&root) + at; }
+  bool same(Vdut___024root& one, Vdut___024root& two) const { return std::memcmp(of(one), of(two), size) == 0; }
+};
+
+#pragma GCC diagnostic ignored "-Winvalid-offsetof"
+const std::vector<Variable> VARIABLES = {
+@VARIABLES@};
+
+bool same(Vdut& one, Vdut& two) {
+  for (const Variable& each : VARIABLES)
+    if (!each.made_up && !each.same(*one.rootp, *two.rootp)) return false;
+  return !MAKES_UP;
 }
 
 // The parent's end, or nobody's any more.
@@ -211,9 +241,12 @@ bool speak(bool has_twin) {
 
 bool has_said() { return !voices[0].lines.empty() || !voices[1].lines.empty(); }
 
+// How Verilator fills a model's unset bits.
+enum Fill { ZEROS, ONES, RANDOM };
+
 struct Model {
-  Model(int seed, Voice* own) : own(own) {
-    context->randReset(2);
+  Model(Fill fill, int seed, Voice* own) : own(own) {
+    context->randReset(fill);
     context->randSeed(seed);
     top = std::make_unique<Vdut>(context.get(), "top");
   }
@@ -228,78 +261,210 @@ struct Model {
     }
     context->time(end);
   }
-  // The inputs, while the clocks come to the second half of a cycle, and the edge of the next one.
-  void cycle(const Bits& bits, uint64_t half) {
+  // Verilator takes the scopes of a model out of the thread's context, which must be its own and last on.
+  ~Model() {
+    VerilatedContext* const before = Verilated::threadContextp();
+    Verilated::threadContextp(context.get());
+    top.reset();
+    Verilated::threadContextp(before == context.get() ? lasting : before);
+  }
+  static VerilatedContext* lasting;
+  // The clocks come to the second half of a cycle; then the inputs change, if they do; then the next cycle's edge.
+  void cycle(const Bits& bits, bool changed, uint64_t half) {
     voice = own;
-    if (TIMED) {
-      // What the edge and the rest of its cycle bring is shown before the next edge.
-      wait(half);
-      put(*top, bits);
-      levels(*top, half);
-      top->eval();
-      wait(half + 1);
-      levels(*top, half + 1);
-      top->eval();
-      wait(half + 2);
-      return;
-    }
-    put(*top, bits);
+    if (TIMED) wait(half - 1);
     levels(*top, half - 1);
     top->eval();
+    if (changed) {
+      put(*top, bits);
+      top->eval();
+    }
+    if (TIMED) wait(half);
     levels(*top, half);
     top->eval();
-    context->timeInc(2);
+    // What delays bring is shown up to the end of the edge's half cycle.
+    if (TIMED) wait(half + 1);
+    else context->timeInc(2);
   }
   Voice* own;
   std::unique_ptr<VerilatedContext> context = std::make_unique<VerilatedContext>();
   std::unique_ptr<Vdut> top;
 };
 
+VerilatedContext* Model::lasting = nullptr;
+
+// The half after the reset at which the clocks last rose.
+constexpr uint64_t BEGIN = COMMON - 2 + 2 * SETTLE;
+
+// Lets a model come out of its reset. The clocks are low when it begins and when it ends, as in the bench of GHDL.
+void start(Model& one, const Bits& bits) {
+  voice = one.own;
+  put(*one.top, bits);
+  levels(*one.top, COMMON - 1);
+  reset(*one.top, false);
+  one.top->eval();
+  reset(*one.top, true);
+  one.top->eval();
+  for (uint64_t half = COMMON; half <= BEGIN; half += 2) one.cycle(bits, false, half);
+  levels(*one.top, BEGIN + 1);
+  one.top->eval();
+  reset(*one.top, false);
+  one.top->eval();
+}
+
+// A model that has not begun and differs from the first one: in every unset bit, or in those of another seed. The
+// inverse alone would not do: a decoder of two lines answers alike to inverted ones.
+std::unique_ptr<Model> another(int which) {
+  auto made = std::make_unique<Model>(RANDOM, 1 + which, &mute);
+  if (which > 1) return made;
+  const Model first(RANDOM, 1, &mute), zeros(ZEROS, 1, &mute), ones(ONES, 1, &mute);
+  for (const Variable& each : VARIABLES)
+    for (size_t byte = 0; byte < each.size; ++byte)
+      each.of(*made->top->rootp)[byte] = each.of(*first.top->rootp)[byte] ^ each.of(*zeros.top->rootp)[byte] ^
+                                         each.of(*ones.top->rootp)[byte];
+  return made;
+}
+
+// The inputs since the end of the reset, for as long as they fit.
+struct Past {
+  static constexpr size_t MOST = 1 << 22;
+  Bits first, words;
+  bool whole = true;
+  void add(uint64_t edges, const Bits& bits) {
+    whole = whole && words.size() + bits.size() < MOST;
+    if (!whole) return Bits().swap(words);
+    words.push_back(edges);
+    words.insert(words.end(), bits.begin(), bits.end());
+  }
+  // An output's bits at the end of the past, where these variables began as in another model.
+  uint64_t output(size_t port, const std::vector<const Variable*>& some, int which) const {
+    Model one(RANDOM, 1, &mute);
+    const auto other = another(which);
+    for (const Variable* each : some) std::memcpy(each->of(*one.top->rootp), each->of(*other->top->rootp), each->size);
+    start(one, first);
+    uint64_t half = BEGIN;
+    Bits bits(first);
+    const size_t all = first.size();
+    for (size_t at = 0; at < words.size(); at += 1 + all) {
+      std::copy(words.begin() + at + 1, words.begin() + at + 1 + all, bits.begin());
+      for (uint64_t edge = 0; edge < words[at]; ++edge) one.cycle(bits, edge == 0, half += 2);
+    }
+    get(*one.top, bits);
+    return bits[port];
+  }
+};
+
+// A least set of variables on whose first values an output depends, which has other bits in another model; empty where
+// the search takes too long.
+std::vector<const Variable*> culprits(const Past& past, size_t port, uint64_t word, int which) {
+  if (!past.whole) return {};
+  const auto begun = std::chrono::steady_clock::now();
+  std::vector<const Variable*> all;
+  const Model first(RANDOM, 1, &mute);
+  const auto other = another(which);
+  for (const Variable& each : VARIABLES)
+    if (!each.same(*first.top->rootp, *other->top->rootp)) all.push_back(&each);
+  // Parts are left out, half of them first and single ones last, as long as the output still differs.
+  for (size_t part = (all.size() + 1) / 2; part > 0; part = part > 1 ? (part + 1) / 2 : 0)
+    for (size_t at = 0; at < all.size() && all.size() > 1;) {
+      if (std::chrono::steady_clock::now() - begun > std::chrono::seconds(5)) return {};
+      auto left = all;
+      left.erase(left.begin() + at, left.begin() + std::min(at + part, left.size()));
+      if (!left.empty() && past.output(port, left, which) != word) all = left;
+      else at += part;
+    }
+  return all;
+}
+
+[[noreturn]] void refuse(const Past& past, size_t port, uint64_t one, uint64_t two, int which) {
+  std::string names, last;
+  const auto found = culprits(past, port, one, which);
+  for (const Variable* each : found)
+    if (names.size() < 100 && each->name != last) {
+      last = each->name;
+      const std::string name = each->made_up ? "an X that the design assigns" : "register `" + last + "`";
+      names += (names.empty() ? ": that of " : " and ") + name;
+    }
+  std::fprintf(stderr,
+               "output `%s` depends on a value that nothing has set%s; after clock edge %llu the output is %llx or %llx. "
+               "Let the reset or an initial value set it, or write %s\n",
+               NAMES[port], names.c_str(), static_cast<unsigned long long>(edges), static_cast<unsigned long long>(one),
+               static_cast<unsigned long long>(two), WAY);
+  _exit(@UNSET@);
+}
+
 }  // namespace
 
-// The arguments are the places of the signals inside that are shown.
-int main(int count, char** arguments) {
-  Model model(1, &voices[0]);
-  const std::vector<Signal> known = all_inside(*model.top);
+// A model beside the first one, with its number and its signals inside.
+struct Other {
+  int which;
+  std::unique_ptr<Model> model;
   std::vector<Signal> inside;
-  for (int argument = 1; argument < count; ++argument)
-    inside.push_back(known.at(std::strtoul(arguments[argument], nullptr, 10)));
+};
+
+int main(int count, char** arguments) {
+  if (count < 3) return 1;
+  const std::string registers = arguments[1];
+  // Verilator takes 0 for another seed every time.
+  const int seed = registers == "random" ? 1 + std::strtoull(arguments[2], nullptr, 10) % 0x7ffffffe : 1;
+  Model model(registers == "zero" ? ZEROS : RANDOM, seed, &voices[0]);
+  Model::lasting = model.context.get();
+  const auto shown = [&](const Model& of) {
+    const std::vector<Signal> known = all_inside(*of.top);
+    std::vector<Signal> inside;
+    for (int argument = 3; argument < count; ++argument)
+      inside.push_back(known.at(std::strtoul(arguments[argument], nullptr, 10)));
+    return inside;
+  };
+  const std::vector<Signal> inside = shown(model);
   const size_t all = PORTS + inside.size();
   uint64_t told = 0;
   if (!take(&told, 1) || told != all) return 1;
-  Bits drives(all), bits(all), now(all), before(all), other(all), request(2 + all);
+  Bits drives(all), bits(all), now(all), before(all), other(all), differing(all), request(2 + all);
   if (!take(drives.data(), all) || !take(bits.data(), all)) return 1;
-  auto twin = std::make_unique<Model>(2, &voices[1]);
-  uint64_t half = COMMON - 2, look = 1;
-
-  auto initial = [&](Model& one) {
-    voice = one.own;
-    put(*one.top, bits);
-    reset(*one.top, true);
-    levels(*one.top, COMMON - 1);
-    one.top->eval();
-  };
-  initial(model);
-  initial(*twin);
-  bool is_over = has_said() && speak(true);
-  for (uint64_t cycle = 0; cycle < @SETTLE@ && !is_over; ++cycle) {
-    half += 2;
-    model.cycle(bits, half);
-    twin->cycle(bits, half);
-    is_over = has_said() && speak(true);
+  // One of the others has all bits inverted.
+  std::vector<Other> others;
+  for (int which = 1; registers == "unknown" && which <= OTHERS; ++which) {
+    auto made = another(which);
+    auto signals = shown(*made);
+    others.push_back({which, std::move(made), std::move(signals)});
+    others.front().model->own = &voices[1];
+    start(*others.back().model, bits);
   }
-  reset(*model.top, false);
-  reset(*twin->top, false);
-  const auto get_inside = [&] {
-    for (size_t signal = 0; signal < inside.size(); ++signal) now[PORTS + signal] = inside[signal].read();
-  };
-  const auto is_told = [&](size_t port) { return port >= PORTS || OUTPUTS[port]; };
-  get(*model.top, now);
-  get_inside();
+  start(model, bits);
+  bool is_over = has_said() && speak(!others.empty());
+  uint64_t half = BEGIN, look = 1;
+  Past past;
+  past.first = bits;
 
+  const auto is_told = [&](size_t port) { return port >= PORTS || OUTPUTS[port]; };
+  // The model in which an output differs, if one does: now, and when it was last told.
+  std::vector<int> differs(all, 0), was(all, 0);
+  const auto read = [&](const Model& one, const std::vector<Signal>& signals, Bits& to, size_t end) {
+    get(*one.top, to);
+    if (end > PORTS)
+      for (size_t signal = 0; signal < signals.size(); ++signal) to[PORTS + signal] = signals[signal].read();
+  };
+  const auto look_at = [&](size_t end) {
+    read(model, inside, now, end);
+    if (others.empty()) return;
+    std::fill(differs.begin(), differs.end(), 0);
+    for (const Other& each : others) {
+      read(*each.model, each.inside, other, end);
+      for (size_t port = 0; port < end; ++port)
+        if (is_told(port) && now[port] != other[port]) {
+          differs[port] = each.which;
+          differing[port] = other[port];
+        }
+    }
+  };
+  look_at(all);
   std::vector<uint64_t> answer{0, 0, 0};
   for (size_t port = 0; port < all; ++port)
-    if (is_told(port)) answer.insert(answer.end(), {0, port, now[port], 1});
+    if (is_told(port)) {
+      was[port] = differs[port];
+      answer.insert(answer.end(), {0, port, now[port], differs[port] == 0});
+    }
   before = now;
   for (;;) {
     answer[1] = (answer.size() - 3) / 4;
@@ -310,6 +475,7 @@ int main(int count, char** arguments) {
     // What is asked for: 0 outputs that drive, 1 all outputs, 2 also signals inside.
     const uint64_t wanted = request[0], asked = request[1];
     const size_t end = asked == 2 ? all : PORTS;
+    bool fresh = !std::equal(bits.begin(), bits.end(), request.begin() + 2);
     std::copy(request.begin() + 2, request.end(), bits.begin());
     uint64_t done = 0;
     answer.assign(3, 0);
@@ -317,35 +483,37 @@ int main(int count, char** arguments) {
       ++done;
       ++edges;
       half += 2;
-      model.cycle(bits, half);
-      get(*model.top, now);
-      if (asked == 2) get_inside();
-      if (twin) {
-        twin->cycle(bits, half);
-        get(*twin->top, other);
-        for (size_t port = 0; port < PORTS; ++port)
-          if (OUTPUTS[port] && now[port] != other[port]) {
-            std::fprintf(stderr,
-                         "output `%s` depends on a value that nothing has set: with two random initial states it is "
-                         "%llx and %llx after clock edge %llu\n",
-                         NAMES[port], static_cast<unsigned long long>(now[port]),
-                         static_cast<unsigned long long>(other[port]), static_cast<unsigned long long>(edges));
-            _exit(1);
-          }
-        if (edges >= look) {
-          look = edges + (edges < 4096 ? edges : 4096);
-          if (same(*model.top->rootp, *twin->top->rootp)) twin.reset();
-        }
-      }
-      if (has_said()) is_over = speak(twin != nullptr);
+      model.cycle(bits, fresh, half);
+      for (const Other& each : others) each.model->cycle(bits, fresh, half);
+      fresh = false;
+      mute.lines.clear();
+      look_at(end);
+      if (has_said()) is_over = speak(!others.empty());
       for (size_t port = 0; port < end; ++port) {
-        if (now[port] == before[port] || !is_told(port) || (asked == 0 && drives[port] == 0)) continue;
+        if (!is_told(port)) continue;
+        if (differs[port] != 0 && drives[port] != 0) {
+          past.add(done, bits);
+          refuse(past, port, now[port], differing[port], differs[port]);
+        }
+        const bool is_same = now[port] == before[port] && (differs[port] == 0) == (was[port] == 0);
+        if (is_same || (asked == 0 && drives[port] == 0)) continue;
         // A word that is not told stays new for the request that asks for it.
         before[port] = now[port];
+        was[port] = differs[port];
         changed |= drives[port] != 0;
-        answer.insert(answer.end(), {done, port, now[port], 1});
+        answer.insert(answer.end(), {done, port, now[port], differs[port] == 0});
+      }
+      if (!others.empty() && edges >= look) {
+        look = edges + (edges < 4096 ? edges : 4096);
+        const auto is_same = [&](const Other& each) { return same(*model.top, *each.model->top); };
+        others.erase(std::remove_if(others.begin(), others.end(), is_same), others.end());
+        // Most of what is not set shows soon, and one more model halves the speed.
+        if (edges >= SOON && others.size() > 1) others.erase(others.begin() + 1, others.end());
+        if (others.empty()) std::fill(differs.begin(), differs.end(), 0);
+        else others.front().model->own = &voices[1];
       }
     }
     answer[0] = done;
+    if (!others.empty()) past.add(done, bits);
   }
 }

@@ -6,12 +6,13 @@
 //!
 //! GHDL runs the files under a generated bench whose signals have the ports' own types, and shows signals inside by
 //! VPI. Verilator makes a program of Verilog, or of GHDL's synthesis of VHDL with the same repairs as for costs. It
-//! knows no X: so two models with different random initial values are clocked side by side until their states are
-//! equal.
+//! knows no X: so models whose unset registers begin with other values are clocked beside the first one until their
+//! states are equal.
 
 mod build;
 mod cost;
 mod declared;
+mod fallback;
 mod ghdl;
 mod icarus;
 mod order;
@@ -26,7 +27,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use hpu_cosim::dut::{Design, Designs, Fault, Inside, Port};
-use hpu_cosim::scene::{Dut, DutScene, Engine, Language, SourceFile};
+use hpu_cosim::scene::{Dut, DutScene, Engine, Language, Registers, SourceFile};
 
 use crate::engines::cache_folder::CacheFolder;
 use crate::engines::error::{Error, Reason};
@@ -41,6 +42,8 @@ pub(crate) use process::{ANSWER, Process};
 use text::delay::{first, left_out};
 pub(crate) use transition::{INVARIANT, Transition};
 pub(crate) use vhdl::interface;
+
+use fallback::Fallback;
 
 /// Whether this program must simulate no design, because its caller has asked so.
 static FORBIDDEN: AtomicBool = AtomicBool::new(false);
@@ -152,7 +155,7 @@ impl Designs for Simulators {
                 }
                 (Some(delay), _) => self.instead(&model, inside, &format!("{delay}: {LOST}"), "leave that delay out"),
                 (None, Engine::Verilator) => self.verilator(&model, inside).map(|design| Arc::new(design) as _),
-                (None, _) => self.verilator_or_ghdl(&model, inside),
+                (None, _) => self.verilator_or_ghdl(&model, scene, inside),
             },
         };
         built.map_err(|error| at(error, scene))
@@ -165,9 +168,10 @@ const LOST: &str = "synthesis, the way of VHDL to Verilator, loses this delay, w
 
 impl Simulators {
     /// Builds a design in VHDL for Verilator, or for GHDL if only the way through Verilog fails.
-    fn verilator_or_ghdl(&self, model: &Model, inside: Inside) -> Result<Arc<dyn Design>, Error> {
+    fn verilator_or_ghdl(&self, model: &Model, scene: &DutScene, inside: Inside) -> Result<Arc<dyn Design>, Error> {
         let error = match self.verilator(model, inside) {
-            Ok(design) => return Ok(Arc::new(design)),
+            Ok(design) if model.dut.registers != Registers::Unknown => return Ok(Arc::new(design)),
+            Ok(design) => return Ok(Arc::new(Fallback::new(self, scene, model.dut, design))),
             Err(error) => error,
         };
         match error.tool() {
@@ -185,14 +189,23 @@ impl Simulators {
 
     /// Builds a design for GHDL in the place of Verilator, and says so: why, what that costs, and what avoids it.
     fn instead(&self, model: &Model, inside: Inside, why: &str, remedy: &str) -> Result<Arc<dyn Design>, Error> {
+        if model.dut.registers != Registers::Unknown {
+            let reason = format!("it needs Verilator; {why}; {remedy}, or leave this out");
+            return Err(Error::key("dut.registers", reason));
+        }
         let design = self.ghdl(model, &format!("; {why}"), inside)?;
-        let top = &model.dut.top;
-        note(format!(
-            "GHDL simulates `{top}`, 50 to 400 times more slowly than Verilator: {why}; to avoid it, {remedy}; \
-             dut.engine = \"verilator\" refuses instead"
-        ));
+        note_of_ghdl(model.dut, why, remedy);
         Ok(Arc::new(design))
     }
+}
+
+/// Tells that GHDL simulates a design in the place of Verilator: why, what that costs, and what avoids it.
+fn note_of_ghdl(dut: &Dut, why: &str, remedy: &str) {
+    note(format!(
+        "GHDL simulates `{}`, 50 to 400 times more slowly than Verilator: {why}; to avoid it, {remedy}; dut.engine = \
+         \"verilator\" refuses instead",
+        dut.top
+    ));
 }
 
 /// Returns the first delay of a design in VHDL that must not be lost. Tells of shorter ones, without which whatever is

@@ -13,6 +13,7 @@ use hpu_cosim::dut::{Asked, Change, Fault, Heard, RunningDesign};
 use hpu_vhpi::{DESCRIPTOR, put, take};
 
 use super::said::{Ears, LONGEST};
+use super::verilator::UNSET;
 use crate::engines::error::{Error, Reason};
 use crate::engines::group::{Group, is_stopping};
 use crate::engines::tool::{Fault as ToolFault, Tool, ToolError};
@@ -148,6 +149,10 @@ impl Process {
             if is_stopping() { ToolFault::Stopped } else { ended.unwrap_or(ToolFault::Silent("answer")) }
         };
         let said = self.last_words();
+        if self.tool == Tool::Verilator && matches!(fault, ToolFault::Failed(UNSET)) {
+            let why = said.lines().rfind(|line| line.starts_with("output ")).unwrap_or(&said);
+            return Reason::Unset(why.trim_end().to_string()).into();
+        }
         Reason::Lost(ToolError::new(self.tool, SIMULATE, fault, &said), self.edge).into()
     }
 

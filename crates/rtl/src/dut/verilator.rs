@@ -9,7 +9,7 @@ use std::process::Command;
 use std::time::Duration;
 
 use hpu_cosim::dut::{Change, Design, Fault, Inside, Port, RunningDesign};
-use hpu_cosim::scene::{Dut, Generic, Identifier};
+use hpu_cosim::scene::{Dut, Generic, Identifier, Registers};
 use hpu_cosim::script::{Script, Verilog};
 use hpu_signal::{Clock, Format};
 
@@ -58,6 +58,10 @@ const PRINT: (&str, &str) = (
 );
 /// The file with the assertions that a built model does not check.
 const UNCHECKED: &str = "unchecked";
+/// The Verilog of a design in VHDL.
+const SYNTHESISED: &str = "synthesised.v";
+/// The exit code of a model that drives the device by a value that nothing has set.
+pub(super) const UNSET: i32 = 77;
 /// The widest port, in bits.
 const MOST_BITS: u32 = 64;
 
@@ -72,6 +76,8 @@ pub(super) struct Verilated {
     chosen: Vec<usize>,
     is_vhdl: bool,
     engine: String,
+    registers: Registers,
+    seed: u64,
     limit: Duration,
     dut: Dut,
     unchecked: Vec<String>,
@@ -129,10 +135,28 @@ impl Simulators {
             }
             place += usize::from(is_inside);
         }
+        let (registers, seed) = (dut.registers, model.seed);
+        let engine = match registers {
+            Registers::Unknown => tools,
+            Registers::Zero => format!("{tools}; registers that nothing sets begin at 0"),
+            Registers::Random => format!("{tools}; registers that nothing sets begin at random, by run.seed = {seed}"),
+        };
         let limit = self.setup.timeout.unwrap_or(ANSWER);
-        let (dut, reads_files) = (dut.clone(), reads_files(dut));
-        let (ports, engine) = (shown, tools);
-        Ok(Verilated { built, ports, hidden, chosen, reads_files, is_vhdl, engine, limit, dut, unchecked })
+        let (dut, reads_files, ports) = (dut.clone(), reads_files(dut), shown);
+        Ok(Verilated {
+            built,
+            ports,
+            hidden,
+            chosen,
+            reads_files,
+            is_vhdl,
+            engine,
+            registers,
+            seed,
+            limit,
+            dut,
+            unchecked,
+        })
     }
 
     /// Takes concurrent assertions that Verilator does not read out of the files in a folder. Returns them, with their
@@ -225,8 +249,8 @@ impl Simulators {
         let vhdl = || synth("vhdl", asserted.is_some()).map(|said| said.out);
         let verilog = repaired(&text, vhdl)?.ok_or_else(untold)?;
         let verilog = told.map_or_else(|| verilog.clone(), |told| told.spoken(&verilog));
-        write(folder, "synthesised.v", verilog.as_bytes())?;
-        Ok((vec![PlainName::fixed("synthesised.v")], unchecked))
+        write(folder, SYNTHESISED, verilog.as_bytes())?;
+        Ok((vec![PlainName::fixed(SYNTHESISED)], unchecked))
     }
 
     /// Returns the ports of a design in Verilog, of which no program is made.
@@ -333,7 +357,8 @@ impl Simulators {
         // The same holds for models that wait for a time of their own.
         state.makes_up |= is_timed || !is_flat(&folder.join("obj"));
         write(folder, PRINT.0, PRINT.1.as_bytes())?;
-        write(folder, "main.cpp", main_cpp(model, &fields, &state, is_timed).as_bytes())?;
+        let synthesised = if super::is_vhdl(&dut.files) { read(&folder.join(SYNTHESISED))? } else { String::new() };
+        write(folder, "main.cpp", main_cpp(model, &fields, &state, is_timed, &synthesised).as_bytes())?;
         write(folder, NOTES, note.unwrap_or_default().as_bytes())?;
         let make = || {
             let mut make = Command::new("make");
@@ -567,16 +592,45 @@ struct State {
     makes_up: bool,
 }
 
+/// Whether a variable's value was made up for an X that the design assigns.
+fn is_for_x(variable: &str) -> bool {
+    variable.contains("__Vxrand")
+}
+
 fn state(root: &str) -> State {
     let kinds = ["CData/*", "SData/*", "IData/*", "QData/*", "VlWide<", "VlUnpacked<"];
     let variable = |line: &str| {
         let line = line.trim();
+        // An output may be a register itself.
+        if let Some(output) = line.strip_prefix("VL_OUT") {
+            let (name, _) = output.split_once('(')?.1.split_once(',')?;
+            return Some(name.trim_start_matches('&').to_string());
+        }
         let is_one = kinds.iter().any(|kind| line.starts_with(kind)) && line.ends_with(';') && !line.contains('(');
         is_one.then(|| line.trim_end_matches(';').rsplit(' ').next().unwrap_or_default().to_string())
     };
-    let all: Vec<_> = root.lines().filter_map(variable).collect();
-    let made_up = |name: &String| name.contains("__Vxrand");
-    State { makes_up: all.iter().any(made_up), variables: all.into_iter().filter(|name| !made_up(name)).collect() }
+    let variables: Vec<_> = root.lines().filter_map(variable).collect();
+    State { makes_up: variables.iter().any(|name| is_for_x(name)), variables }
+}
+
+/// Returns the path in the design of a variable, without the topmost unit. A register that GHDL's synthesis has named
+/// has the name of the signal that takes its value in the `synthesised` Verilog.
+fn path(variable: &str, synthesised: &str) -> String {
+    let path = variable.trim_start_matches("__SYM__").split_once("__DOT__").map_or(variable, |(_, path)| path);
+    let path = path.replace("__DOT__", ".").replace("__BRA__", "[").replace("__KET__", "]").replace("___05F", "__");
+    if !is_made_up(&path) {
+        return path;
+    }
+    let (above, leaf) = path.rsplit_once('.').map_or(("", &*path), |(above, leaf)| (above, leaf));
+    let assigned = |line: &str| {
+        let line = line.trim();
+        let is_one = line.starts_with("assign ") || !line.contains(':');
+        let (signal, value) = line.trim_start_matches("assign ").split_once('=').filter(|_| is_one)?;
+        let value = value.split_once(';')?.0.trim();
+        (value == leaf).then(|| signal.trim().trim_end_matches('<').trim().to_string())
+    };
+    let named = synthesised.lines().filter_map(assigned).find(|name| !is_made_up(name));
+    named.map_or(path.clone(), |name| if above.is_empty() { name } else { format!("{above}.{name}") })
 }
 
 /// Returns whether Verilator has put the whole design into one structure.
@@ -589,7 +643,7 @@ fn is_flat(folder: &Path) -> bool {
 }
 
 /// Returns the C++ program around the model; [`wire`](super::wire) describes what it reads and writes.
-fn main_cpp(model: &Model, fields: &[Field], state: &State, is_timed: bool) -> String {
+fn main_cpp(model: &Model, fields: &[Field], state: &State, is_timed: bool, synthesised: &str) -> String {
     let dut = model.dut;
     let timing = |field: &&Field| {
         let named =
@@ -598,7 +652,7 @@ fn main_cpp(model: &Model, fields: &[Field], state: &State, is_timed: bool) -> S
     };
     let wires: Vec<_> = fields.iter().filter(|field| !timing(field)).collect();
     let (mut puts, mut gets, mut inside) = (String::new(), String::new(), String::new());
-    let (mut levels, mut resets, mut same) = (String::new(), String::new(), String::new());
+    let (mut levels, mut resets, mut variables) = (String::new(), String::new(), String::new());
     for (index, field) in wires.iter().enumerate() {
         let name = &field.field;
         let _ = if field.is_inside {
@@ -623,9 +677,15 @@ fn main_cpp(model: &Model, fields: &[Field], state: &State, is_timed: bool) -> S
         let _ = writeln!(resets, "  top.{name} = active != {};", reset.active_low);
     }
     for name in &state.variables {
-        let _ = writeln!(same, "  if (std::memcmp(&one.{name}, &two.{name}, sizeof one.{name}) != 0) return false;");
+        let (path, is_for_x, of) = (path(name, synthesised), is_for_x(name), format!("Vdut___024root, {name}"));
+        let size = format!("sizeof(Vdut___024root::{name})");
+        let _ = writeln!(variables, "  {{\"{path}\", {is_for_x}, offsetof({of}), {size}}},");
     }
     let ports = || wires.iter().filter(|field| !field.is_inside);
+    let ways = match super::is_vhdl(&dut.files) {
+        true => "dut.registers = \"zero\" for an FPGA that clears its registers, or dut.engine = \"ghdl\" for VHDL's U",
+        false => "dut.registers = \"zero\" for an FPGA that clears its registers",
+    };
     // The quotes and escapes of Rust are those of C++, for these characters.
     let names: Vec<_> = ports().map(|field| format!("{:?}", field.name)).collect();
     let outputs: Vec<_> = ports().map(|field| (!field.is_input).to_string()).collect();
@@ -634,7 +694,9 @@ fn main_cpp(model: &Model, fields: &[Field], state: &State, is_timed: bool) -> S
         .replace("@GETS@", &gets)
         .replace("@LEVELS@", &levels)
         .replace("@RESETS@", &resets)
-        .replace("@SAME@", &same)
+        .replace("@VARIABLES@", &variables)
+        .replace("@WAY@", &format!("{ways:?}"))
+        .replace("@UNSET@", &UNSET.to_string())
         .replace("@MAKES_UP@", &state.makes_up.to_string())
         .replace("@INSIDE@", &inside)
         .replace("@PORTS@", &names.len().to_string())
@@ -672,6 +734,7 @@ impl Design for Verilated {
     ) -> Result<Box<dyn RunningDesign>, Fault> {
         let folder = path::absolute(&self.built.path).map_err(|error| Error::io(&self.built.path, error))?;
         let mut command = Command::new(folder.join(MODEL));
+        command.args([self.registers.name(), &self.seed.to_string()]);
         if self.reads_files {
             command.current_dir(folder);
         }

@@ -39,6 +39,8 @@ pub(crate) enum Reason {
     Tool(ToolError),
     /// The simulation of a design ended, or did not answer, after this clock edge.
     Lost(ToolError, u64),
+    /// An output that drives the device depends on a value that nothing has set; the text names both.
+    Unset(String),
     /// A tool refused its input.
     Refused {
         /// What was refused, in words.
@@ -138,7 +140,7 @@ impl Error {
             Reason::Tool(error) if error.is_stopped() => Cause::Stopped,
             Reason::Tool(error) if error.is_unusable() => Cause::NoTool,
             Reason::Tool(_) => Cause::Tool,
-            Reason::Lost(..) | Reason::Refused { is_under_test: true, .. } => Cause::Design,
+            Reason::Lost(..) | Reason::Unset(_) | Reason::Refused { is_under_test: true, .. } => Cause::Design,
             Reason::Refused { .. } | Reason::Generic(..) | Reason::Key(..) | Reason::Io(..) => Cause::File,
             Reason::Other(cause, _) => *cause,
         }
@@ -183,7 +185,7 @@ impl fmt::Display for Error {
             Reason::Refused { what, said, .. } => write!(f, "{what}:\n{}", said.trim_end()),
             Reason::Generic(name, why) => write!(f, "generic `{name}`: {why}"),
             Reason::Io(path, error) => write!(f, "{}: {error}", path.display()),
-            Reason::Key(_, why) | Reason::Other(_, why) => f.write_str(why),
+            Reason::Key(_, why) | Reason::Unset(why) | Reason::Other(_, why) => f.write_str(why),
             Reason::Lost(ToolError { tool, fault, said, .. }, edge) => {
                 let tool = tool.name();
                 let head = format!("the simulation by {tool} ended");

@@ -12,7 +12,7 @@ mod wires;
 use std::time::Instant;
 
 use hpu_cosim::dut::{Asked, Change, Design, Port};
-use hpu_cosim::scene::{self, BesideFile, Dut, DutClock, Engine, Identifier, SourceFile, Standard};
+use hpu_cosim::scene::{self, BesideFile, Dut, DutClock, Engine, Identifier, Registers, SourceFile, Standard};
 use hpu_datapath::{AnyBlock, Generic, block_names, configured, variants_of};
 use hpu_signal::Clock;
 
@@ -95,7 +95,7 @@ struct Connected {
 
 /// Returns theirs as a model to be simulated.
 fn model(dut: &Dut) -> Model<'_> {
-    Model { dut, clock: Clock::new(CLOCK_HZ).expect("a clock"), settle: SETTLE }
+    Model { dut, clock: Clock::new(CLOCK_HZ).expect("a clock"), settle: SETTLE, seed: 0 }
 }
 
 /// Returns whether a text is a real number with a point, as both languages write it.
@@ -309,6 +309,7 @@ impl Entity {
             top: self.top.clone(),
             standard: self.standard,
             engine: Engine::Auto,
+            registers: Registers::Unknown,
             clocks: vec![DutClock { port: clock, divide: 1 }],
             reset: None,
             generics: self.generics.iter().map(|(name, text)| (name.clone(), value(text))).collect(),

@@ -144,6 +144,8 @@ pub struct Dut {
     pub standard: Standard,
     /// The simulator.
     pub engine: Engine,
+    /// The values with which registers begin that nothing sets.
+    pub registers: Registers,
     /// Its clocks.
     pub clocks: Vec<DutClock>,
     /// Its reset, if it has one.
@@ -183,6 +185,19 @@ hpu_signal::named! {
         Ghdl = "ghdl",
         /// Verilator, after GHDL's synthesis for VHDL.
         Verilator = "verilator",
+    }
+}
+
+hpu_signal::named! {
+    /// The values with which registers begin that neither an initial value nor the reset sets.
+    #[derive(Clone, Copy, PartialEq, Eq, Debug)]
+    pub enum Registers {
+        /// Unknown: a run ends where one of them drives the device.
+        Unknown = "unknown",
+        /// 0, as in an FPGA that clears its registers.
+        Zero = "zero",
+        /// Random, by the seed of the run.
+        Random = "random",
     }
 }
 
@@ -409,6 +424,7 @@ impl Dut {
             top: Identifier::default(),
             standard: Standard::Vhdl2008,
             engine: Engine::Auto,
+            registers: Registers::Unknown,
             clocks: Vec::new(),
             reset: None,
             generics: Vec::new(),

@@ -10,7 +10,10 @@ use crate::axis::read_hand::{Load, hand};
 use crate::axis::read_model::friction;
 use crate::dut::beside::beside;
 use crate::dut::rows as keys;
-use crate::dut::{Connected, Connection, Driving, Dut, DutClock, DutReset, DutScene, Generic, Line, Part, SourceFile};
+use crate::dut::{
+    Connected, Connection, Driving, Dut, DutClock, DutReset, DutScene, Engine, Generic, Line, Part, Registers,
+    SourceFile,
+};
 use crate::faults::read::{Pins, agree_on_faults, faults};
 use crate::head::model::{BridgeModel, Datapath, EncoderModel, Model, Solver, Winding};
 use crate::head::{Own, about, clock};
@@ -152,6 +155,7 @@ fn dut(s: &Section, load: Load) -> Result<Dut, SceneError> {
         top: name(&key::top)?,
         standard: s.read(&key::standard)?,
         engine: s.read(&key::engine)?,
+        registers: s.read(&key::registers)?,
         clocks: clocks(s, language)?,
         reset: if s.has("reset") { Some(reset(&s.section("reset")?, language)?) } else { None },
         generics,
@@ -162,6 +166,11 @@ fn dut(s: &Section, load: Load) -> Result<Dut, SceneError> {
         floats: s.read(&key::off)?,
     };
     one_use(s, &dut)?;
+    if dut.engine == Engine::Ghdl && dut.registers != Registers::Unknown {
+        let reason = "in GHDL a register begins as VHDL says (U without an initial value); leave this out, or write \
+                      engine = \"verilator\"";
+        return Err(s.error(key::registers.name, reason));
+    }
     Ok(dut)
 }
 

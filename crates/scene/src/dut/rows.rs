@@ -2,7 +2,7 @@
 
 pub(crate) use crate::axis::rows::*;
 
-use crate::dut::{Engine, Standard};
+use crate::dut::{Engine, Registers, Standard};
 use crate::schema::Otherwise::{Is, Required, Said};
 use crate::schema::{Choice, Flag, Group, Key, Own, Shape, Takes, Text, Whole, keys, named};
 
@@ -29,6 +29,11 @@ keys! { dut: "dut" of [];
         Choice::new(|| named(&Standard::ALL, Standard::name), Is(Standard::Vhdl2008));
     /// Simulator of the design; auto takes Verilator where it can, else GHDL.
     engine: Choice<Engine> = Choice::new(|| named(&Engine::ALL, Engine::name), Is(Engine::Auto));
+    /// Value with which registers begin that neither an initial value nor the reset sets: unknown ends a run where one
+    /// of them drives the device, zero is an FPGA that clears them, random goes by `run.seed`. In GHDL they are
+    /// U, so zero and random need Verilator.
+    registers: Choice<Registers> =
+        Choice::new(|| named(&Registers::ALL, Registers::name), Is(Registers::Unknown));
     /// Port of the clock; required without `[dut.clocks]`.
     clock: Text = Text(
         "the port of the clock, as in clock = \"clk\", or [dut.clocks] with a line a port, as in clk = 1",

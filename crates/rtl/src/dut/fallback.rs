@@ -1,0 +1,325 @@
+//! A design in VHDL that Verilator simulates for as long as it can tell what VHDL does.
+//!
+//! VHDL gives a meaning to bits that nothing has set: U takes the choice `when others`, and a number or an enumeration
+//! begins at the left end of its range. Synthesis drops that, so in Verilator such a bit is unknown. Where one comes to
+//! matter, GHDL simulates the same clock edges again, with the inputs that the design has had, and goes on.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, OnceLock};
+
+use hpu_cosim::dut::{Asked, Change, Design, Fault, Heard, Inside, Port, RunningDesign};
+use hpu_cosim::scene::{Dut, DutScene};
+
+use super::build::Model;
+use super::ghdl::Analysed;
+use super::verilator::Verilated;
+use super::{Simulators, at, note_of_ghdl};
+use crate::engines::error::{Error, Reason};
+
+/// Words that are kept of a run's past. A design that comes to depend on an unset value does so early.
+const MOST_WORDS: usize = 1 << 20;
+
+/// A design in VHDL, with both of its simulators.
+#[derive(Clone)]
+pub(super) struct Fallback(Arc<Both>);
+
+struct Both {
+    simulators: Simulators,
+    scene: DutScene,
+    dut: Dut,
+    verilated: Verilated,
+    /// The design in GHDL, once it was asked for.
+    ghdl: OnceLock<Analysed>,
+    /// Whether a run needed it.
+    needed: AtomicBool,
+}
+
+impl Fallback {
+    /// Takes a design of a scene as it was prepared, and as it was built for Verilator.
+    pub(super) fn new(simulators: &Simulators, scene: &DutScene, dut: &Dut, verilated: Verilated) -> Self {
+        let (simulators, scene, dut) = (simulators.clone(), scene.clone(), dut.clone());
+        let (ghdl, needed) = (OnceLock::new(), AtomicBool::new(false));
+        Self(Arc::new(Both { simulators, scene, dut, verilated, ghdl, needed }))
+    }
+}
+
+impl Both {
+    fn ghdl(&self) -> Result<&Analysed, Fault> {
+        if let Some(built) = self.ghdl.get() {
+            return Ok(built);
+        }
+        let why = "; in Verilator it depends on a value that only VHDL defines";
+        let shown = self.verilated.ports().iter().filter(|port| port.is_inside);
+        let shown: Vec<_> = shown.map(|port| port.name.to_lowercase()).collect();
+        let takes = |path: &str| shown.contains(&path.to_lowercase());
+        let inside = if shown.is_empty() { Inside::Nothing } else { Inside::Chosen(&takes) };
+        let built = self.simulators.ghdl(&Model::of(&self.scene, &self.dut), why, inside);
+        let built = built.map_err(|error| at(error, &self.scene))?;
+        Ok(self.ghdl.get_or_init(|| built))
+    }
+
+    /// Notes that GHDL simulates, and why.
+    fn needs_ghdl(&self, why: &str) {
+        let why = why.split(". ").next().unwrap_or(why);
+        note_of_ghdl(&self.dut, why, "give the register an initial value");
+        self.needed.store(true, Ordering::Relaxed);
+    }
+
+    /// Starts GHDL's simulation with its ports numbered as those of Verilator.
+    fn in_ghdl(&self, words: &[u64], drives: &[bool], changes: &mut Vec<Change>) -> Result<InGhdl, Fault> {
+        let ghdl = self.ghdl()?;
+        let (ours, theirs) = (wires(&self.dut, self.verilated.ports()), wires(&self.dut, ghdl.ports()));
+        let place = |port: &&Port| ours.iter().position(|own| own.name.eq_ignore_ascii_case(&port.name));
+        let places: Vec<_> = theirs.iter().map(place).collect();
+        let driving: Vec<_> = places.iter().map(|place| place.is_some_and(|place| drives[place])).collect();
+        let from = changes.len();
+        let running = ghdl.start(&placed(&places, words), &driving, changes)?;
+        let running = InGhdl { running, places };
+        running.renumber(changes, from);
+        Ok(running)
+    }
+}
+
+/// Returns the ports that a request has bits for: all but clocks and reset.
+fn wires<'p>(dut: &Dut, ports: &'p [Port]) -> Vec<&'p Port> {
+    let named = |name: &str| {
+        let mut clocks = dut.clocks.iter().map(|clock| &clock.port);
+        clocks.any(|port| port.eq_ignore_ascii_case(name))
+            || dut.reset.iter().any(|reset| reset.port.eq_ignore_ascii_case(name))
+    };
+    ports.iter().filter(|port| port.is_inside || !named(&port.name)).collect()
+}
+
+fn placed(places: &[Option<usize>], words: &[u64]) -> Vec<u64> {
+    places.iter().map(|place| place.map_or(0, |place| words[place])).collect()
+}
+
+/// A simulation in GHDL, whose ports have the numbers that Verilator's have.
+struct InGhdl {
+    running: Box<dyn RunningDesign>,
+    /// The number in Verilator of each port of GHDL.
+    places: Vec<Option<usize>>,
+}
+
+impl InGhdl {
+    /// Gives the changes from here on their numbers, and leaves out those of signals that Verilator does not show.
+    fn renumber(&self, changes: &mut Vec<Change>, from: usize) {
+        let new = changes.split_off(from);
+        let place = |change: Change| Some(Change { port: self.places[change.port]?, ..change });
+        changes.extend(new.into_iter().filter_map(place));
+    }
+}
+
+impl RunningDesign for InGhdl {
+    fn clock(&mut self, words: &[u64], edges: u64, asked: Asked, changes: &mut Vec<Change>) -> Result<u64, Fault> {
+        let from = changes.len();
+        let done = self.running.clock(&placed(&self.places, words), edges, asked, changes)?;
+        self.renumber(changes, from);
+        Ok(done)
+    }
+
+    fn is_over(&self) -> bool {
+        self.running.is_over()
+    }
+
+    fn heard(&mut self) -> Heard {
+        self.running.heard()
+    }
+}
+
+impl Design for Fallback {
+    fn ports(&self) -> &[Port] {
+        self.0.verilated.ports()
+    }
+
+    fn hidden(&self) -> &[Port] {
+        self.0.verilated.hidden()
+    }
+
+    fn ignores_case(&self) -> bool {
+        true
+    }
+
+    fn engine(&self) -> &str {
+        let needed = self.0.ghdl.get().filter(|_| self.0.needed.load(Ordering::Relaxed));
+        needed.map_or_else(|| self.0.verilated.engine(), Design::engine)
+    }
+
+    fn start(
+        &self,
+        words: &[u64],
+        drives: &[bool],
+        changes: &mut Vec<Change>,
+    ) -> Result<Box<dyn RunningDesign>, Fault> {
+        if self.0.needed.load(Ordering::Relaxed) {
+            return Ok(Box::new(self.0.in_ghdl(words, drives, changes)?));
+        }
+        let from = changes.len();
+        let running = self.0.verilated.start(words, drives, changes)?;
+        let is_known = |change: &Change| !drives[change.port] || change.bits.is_some();
+        if let Some(port) = changes[from..].iter().find(|change| !is_known(change)).map(|change| change.port) {
+            let mut theirs = Vec::new();
+            let running = self.0.in_ghdl(words, drives, &mut theirs)?;
+            if theirs.iter().all(is_known) {
+                self.0.needs_ghdl(&self.unset(port));
+                changes.splice(from.., theirs);
+                return Ok(Box::new(running));
+            }
+        }
+        let mut told = vec![None; words.len()];
+        note_words(&mut told, &changes[from..]);
+        let past = Past { first: words.to_vec(), requests: Vec::new(), driven: Vec::new(), told, edge: 0 };
+        let (design, drives) = (self.clone(), drives.to_vec());
+        Ok(Box::new(Either { design, running, drives, past: Some(past) }))
+    }
+}
+
+fn note_words(told: &mut [Option<u64>], changes: &[Change]) {
+    for change in changes {
+        told[change.port] = change.bits;
+    }
+}
+
+/// What a run has had and told so far.
+struct Past {
+    /// The words with which it began.
+    first: Vec<u64>,
+    /// Its requests: a number of edges and the words, one request after another.
+    requests: Vec<u64>,
+    /// The changes of outputs that drive the device, by edges from the reset on.
+    driven: Vec<Change>,
+    /// The last words of all outputs.
+    told: Vec<Option<u64>>,
+    edge: u64,
+}
+
+/// A simulation by Verilator, or by GHDL from the edge on at which Verilator could not go on.
+struct Either {
+    design: Fallback,
+    running: Box<dyn RunningDesign>,
+    drives: Vec<bool>,
+    /// Nothing once GHDL simulates, or where the past is too long.
+    past: Option<Past>,
+}
+
+impl RunningDesign for Either {
+    fn clock(&mut self, words: &[u64], edges: u64, asked: Asked, changes: &mut Vec<Change>) -> Result<u64, Fault> {
+        let from = changes.len();
+        let done = self.running.clock(words, edges, asked, changes);
+        let Some(past) = &mut self.past else { return done };
+        let unset = match &done {
+            Ok(_) if self.drives.contains(&true) => None,
+            // Where no output drives the device, each that is shown matters.
+            Ok(_) => {
+                let ports = wires(&self.design.0.dut, self.design.ports());
+                let is_one = |change: &&Change| change.bits.is_none() && !ports[change.port].is_inside;
+                changes[from..].iter().find(is_one).map(|change| self.design.unset(change.port))
+            }
+            Err(fault) => match fault.downcast_ref::<Error>().map(Error::reason) {
+                Some(Reason::Unset(why)) => Some(why.clone()),
+                _ => None,
+            },
+        };
+        let Some(why) = unset else {
+            let done = done?;
+            past.requests.push(done);
+            past.requests.extend_from_slice(words);
+            let edge = past.edge;
+            let driven = changes[from..].iter().filter(|change| self.drives[change.port]);
+            past.driven.extend(driven.map(|&change| Change { edge: edge + change.edge, ..change }));
+            note_words(&mut past.told, &changes[from..]);
+            past.edge += done;
+            if past.requests.len() + past.driven.len() > MOST_WORDS {
+                self.past = None;
+            }
+            return Ok(done);
+        };
+        changes.truncate(from);
+        self.design.0.needs_ghdl(&why);
+        let past = self.past.take().expect("it is there");
+        let goes_on = self.again(&past).and_then(|(running, told)| {
+            self.running = Box::new(running);
+            let done = self.running.clock(words, edges, asked, changes)?;
+            let is_told = |port: usize| asked != Asked::Driving || self.drives[port];
+            let fresh = stale(&past.told, &told, &changes[from..]).into_iter().filter(|change| is_told(change.port));
+            changes.splice(from..from, fresh.collect::<Vec<_>>());
+            Ok(done)
+        });
+        let is_known = |change: &Change| !self.drives[change.port] || change.bits.is_some();
+        match (goes_on, done) {
+            // What VHDL does not define either is told with the name of its register.
+            (Ok(_), Err(fault)) if !changes[from..].iter().all(is_known) => Err(fault),
+            (goes_on, _) => goes_on,
+        }
+    }
+
+    fn is_over(&self) -> bool {
+        self.running.is_over()
+    }
+
+    fn heard(&mut self) -> Heard {
+        self.running.heard()
+    }
+}
+
+/// Returns the changes that bring what Verilator has told to what GHDL knows, at the first edge of an answer, where the
+/// answer itself has none.
+fn stale(verilator: &[Option<u64>], ghdl: &[Option<u64>], answer: &[Change]) -> Vec<Change> {
+    let is_new = |port: usize| !answer.iter().any(|change| change.edge == 1 && change.port == port);
+    let ports = (0..verilator.len()).filter(|&port| verilator[port] != ghdl[port] && is_new(port));
+    ports.map(|port| Change { edge: 1, port, bits: ghdl[port] }).collect()
+}
+
+impl Fallback {
+    /// Returns the reason to leave Verilator for an output.
+    fn unset(&self, port: usize) -> String {
+        let name = &wires(&self.0.dut, self.0.verilated.ports())[port].name;
+        format!("output `{name}` depends on a value that nothing has set")
+    }
+}
+
+impl Either {
+    /// Simulates a past again in GHDL. Returns the simulation, and the words of its outputs.
+    fn again(&self, past: &Past) -> Result<(InGhdl, Vec<Option<u64>>), Fault> {
+        let mut changes = Vec::new();
+        let mut running = self.design.0.in_ghdl(&past.first, &self.drives, &mut changes)?;
+        let mut told = vec![None; past.first.len()];
+        note_words(&mut told, &changes);
+        let (mut driven, mut edge) = (Vec::new(), 0);
+        for request in past.requests.chunks_exact(1 + past.first.len()) {
+            let mut left = request[0];
+            while left > 0 {
+                changes.clear();
+                let done = running.clock(&request[1..], left, Asked::Inside, &mut changes)?;
+                note_words(&mut told, &changes);
+                let of = changes.iter().filter(|change| self.drives[change.port]);
+                driven.extend(of.map(|&change| Change { edge: edge + change.edge, ..change }));
+                edge += done;
+                left -= done;
+            }
+        }
+        if let Some(change) = first_difference(&past.driven, &driven) {
+            let name = &wires(&self.design.0.dut, self.design.ports())[change.port].name;
+            let text = format!(
+                "Verilator and GHDL have different words at output `{name}` after clock edge {}, before a value that \
+                 nothing has set comes to matter; write dut.engine = \"ghdl\"",
+                change.edge
+            );
+            return Err(Error::ended(text).into());
+        }
+        Ok((running, told))
+    }
+}
+
+/// Returns the first change that only one of two simulations has. Within an edge their order does not matter.
+fn first_difference(one: &[Change], two: &[Change]) -> Option<Change> {
+    let sorted = |all: &[Change]| {
+        let mut all = all.to_vec();
+        all.sort_by_key(|change| (change.edge, change.port));
+        all
+    };
+    let (one, two) = (sorted(one), sorted(two));
+    let place = one.iter().zip(&two).position(|(one, two)| one != two);
+    let place = place.or((one.len() != two.len()).then_some(one.len().min(two.len())))?;
+    one.get(place).or(two.get(place)).copied()
+}
