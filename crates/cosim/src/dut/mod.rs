@@ -11,7 +11,6 @@
 mod closed;
 mod connect;
 pub(crate) mod driven_world;
-mod heard;
 
 use std::error::Error;
 use std::ops::Range;
@@ -27,8 +26,8 @@ use crate::world::faults::FaultPlan;
 use crate::world::plant::{Around, Plant};
 use hpu_scene::{Connection, Driving, DutScene, SceneError};
 
+pub use crate::result::heard::{End, Failure, Heard, MOST_FAILURES, MOST_MESSAGES, Said, Severity, Unfit, place};
 pub use connect::{Misdriven, Wire, Wires};
-pub use heard::{End, Failure, Heard, MOST_FAILURES, MOST_MESSAGES, Said, Severity, Unfit, place};
 
 /// The reason why a design could not be simulated: a message of its simulator, or a fault of the design itself.
 pub type Fault = Box<dyn Error + Send + Sync>;

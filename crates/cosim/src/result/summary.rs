@@ -3,7 +3,7 @@
 use hpu_plant::Energy;
 use hpu_signal::{Signal, SignalUse};
 
-use crate::dut::Heard;
+use crate::result::heard::Heard;
 use crate::result::stays::Stays;
 use crate::result::trace::{ANGLE, TORQUE, Trace};
 use crate::result::verdict::{Abort, Verdict};

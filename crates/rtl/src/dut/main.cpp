@@ -91,6 +91,12 @@ void vl_stop_maybe(const char* file, int line, const char*, bool) {
   voice->is_over = true;
 }
 
+// A model that cannot go on, as one whose logic does not come to rest. What it has said so far is lost with it.
+void vl_fatal(const char* file, int line, const char*, const char* said) {
+  std::fprintf(stderr, "%s:%d: %s\n", file, line, said);
+  _exit(1);
+}
+
 // A warning of Verilator's own library. It would go on without a memory's file, with values that nothing has set.
 void vl_warn(const char* file, int line, const char*, const char* said) {
   if (std::strstr(said, "file not found")) {

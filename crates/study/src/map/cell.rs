@@ -177,8 +177,8 @@ impl Cell {
         };
         let (summary, late) = limited(Some(events), guard, control, run);
         let summary = summary?;
-        if let Some(fault) = summary.heard.fault(simulation.clock()) {
-            return Err(Error::design(fault));
+        if let Some(unfit) = summary.heard.unfit(simulation.clock()) {
+            return Err(Error::design(unfit.into()));
         }
         if !summary.complete {
             let stopped = late || control.stop.load(Ordering::Relaxed);

@@ -4,8 +4,6 @@ use std::fmt;
 
 use hpu_signal::{Clock, Cycle};
 
-use super::Fault;
-
 /// The most assertions that are listed, each with the number of times that it failed.
 pub const MOST_FAILURES: usize = 100;
 /// The most bytes of messages that are kept.
@@ -113,7 +111,7 @@ impl Heard {
     }
 
     /// Returns why the run is no result for a study: an assertion has failed, or the design has ended the run.
-    pub fn fault(&self, clock: Clock) -> Option<Fault> {
+    pub fn unfit(&self, clock: Clock) -> Option<Unfit> {
         let at = |edge: u64| match edge {
             0 => "in the reset".to_string(),
             edge => format!("at clock edge {edge} ({:e} s)", clock.seconds(Cycle(edge))),
@@ -122,12 +120,12 @@ impl Heard {
         if let Some(Failure { first, .. }) = self.failures.first() {
             let said =
                 format!("an assertion of the design failed {}: {}{}", at(first.edge), there(&first.place), first.text);
-            return Some(Box::new(Unfit(said)));
+            return Some(Unfit(said));
         }
         let End { edge, by, place } = self.end.as_ref()?;
         let said =
             format!("the design ended its run {}: {}{by}; the run is too short to be judged", at(*edge), there(place));
-        Some(Box::new(Unfit(said)))
+        Some(Unfit(said))
     }
 
     /// Takes a message. A failure at the same place and edge as its last one counts once: a simulator may evaluate a
