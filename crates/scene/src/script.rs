@@ -225,8 +225,8 @@ impl Script<Yosys> {
 }
 
 impl Script<Verilog> {
-    /// Returns the value of a parameter. A text such as `8'h1F` is a number. A text with a quote or a control character, which no tool takes in quotes, is
-    /// written by its bits.
+    /// Returns the value of a parameter. A text such as `8'h1F` is a number. A text with a quote or a control
+    /// character, which no tool takes in quotes, is written by its bits.
     pub fn literal(value: &Generic) -> Self {
         Self::made(match value {
             Generic::Flag(flag) => i32::from(*flag).to_string(),

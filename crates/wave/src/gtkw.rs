@@ -203,7 +203,8 @@ fn net_trace(layout: &Layout, index: usize) -> Option<String> {
     trace(layout, Source::Net(index), flags, format.frac(), alias)
 }
 
-/// Returns whether a net is a word of a design of the user's own that is no number: bits, an enumeration or a structure.
+/// Returns whether a net is a word of a design of the user's own that is no number: bits, an enumeration or a
+/// structure.
 pub(crate) fn is_plain(layout: &Layout, index: usize) -> bool {
     let own = layout.own.as_ref().and_then(|own| own.get(index));
     layout.nets[index].format != Format::BIT && own.is_some_and(|own| !own.is_quantity)

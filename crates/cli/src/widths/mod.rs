@@ -40,8 +40,8 @@ use crate::work::{Find, Rows};
 /// Measured ranges, `needs` and what --search finds hold for the motions of the scenes that are named; proved ranges
 /// for every motion within the device's limits.
 ///
-/// Of a design of your own, a scene with a [dut], the page shows its ports and the signals inside it: ranges, idle upper
-/// bits, and whether one bit less would have wrapped in this run.
+/// Of a design of your own, a scene with a [dut], the page shows its ports and the signals inside it: ranges, idle
+/// upper bits, and whether one bit less would have wrapped in this run.
 ///
 /// On two cores the page of hybrid-wall takes seconds, its --search half a minute, its --price up to 12 minutes the
 /// first time.

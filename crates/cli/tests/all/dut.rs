@@ -66,7 +66,7 @@ fn what_is_inside_a_design_is_in_the_waveform_and_has_its_ranges() {
 }
 
 /// Returns a run's result, without the keys that differ from one program to another.
-fn told(mut value: Value) -> Value {
+pub fn told(mut value: Value) -> Value {
     for key in ["wall_s", "edges_per_s", "dut", "parameters", "files"] {
         value[key].take();
     }

@@ -34,7 +34,8 @@ module late (input clk, input a, output last);
   always @(posedge clk) r <= {r[2:0], a};
   assign last = fourth;
 endmodule
-module inner (input clk, input rst, input a, output signed [15:0] vel, output [9:0] low, output last, output [1:0] lanes);
+module inner (input clk, input rst, input a, output signed [15:0] vel, output [9:0] low, output last,
+              output [1:0] lanes);
   fall u_vel (.clk(clk), .rst(rst), .vel(vel));
   rise u_rise (.clk(clk), .rst(rst), .low(low));
   late u_late (.clk(clk), .a(a), .last(last));
@@ -51,7 +52,8 @@ endmodule
 
 /// The same falling word in VHDL, beside a rising one, a number with a range, and bits.
 const VHDL: &str = "library ieee; use ieee.std_logic_1164.all; use ieee.numeric_std.all;
-entity fall is port (clk, rst : in std_logic; vel : out signed(15 downto 0); bits : out std_logic_vector(7 downto 0)); end;
+entity fall is port (clk, rst : in std_logic; vel : out signed(15 downto 0); bits : out std_logic_vector(7 downto 0));
+end;
 architecture rtl of fall is
   subtype speed is signed(15 downto 0);
   signal vel_r : speed := (others => '0');

@@ -21,6 +21,7 @@ mod gimbal;
 mod heard;
 mod inside;
 mod keys;
+mod legacy;
 mod manual;
 mod map;
 mod modules;

@@ -18,7 +18,6 @@ use sha2::{Digest, Sha256};
 
 use super::Simulators;
 use super::text::delay::Delay;
-use super::text::vhdl;
 use crate::engines::entry::hexadecimal;
 use crate::engines::error::{Error, Reason};
 use crate::engines::temporary::Temporary;
@@ -60,7 +59,7 @@ impl<'a> Model<'a> {
 
 /// Returns the cycles of the clock until the first value of every delay that VHDL's simulator keeps has come.
 fn delayed(dut: &Dut, clock: Clock) -> u64 {
-    let delays = if super::is_vhdl(&dut.files) { vhdl::delays(dut) } else { Vec::new() };
+    let delays = if super::is_vhdl(&dut.files) { super::vhdl::delays(dut) } else { Vec::new() };
     let cycles =
         |delay: Delay| Some((delay.length_s? / clock.period_s()).ceil() as u64).filter(|_| !delay.is_short(clock));
     delays.into_iter().filter_map(cycles).filter(|cycles| *cycles < LONGEST).max().map_or(0, |cycles| cycles + 1)

@@ -392,8 +392,8 @@ std::vector<const Variable*> culprits(const Past& past, size_t port, uint64_t wo
       names += (names.empty() ? ": that of " : " and ") + name;
     }
   std::fprintf(stderr,
-               "output `%s` depends on a value that nothing has set%s; after clock edge %llu the output is %llx or %llx. "
-               "Let the reset or an initial value set it, or write %s\n",
+               "output `%s` depends on a value that nothing has set%s; after clock edge %llu the output is %llx or "
+               "%llx. Let the reset or an initial value set it, or write %s\n",
                NAMES[port], names.c_str(), static_cast<unsigned long long>(edges), static_cast<unsigned long long>(one),
                static_cast<unsigned long long>(two), WAY);
   _exit(@UNSET@);

@@ -106,7 +106,7 @@ pub(crate) fn of_tool(dut: &Dut, error: ToolError) -> Error {
     }
     let said = build::plain_names(dut).iter().fold(error.said, |said, (plain, own)| said.replace(&**plain, own));
     let said = dut.beside.iter().fold(said, |said, file| said.replace(&file.place, &file.path));
-    refuses(error.tool, dut, said)
+    refuses(error.tool, dut, text::verilog::with_places(&said))
 }
 
 /// The installed simulators.
@@ -212,7 +212,7 @@ fn note_of_ghdl(dut: &Dut, why: &str, remedy: &str) {
 /// clocked sees the same.
 fn lost_delay(model: &Model) -> Option<String> {
     let (short, long): (Vec<_>, Vec<_>) =
-        text::vhdl::delays(model.dut).into_iter().partition(|delay| delay.is_short(model.clock));
+        vhdl::delays(model.dut).into_iter().partition(|delay| delay.is_short(model.clock));
     let lost = first(&long);
     if let (None, Some(short)) = (&lost, first(&short)) {
         note(left_out(&short));
@@ -220,8 +220,8 @@ fn lost_delay(model: &Model) -> Option<String> {
     lost
 }
 
-/// Returns a design as its tools take it: files behind those that they use, VHDL in its libraries and with the values of
-/// its generics.
+/// Returns a design as its tools take it: files behind those that they use, VHDL in its libraries and with the values
+/// of its generics.
 pub(crate) fn prepared(dut: &Dut) -> Result<Dut, Error> {
     if is_vhdl(&dut.files) { vhdl::prepared(dut) } else { order::of_verilog(dut) }
 }

@@ -42,8 +42,8 @@ const RUNTIME: [&str; 2] = ["verilated.o", "verilated_threads.o"];
 const LEVELS: [&str; 3] = ["OPT_FAST=-O3", "OPT_SLOW=-O1", "OPT_GLOBAL=-O1"];
 /// An endless loop has to hang, so that it is noticed. The compiler must not remove it. What the design says goes to
 /// `main.cpp`, and so does its end.
-const FLAGS: &str = "-std=c++17 -O3 -fno-finite-loops -DVL_USER_FINISH -DVL_USER_WARN -DVL_USER_STOP_MAYBE -DVL_USER_FATAL \
-                     -DVL_PRINTF=hpu_print -include ../hpu_print.h";
+const FLAGS: &str = "-std=c++17 -O3 -fno-finite-loops -DVL_USER_FINISH -DVL_USER_WARN -DVL_USER_STOP_MAYBE \
+                     -DVL_USER_FATAL -DVL_PRINTF=hpu_print -include ../hpu_print.h";
 /// Verilog of the field's practice that Verilator takes for a mistake: blocking and non-blocking assignments of one
 /// register, as in a reset of their own.
 const TAKEN: [&str; 1] = ["-Wno-BLKANDNBLK"];

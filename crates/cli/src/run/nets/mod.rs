@@ -1,5 +1,5 @@
-//! `hpu run SCENE --beside OURS --compare PORT=NET`: compares ports of a design of the user's own, or signals inside it,
-//! with nets of a scene of ours, at every clock edge.
+//! `hpu run SCENE --beside OURS --compare PORT=NET`: compares ports of a design of the user's own, or signals inside
+//! it, with nets of a scene of ours, at every clock edge.
 
 mod shift;
 

@@ -45,7 +45,7 @@ pub(crate) fn left_out(delays: &str) -> String {
 }
 
 /// Returns the seconds of a number with a unit of time, such as `5 us`, `1.5ns` or `1e3 ps`.
-pub(super) fn time_s(text: &str) -> Option<f64> {
+pub(crate) fn time_s(text: &str) -> Option<f64> {
     let text = text.trim().replace('_', "");
     let split = text.len() - text.chars().rev().take_while(char::is_ascii_alphabetic).count();
     let (number, unit) = text.split_at(split);

@@ -1,16 +1,15 @@
-//! What the sources of a design say, read as text: their delays.
+//! What Verilog says, read as text: its delays.
 
 pub(super) mod delay;
 pub(super) mod verilog;
-pub(super) mod vhdl;
 
-/// Returns a source with spaces in the place of its comments and of what its strings hold; every line keeps its number
-/// and every character its place. `comment` is what begins a comment that goes to the end of a line.
-fn bare(text: &str, comment: &str) -> String {
+/// Returns Verilog with spaces in the place of its comments and strings; every line keeps its number and every
+/// character its place.
+fn bare(text: &str) -> String {
     let mut bare = String::with_capacity(text.len());
     let mut rest = text;
     while let Some(c) = rest.chars().next() {
-        let hidden = if rest.starts_with(comment) {
+        let hidden = if rest.starts_with("//") {
             rest.find('\n').unwrap_or(rest.len())
         } else if rest.starts_with("/*") {
             rest[2..].find("*/").map_or(rest.len(), |end| end + 4)
@@ -18,13 +17,11 @@ fn bare(text: &str, comment: &str) -> String {
             let mut is_escaped = false;
             let ends = |c: char| {
                 let ends = c == '\n' || c == '"' && !is_escaped;
-                is_escaped = comment == "//" && c == '\\' && !is_escaped;
+                is_escaped = c == '\\' && !is_escaped;
                 ends
             };
             let end = rest[1..].find(ends).map_or(rest.len(), |end| end + 1);
             if rest[end..].starts_with('"') { end + 1 } else { end }
-        } else if comment == "--" && c == '\'' && rest.chars().nth(2) == Some('\'') {
-            rest.char_indices().nth(3).map_or(rest.len(), |(end, _)| end)
         } else {
             bare.push(c);
             rest = &rest[c.len_utf8()..];
@@ -54,9 +51,9 @@ mod tests {
 
     #[test]
     fn comments_and_strings_are_blank_and_nothing_moves() {
-        let vhdl = "a -- b\n\"--\" c '\"' /* d\n */ e";
-        assert_eq!(bare(vhdl, "--"), "a     \n     c         \n    e");
-        assert_eq!(bare("a -- // b\n\"c\\\"\" d", "//"), "a --     \n      d");
+        let source = "a // b\n\"//\" c /* d\n */ e";
+        assert_eq!(bare(source), "a     \n     c     \n    e");
+        assert_eq!(bare("a -- // b\n\"c\\\"\" d"), "a --     \n      d");
         assert_eq!(words("n <= #1 n_1+2;").map(|(_, word)| word).collect::<Vec<_>>(), ["n", "1", "n_1", "2"]);
     }
 }

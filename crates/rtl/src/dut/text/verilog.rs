@@ -46,12 +46,31 @@ pub(in crate::dut) fn waits(said: &str) -> bool {
     ["NOTIMING", "NEEDTIMINGOPT", "--timing"].iter().any(|word| said.contains(word))
 }
 
+/// Returns Verilator's message with the places in which hpu has looked for a missing file, instead of those in the
+/// folder of the tools.
+pub(in crate::dut) fn with_places(said: &str) -> String {
+    let mut text = String::with_capacity(said.len());
+    let mut is_place = false;
+    for line in said.lines() {
+        let is_list = line.trim() == "... Looked in:";
+        is_place = is_list || is_place && line.starts_with("             ");
+        if is_list {
+            text += "        ... Looked in the folder of this file, of the design's other files, and of the scene; put it \
+                     there, or name it in dut.files\n";
+        } else if !is_place {
+            text += line;
+            text += "\n";
+        }
+    }
+    text
+}
+
 /// A source: its name for the tools, its own name, and its text without comments and strings.
 struct Sources(Vec<(String, String, String)>);
 
 impl Sources {
     fn of(dut: &Dut) -> Self {
-        let text = |content: &[u8]| bare(&String::from_utf8_lossy(content), "//");
+        let text = |content: &[u8]| bare(&String::from_utf8_lossy(content));
         let files = plain_names(dut).into_iter().zip(&dut.files);
         let files = files.map(|((plain, _), (path, content))| (plain.to_string(), path.clone(), text(content)));
         let beside = dut.beside.iter().map(|file| (file.place.clone(), file.path.clone(), text(&file.content)));
@@ -67,7 +86,7 @@ impl Sources {
         let Some((_, own, text)) = index.map(|index| &self.0[index]) else {
             return Some(Delay { place: format!("{plain}:{line}"), text: "#".to_string(), length_s: None });
         };
-        let begin = text.split_inclusive('\n').take(line - 1).map(str::len).sum::<usize>();
+        let begin = text.split_inclusive('\n').take(line.saturating_sub(1)).map(str::len).sum::<usize>();
         let found = written(text[begin..].lines().next().unwrap_or_default(), column);
         let length_s = found.and_then(|(_, value)| self.length(dut, value.trim_start_matches('#').trim()));
         let unit_s = index.map_or(UNIT_S, |index| self.unit_s(index, begin));
@@ -81,10 +100,15 @@ impl Sources {
 
     /// Returns the length that a delay's value says: a number, a time, or a name that stands for one everywhere.
     fn length(&self, dut: &Dut, value: &str) -> Option<Length> {
+        let value = in_brackets(value);
+        // For rising, falling and off, or least, typical and most.
+        if value.contains([',', ':']) {
+            let mut all = value.split([',', ':']).map(|value| self.length(dut, value));
+            return all.try_fold(Length::Units(0.0), |longest, length| Some(longest.longer(length?)));
+        }
         if let Some(number) = number(value) {
             return Some(number);
         }
-        let value = in_brackets(value);
         let (name, is_macro) = value.strip_prefix('`').map_or((value, false), |name| (name, true));
         if !is_macro && let Some((_, value)) = dut.generics.iter().find(|(generic, _)| **generic == *name) {
             return number(&value.to_string());
@@ -199,7 +223,7 @@ mod tests {
             ("rtl/t.v:2: `#(TCQ)`", ns(30.0)),
             ("rtl/t.v:3: `#`D`", ns(70.0)),
             ("rtl/t.v:3: `#2.5ns`", ns(2.5)),
-            ("rtl/t.v:6: `#(1:2:3)`", None),
+            ("rtl/t.v:6: `#(1:2:3)`", ns(30.0)),
             ("rtl/t.v:6: ``W`", ns(40.0)),
         ];
         assert_eq!(told.len(), all.len(), "{told:?}");
@@ -210,6 +234,15 @@ mod tests {
         }
         dut.generics = vec![(Identifier::fixed("TCQ"), Generic::Integer(100))];
         assert!(Dropped::of(&dut, said).assigned[1].length_s.is_some_and(|length_s| length_s > 9e-7));
+    }
+
+    #[test]
+    fn a_missing_file_has_been_looked_for_beside_the_design() {
+        let said = "%Error: t.v:1:10: Cannot find include file: defs.vh\n        ... Looked in:\n             defs.vh\n\
+                    \x20            obj/defs.vh\n%Error: Exiting\n";
+        let told = with_places(said);
+        assert!(told.contains("the design's other files") && !told.contains("obj/"), "{told}");
+        assert_eq!(told.lines().count(), 3);
     }
 
     #[test]

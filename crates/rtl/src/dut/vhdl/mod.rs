@@ -1,6 +1,7 @@
 //! What is read from the text of VHDL: units and their order, libraries, interfaces and types. GHDL alone judges VHDL;
 //! these readers find what it has to be told.
 
+mod delays;
 mod generics;
 mod interface;
 mod text;
@@ -9,6 +10,7 @@ mod units;
 
 use hpu_cosim::scene::Dut;
 
+pub(super) use delays::delays;
 pub(crate) use generics::value;
 pub(crate) use interface::{Interface, Item, entities, interface, names_foreign};
 pub(crate) use types::Types;
