@@ -66,7 +66,9 @@ def verilog(point, name, body, params="", standard="Verilog-2001", more=None, he
     add(point, standard, name, {f"t.{ending}": source, **(more or {})}, **rest)
 
 
-def vhdl(point, name, body, declare="", context="", generic="", standard="VHDL-2008", more=None, before="", **rest):
+def vhdl(
+    point, name, body, declare="", context="", generic="", standard="VHDL-2008", more=None, before="", **rest
+):
     source = before + D.format(body=body, declare=declare, context=context, generic=generic)
     keys = rest.pop("keys", "") + ('standard = "93"\n' if standard == "VHDL-93" else "")
     add(point, standard, name, {**(more or {}), "t.vhd": source}, keys=keys, **rest)
@@ -83,196 +85,550 @@ COUNT = "process (clk) begin if rising_edge(clk) then c <= c + 1; end if; end pr
 
 def ports_of_vhdl(name, ports, body, scene, standard="VHDL-2008", context="", before="", **rest):
     """A design that is about its ports alone."""
-    source = (before + IEEE + context + f"entity t is port (clk : in std_logic; {ports}); end;\n"
-              f"architecture r of t is signal c : unsigned(7 downto 0) := x\"00\"; begin {COUNT} {body} end;\n")
+    source = (
+        before + IEEE + context + f"entity t is port (clk : in std_logic; {ports}); end;\n"
+        f'architecture r of t is signal c : unsigned(7 downto 0) := x"00"; begin {COUNT} {body} end;\n'
+    )
     whole(1, standard, name, source, ports=scene, reset="", **rest)
 
 
 def ports_of_verilog(name, ports, body, scene, standard="Verilog-2001", **rest):
-    source = f"module t (input clk, {ports}); reg [7:0] c = 0; always @(posedge clk) c <= c + 1; {body} endmodule\n"
+    source = (
+        f"module t (input clk, {ports}); reg [7:0] c = 0; always @(posedge clk) c <= c + 1; {body}"
+        " endmodule\n"
+    )
     whole(1, standard, name, source, ports=scene, reset="", **rest)
 
 
 # 1. Bits of ports.
 OUT = "pwm, dir : out std_logic"
 PD = 'pwm = "bridge.pwm"\ndir = "bridge.direction"\n'
-ports_of_vhdl("lines in a vector", f"ab : in std_logic_vector(1 downto 0); {OUT}", "pwm <= c(3) and ab(1); dir <= ab(0);",
-              'ab = ["encoder.a", "encoder.b"]\n' + PD)
-ports_of_vhdl("lines by index", f"ab : in std_logic_vector(0 to 1); {OUT}", "pwm <= c(3) and ab(0); dir <= ab(1);",
-              '"ab(0)" = "encoder.a"\n"ab(1)" = "encoder.b"\n' + PD, standard="VHDL-93")
-ports_of_vhdl("pulse and direction in a vector", "a, b : in std_logic; o : out std_logic_vector(3 downto 0)",
-              "o <= a & b & c(3) & c(7);", LINES + '"o(1)" = "bridge.pwm"\n"o(0)" = "bridge.direction"\n')
-ports_of_vhdl("record", f"e : in pair; {OUT}", "pwm <= c(3) and e.a; dir <= e.b;",
-              '"e.a" = "encoder.a"\n"e.b" = "encoder.b"\n' + PD, context="use work.pairs.all;\n",
-              before="library ieee; use ieee.std_logic_1164.all;\npackage pairs is type pair is record a, b : std_logic; "
-              "end record; end;\n", refused="record|pair")
-ports_of_vhdl("sfixed", f"a, b : in std_logic; u : out sfixed(1 downto -6); {OUT}",
-              "u <= to_sfixed(std_logic_vector(c), 1, -6); pwm <= c(3); dir <= a xor b;", DRIVES,
-              context="use ieee.fixed_pkg.all;\n", refused="sfixed")
-ports_of_vhdl("enumeration", f"a, b : in std_logic; s : out std_logic_vector(1 downto 0); m : in mode; {OUT}",
-              "pwm <= c(3) when m = fast else c(4); dir <= a xor b; s <= \"10\" when m = fast else \"01\";",
-              DRIVES + "m = 1\n", context="use work.modes.all;\n", before="package modes is type mode is (slow, fast); end;\n",
-              refused="mode")
-ports_of_vhdl("integer in a range", f"a, b : in std_logic; k : in integer range 0 to 9; {OUT}",
-              "pwm <= '1' when c(3 downto 0) < k else '0'; dir <= a xor b;", DRIVES + "k = 5\n", standard="VHDL-93")
-ports_of_vhdl("boolean and bit", "a : in bit; b : in boolean; pwm : out std_logic; dir : out bit",
-              "pwm <= c(3) when b else c(4); dir <= a;", DRIVES, standard="VHDL-93")
-ports_of_verilog("bundle", "input [7:0] ui_in, output [7:0] uo_out", "assign uo_out = {c[5:0], ui_in[1] & c[3], ui_in[0]};",
-                 '"ui_in[0]" = "encoder.a"\n"ui_in[1]" = "encoder.b"\n"ui_in[7:2]" = 0\n"uo_out[1]" = "bridge.pwm"\n'
-                 '"uo_out[0]" = "bridge.direction"\n')
-ports_of_verilog("list of bits", "input [3:0] i, output [1:0] o", "assign o = {c[3] & i[3], i[2] ^ i[0]};",
-                 'i = ["encoder.a", "encoder.b", 0, 1]\no = ["bridge.pwm", "bridge.direction"]\n')
-ports_of_verilog("ascending vector", "input [0:1] ab, output pwm, dir", "assign pwm = c[3] & ab[0]; assign dir = ab[1];",
-                 '"ab[0]" = "encoder.a"\n"ab[1]" = "encoder.b"\n' + PD)
-ports_of_verilog("packed structure", "input pair e, output pwm, dir", "assign pwm = c[3] & e.a; assign dir = e.b;",
-                 'e = ["encoder.a", "encoder.b"]\n' + PD, standard="SystemVerilog", refused="pair|e")
-ports_of_verilog("unpacked array", "input a, b, output pwm, dir, output [3:0] o [0:1]",
-                 "assign pwm = c[3]; assign dir = a ^ b; assign o[0] = c[3:0]; assign o[1] = c[7:4];", DRIVES,
-                 standard="SystemVerilog", refused="array|`o`")
-ports_of_verilog("inout", "input a, b, output pwm, dir, inout io", "assign pwm = c[3]; assign dir = a ^ b; assign io = c[7] ? 1'b0 : 1'bz;",
-                 DRIVES, refused="io")
+ports_of_vhdl(
+    "lines in a vector",
+    f"ab : in std_logic_vector(1 downto 0); {OUT}",
+    "pwm <= c(3) and ab(1); dir <= ab(0);",
+    'ab = ["encoder.a", "encoder.b"]\n' + PD,
+)
+ports_of_vhdl(
+    "lines by index",
+    f"ab : in std_logic_vector(0 to 1); {OUT}",
+    "pwm <= c(3) and ab(0); dir <= ab(1);",
+    '"ab(0)" = "encoder.a"\n"ab(1)" = "encoder.b"\n' + PD,
+    standard="VHDL-93",
+)
+ports_of_vhdl(
+    "pulse and direction in a vector",
+    "a, b : in std_logic; o : out std_logic_vector(3 downto 0)",
+    "o <= a & b & c(3) & c(7);",
+    LINES + '"o(1)" = "bridge.pwm"\n"o(0)" = "bridge.direction"\n',
+)
+ports_of_vhdl(
+    "record",
+    f"e : in pair; {OUT}",
+    "pwm <= c(3) and e.a; dir <= e.b;",
+    '"e.a" = "encoder.a"\n"e.b" = "encoder.b"\n' + PD,
+    context="use work.pairs.all;\n",
+    before=(
+        "library ieee; use ieee.std_logic_1164.all;\npackage pairs is type pair is record a, b : std_logic; "
+        "end record; end;\n"
+    ),
+    refused="record|pair",
+)
+ports_of_vhdl(
+    "sfixed",
+    f"a, b : in std_logic; u : out sfixed(1 downto -6); {OUT}",
+    "u <= to_sfixed(std_logic_vector(c), 1, -6); pwm <= c(3); dir <= a xor b;",
+    DRIVES,
+    context="use ieee.fixed_pkg.all;\n",
+    refused="sfixed",
+)
+ports_of_vhdl(
+    "enumeration",
+    f"a, b : in std_logic; s : out std_logic_vector(1 downto 0); m : in mode; {OUT}",
+    'pwm <= c(3) when m = fast else c(4); dir <= a xor b; s <= "10" when m = fast else "01";',
+    DRIVES + "m = 1\n",
+    context="use work.modes.all;\n",
+    before="package modes is type mode is (slow, fast); end;\n",
+    refused="mode",
+)
+ports_of_vhdl(
+    "integer in a range",
+    f"a, b : in std_logic; k : in integer range 0 to 9; {OUT}",
+    "pwm <= '1' when c(3 downto 0) < k else '0'; dir <= a xor b;",
+    DRIVES + "k = 5\n",
+    standard="VHDL-93",
+)
+ports_of_vhdl(
+    "boolean and bit",
+    "a : in bit; b : in boolean; pwm : out std_logic; dir : out bit",
+    "pwm <= c(3) when b else c(4); dir <= a;",
+    DRIVES,
+    standard="VHDL-93",
+)
+ports_of_verilog(
+    "bundle",
+    "input [7:0] ui_in, output [7:0] uo_out",
+    "assign uo_out = {c[5:0], ui_in[1] & c[3], ui_in[0]};",
+    '"ui_in[0]" = "encoder.a"\n"ui_in[1]" = "encoder.b"\n"ui_in[7:2]" = 0\n"uo_out[1]" = "bridge.pwm"\n'
+    '"uo_out[0]" = "bridge.direction"\n',
+)
+ports_of_verilog(
+    "list of bits",
+    "input [3:0] i, output [1:0] o",
+    "assign o = {c[3] & i[3], i[2] ^ i[0]};",
+    'i = ["encoder.a", "encoder.b", 0, 1]\no = ["bridge.pwm", "bridge.direction"]\n',
+)
+ports_of_verilog(
+    "ascending vector",
+    "input [0:1] ab, output pwm, dir",
+    "assign pwm = c[3] & ab[0]; assign dir = ab[1];",
+    '"ab[0]" = "encoder.a"\n"ab[1]" = "encoder.b"\n' + PD,
+)
+ports_of_verilog(
+    "packed structure",
+    "input pair e, output pwm, dir",
+    "assign pwm = c[3] & e.a; assign dir = e.b;",
+    'e = ["encoder.a", "encoder.b"]\n' + PD,
+    standard="SystemVerilog",
+    refused="pair|e",
+)
+ports_of_verilog(
+    "unpacked array",
+    "input a, b, output pwm, dir, output [3:0] o [0:1]",
+    "assign pwm = c[3]; assign dir = a ^ b; assign o[0] = c[3:0]; assign o[1] = c[7:4];",
+    DRIVES,
+    standard="SystemVerilog",
+    refused="array|`o`",
+)
+ports_of_verilog(
+    "inout",
+    "input a, b, output pwm, dir, inout io",
+    "assign pwm = c[3]; assign dir = a ^ b; assign io = c[7] ? 1'b0 : 1'bz;",
+    DRIVES,
+    refused="io",
+)
 designs[11][3]["t.sv"] = "typedef struct packed { logic a, b; } pair;\n" + designs[11][3]["t.sv"]
 
 # 2. Legacy Verilog and VHDL.
-verilog(2, "unit delays", "reg [7:0] m; always @(posedge clk) if (rst) m <= #1 0; else m <= #1 m + c; assign #1 n = m;",
-        head="`timescale 1ns/1ps\n")
-verilog(2, "initial with a delay", "reg [7:0] m; initial #1 m = 7; reg [7:0] k; always @(posedge clk) k <= m; assign n = k;",
-        head="`timescale 1ns/1ps\n")
-verilog(2, "blocking in a reset", "reg [7:0] m; reg f; always @(posedge clk or posedge rst) if (rst) begin f = 0; m <= 0; end "
-        "else begin f <= a; m <= m + f; end assign n = m;", standard="Verilog-95")
-verilog(2, "an included file", "assign n = c ^ `MASK;", head='`include "mask.vh"\n', more={"mask.vh": "`define MASK 8'h5a\n"},
-        keys="")
-verilog(2, "memory in hexadecimal", 'reg [7:0] m [0:15]; initial $readmemh("m.hex", m); assign n = m[c[3:0]];',
-        more={"m.hex": " ".join(f"{7 * i % 256:02x}" for i in range(16)) + "\n"})
-verilog(2, "memory in binary", 'reg [7:0] m [0:3]; initial $readmemb("m.bin", m); assign n = m[c[1:0]];',
-        more={"m.bin": "00000001\n00000100\n00010000\n01000000\n"}, standard="Verilog-95")
+verilog(
+    2,
+    "unit delays",
+    "reg [7:0] m; always @(posedge clk) if (rst) m <= #1 0; else m <= #1 m + c; assign #1 n = m;",
+    head="`timescale 1ns/1ps\n",
+)
+verilog(
+    2,
+    "initial with a delay",
+    "reg [7:0] m; initial #1 m = 7; reg [7:0] k; always @(posedge clk) k <= m; assign n = k;",
+    head="`timescale 1ns/1ps\n",
+)
+verilog(
+    2,
+    "blocking in a reset",
+    "reg [7:0] m; reg f; always @(posedge clk or posedge rst) if (rst) begin f = 0; m <= 0; end "
+    "else begin f <= a; m <= m + f; end assign n = m;",
+    standard="Verilog-95",
+)
+verilog(
+    2,
+    "an included file",
+    "assign n = c ^ `MASK;",
+    head='`include "mask.vh"\n',
+    more={"mask.vh": "`define MASK 8'h5a\n"},
+    keys="",
+)
+verilog(
+    2,
+    "memory in hexadecimal",
+    'reg [7:0] m [0:15]; initial $readmemh("m.hex", m); assign n = m[c[3:0]];',
+    more={"m.hex": " ".join(f"{7 * i % 256:02x}" for i in range(16)) + "\n"},
+)
+verilog(
+    2,
+    "memory in binary",
+    'reg [7:0] m [0:3]; initial $readmemb("m.bin", m); assign n = m[c[1:0]];',
+    more={"m.bin": "00000001\n00000100\n00010000\n01000000\n"},
+    standard="Verilog-95",
+)
 verilog(2, "ports of 1995", "", standard="Verilog-95")
-designs[-1][3]["t.v"] = """module t (clk, rst, a, b, pwm, dir, n); input clk, rst, a, b; output pwm, dir; output [7:0] n;
+designs[-1][3][
+    "t.v"
+] = """module t (clk, rst, a, b, pwm, dir, n); input clk, rst, a, b; output pwm, dir; output [7:0] n;
 reg [7:0] n; wire pwm = n[3]; wire dir = a ^ b; always @(posedge clk) if (rst) n <= 0; else n <= n + 3; endmodule
 """
-verilog(2, "functions and tasks", "reg [7:0] m; function [7:0] twice; input [7:0] x; twice = x << 1; endfunction "
-        "task step; input [7:0] x; begin m = m + x; end endtask always @(posedge clk) if (rst) m = 0; else step(twice(c)); "
-        "assign n = m;", standard="Verilog-95")
-verilog(2, "casex and casez", "reg [7:0] m; always @* casez (c[3:0]) 4'b1???: m = 1; 4'b01??: m = 2; default: m = 3; endcase "
-        "assign n = m;", standard="Verilog-95")
-verilog(2, "parameters", "assign n = (c > LIMIT) ? 8'd1 : STEP;", params="#(parameter LIMIT = 9, parameter [7:0] STEP = 2)",
-        keys='parameters = { LIMIT = 40, STEP = 5 }\n')
-verilog(2, "a real parameter", "localparam integer K = SCALE * 10.0; assign n = K;", params="#(parameter real SCALE = 1.5)",
-        keys="parameters = { SCALE = 2.5 }\n")
-verilog(2, "generated instances", "genvar i; generate for (i = 0; i < 8; i = i + 1) begin : g assign n[i] = c[7 - i]; end endgenerate")
-verilog(2, "signed arithmetic", "reg signed [7:0] m; always @(posedge clk) if (rst) m <= 0; else m <= m + ($signed(c) >>> 2); assign n = m;")
-vhdl(2, "a memory from a file", "n <= rom(to_integer(c(1 downto 0)));",
-     declare='type mem is array (0 to 3) of std_logic_vector(7 downto 0); impure function load return mem is file f : text open '
-     'read_mode is "m.txt"; variable l : line; variable w : bit_vector(7 downto 0); variable m : mem; begin for i in mem\'range '
-     "loop readline(f, l); read(l, w); m(i) := to_stdlogicvector(w); end loop; return m; end; signal rom : mem := load;",
-     context="use std.textio.all;", more={"m.txt": "00000011\n00001100\n00110000\n11000000\n"})
-vhdl(2, "two libraries", "n <= std_logic_vector(c xor MASK);", context="library lib; use lib.p.all;",
-     more={"p.vhd": IEEE + 'package p is constant MASK : unsigned(7 downto 0) := x"a5"; end;\n'})
-vhdl(2, "files in any order", "u : entity work.inner port map (c, n);",
-     more={"z.vhd": IEEE + "package z is constant K : integer := 3; end;\n",
-           "inner.vhd": IEEE + "use work.z.all; entity inner is port (c : in unsigned(7 downto 0); n : out std_logic_vector(7 "
-           "downto 0)); end; architecture r of inner is begin n <= std_logic_vector(c + K); end;\n"}, standard="VHDL-93")
-vhdl(2, "a real generic", "n <= std_logic_vector(c) when K > 1.0 else not std_logic_vector(c);",
-     generic="generic (K : real := 1.5);", keys="generics = { K = 0.5 }\n")
-vhdl(2, "a time generic", "n <= x\"01\" when T > 2 us else x\"02\";", generic="generic (T : time := 1 us);",
-     keys='generics = { T = "5 us" }\n', standard="VHDL-93")
-vhdl(2, "a vector generic", "n <= std_logic_vector(c) xor M;", generic="generic (M : std_logic_vector(7 downto 0) := x\"00\");",
-     keys='generics = { M = "00110101" }\n')
+verilog(
+    2,
+    "functions and tasks",
+    "reg [7:0] m; function [7:0] twice; input [7:0] x; twice = x << 1; endfunction task step; input [7:0] x;"
+    " begin m = m + x; end endtask always @(posedge clk) if (rst) m = 0; else step(twice(c)); assign n = m;",
+    standard="Verilog-95",
+)
+verilog(
+    2,
+    "casex and casez",
+    "reg [7:0] m; always @* casez (c[3:0]) 4'b1???: m = 1; 4'b01??: m = 2; default: m = 3; endcase "
+    "assign n = m;",
+    standard="Verilog-95",
+)
+verilog(
+    2,
+    "parameters",
+    "assign n = (c > LIMIT) ? 8'd1 : STEP;",
+    params="#(parameter LIMIT = 9, parameter [7:0] STEP = 2)",
+    keys="parameters = { LIMIT = 40, STEP = 5 }\n",
+)
+verilog(
+    2,
+    "a real parameter",
+    "localparam integer K = SCALE * 10.0; assign n = K;",
+    params="#(parameter real SCALE = 1.5)",
+    keys="parameters = { SCALE = 2.5 }\n",
+)
+verilog(
+    2,
+    "generated instances",
+    "genvar i; generate for (i = 0; i < 8; i = i + 1) begin : g assign n[i] = c[7 - i]; end endgenerate",
+)
+verilog(
+    2,
+    "signed arithmetic",
+    "reg signed [7:0] m; always @(posedge clk) if (rst) m <= 0; else m <= m + ($signed(c) >>> 2); assign n"
+    " = m;",
+)
+vhdl(
+    2,
+    "a memory from a file",
+    "n <= rom(to_integer(c(1 downto 0)));",
+    declare=(
+        "type mem is array (0 to 3) of std_logic_vector(7 downto 0); impure function load return mem is file"
+        ' f : text open read_mode is "m.txt"; variable l : line; variable w : bit_vector(7 downto 0);'
+        " variable m : mem; begin for i in mem'range loop readline(f, l); read(l, w); m(i) :="
+        " to_stdlogicvector(w); end loop; return m; end; signal rom : mem := load;"
+    ),
+    context="use std.textio.all;",
+    more={"m.txt": "00000011\n00001100\n00110000\n11000000\n"},
+)
+vhdl(
+    2,
+    "two libraries",
+    "n <= std_logic_vector(c xor MASK);",
+    context="library lib; use lib.p.all;",
+    more={"p.vhd": IEEE + 'package p is constant MASK : unsigned(7 downto 0) := x"a5"; end;\n'},
+)
+vhdl(
+    2,
+    "files in any order",
+    "u : entity work.inner port map (c, n);",
+    more={
+        "z.vhd": IEEE + "package z is constant K : integer := 3; end;\n",
+        "inner.vhd": (
+            IEEE
+            + "use work.z.all; entity inner is port (c : in unsigned(7 downto 0); n : out std_logic_vector(7 "
+            "downto 0)); end; architecture r of inner is begin n <= std_logic_vector(c + K); end;\n"
+        ),
+    },
+    standard="VHDL-93",
+)
+vhdl(
+    2,
+    "a real generic",
+    "n <= std_logic_vector(c) when K > 1.0 else not std_logic_vector(c);",
+    generic="generic (K : real := 1.5);",
+    keys="generics = { K = 0.5 }\n",
+)
+vhdl(
+    2,
+    "a time generic",
+    'n <= x"01" when T > 2 us else x"02";',
+    generic="generic (T : time := 1 us);",
+    keys='generics = { T = "5 us" }\n',
+    standard="VHDL-93",
+)
+vhdl(
+    2,
+    "a vector generic",
+    "n <= std_logic_vector(c) xor M;",
+    generic='generic (M : std_logic_vector(7 downto 0) := x"00");',
+    keys='generics = { M = "00110101" }\n',
+)
 vhdl(2, "a delay", "n(7 downto 1) <= (others => '0'); n(0) <= transport c(3) after 5 us;", standard="VHDL-93")
 
 # 3. VHDL names that are keywords of Verilog.
-WORDS = ["reg", "input", "output", "wire", "edge", "table", "int", "ref", "module", "logic", "assign", "always"]
+WORDS = [
+    "reg",
+    "input",
+    "output",
+    "wire",
+    "edge",
+    "table",
+    "int",
+    "ref",
+    "module",
+    "logic",
+    "assign",
+    "always",
+]
 for word in WORDS[:8]:
-    vhdl(3, f"signal {word}", f"process (clk) begin if rising_edge(clk) then {word} <= {word} xor std_logic_vector(c); end if; end "
-         f"process; n <= {word};", declare=f"signal {word} : std_logic_vector(7 downto 0) := x\"00\";",
-         standard="VHDL-93" if word in ("reg", "wire", "table", "ref") else "VHDL-2008")
+    vhdl(
+        3,
+        f"signal {word}",
+        f"process (clk) begin if rising_edge(clk) then {word} <= {word} xor std_logic_vector(c); end if; end "
+        f"process; n <= {word};",
+        declare=f'signal {word} : std_logic_vector(7 downto 0) := x"00";',
+        standard="VHDL-93" if word in ("reg", "wire", "table", "ref") else "VHDL-2008",
+    )
 for word in WORDS[8:]:
-    vhdl(3, f"entity {word}", f"u : entity work.{word} port map (c, n);", before=IEEE + f"entity {word} is port (int : in "
-         f"unsigned(7 downto 0); reg : out std_logic_vector(7 downto 0)); end; architecture r of {word} is begin reg <= "
-         "std_logic_vector(int + 1); end;\n")
+    vhdl(
+        3,
+        f"entity {word}",
+        f"u : entity work.{word} port map (c, n);",
+        before=IEEE
+        + f"entity {word} is port (int : in unsigned(7 downto 0); reg : out std_logic_vector(7 downto 0));"
+        f" end; architecture r of {word} is begin reg <= std_logic_vector(int + 1); end;\n",
+    )
 
-whole(3, "VHDL-93", "ports input and output", IEEE + f"entity t is port (clk, input, wire : in std_logic; output, reg : out "
-      f"std_logic); end; architecture r of t is signal c : unsigned(7 downto 0) := x\"00\"; begin {COUNT} output <= c(3) and "
-      "input; reg <= wire; end;\n", reset="",
-      ports='input = "encoder.a"\nwire = "encoder.b"\noutput = "bridge.pwm"\nreg = "bridge.direction"\n')
-vhdl(3, "generic parameter", "n <= std_logic_vector(c + parameter);", generic="generic (parameter : integer := 3);",
-     keys="generics = { parameter = 5 }\n")
+whole(
+    3,
+    "VHDL-93",
+    "ports input and output",
+    IEEE + f"entity t is port (clk, input, wire : in std_logic; output, reg : out "
+    f'std_logic); end; architecture r of t is signal c : unsigned(7 downto 0) := x"00"; begin {COUNT} output'
+    " <= c(3) and "
+    "input; reg <= wire; end;\n",
+    reset="",
+    ports='input = "encoder.a"\nwire = "encoder.b"\noutput = "bridge.pwm"\nreg = "bridge.direction"\n',
+)
+vhdl(
+    3,
+    "generic parameter",
+    "n <= std_logic_vector(c + parameter);",
+    generic="generic (parameter : integer := 3);",
+    keys="generics = { parameter = 5 }\n",
+)
 
 # 4. Values that nothing has set.
 verilog(4, "a reset that rises", "reg f = 0; always @(posedge rst) f <= 1; assign n = f;")
-verilog(4, "a divided clock", "reg h; reg [7:0] m; always @(posedge clk or posedge rst) if (rst) h <= 0; else h <= ~h; "
-        "always @(posedge h or posedge rst) if (rst) m <= 0; else m <= m + 1; assign n = m;")
-verilog(4, "registers that begin at 0", "reg [7:0] m; always @(posedge clk) m <= m + 1; assign n = m;",
-        keys='registers = "zero"\n', params="", reset=RESET)
-verilog(4, "a pipeline that fills", "reg [7:0] x, y; always @(posedge clk) begin x <= c; y <= x; end assign n = y;",
-        standard="Verilog-95")
-verilog(4, "an active-low reset", "wire r = ~rst; reg [7:0] m; always @(posedge clk or negedge r) if (!r) m <= 9; else m <= m + 1; "
-        "assign n = m;")
-verilog(4, "logic with an initial value", "logic [7:0] m = 8'h3c; always_ff @(posedge clk) m <= {m[6:0], m[7]}; assign n = m;",
-        standard="SystemVerilog")
-vhdl(4, "when others takes U", "process (clk) begin if rising_edge(clk) then now <= b & a; old <= now; case now & old is when "
-     '"0001" | "0111" | "1110" | "1000" => m <= m + 1; when "0010" | "1011" | "1101" | "0100" => m <= m - 1; when others => null; '
-     "end case; end if; end process; n <= std_logic_vector(m);",
-     declare="signal m : unsigned(7 downto 0) := x\"00\"; signal old, now : std_logic_vector(1 downto 0);", standard="VHDL-93",
-     ports=DRIVES.replace('pwm = ', '"n(1)" = ').replace('dir = ', '"n(2)" = '))
-vhdl(4, "an enumeration without a value", "process (clk) begin if rising_edge(clk) then case s is when one => s <= two; when two => "
-     "s <= three; when three => s <= one; end case; end if; end process; n <= x\"01\" when s = one else x\"02\";",
-     declare="type kind is (one, two, three); signal s : kind;", ports=DRIVES.replace('pwm = ', '"n(0)" = ')
-     .replace('dir = ', '"n(1)" = '))
-whole(4, "VHDL-2008", "a reset that acts low", IEEE + "entity t is port (clk, rst_n : in std_logic; pwm, dir : out std_logic; n : out "
-      "unsigned(7 downto 0)); end; architecture r of t is signal falls : unsigned(7 downto 0) := x\"00\"; begin process (all) begin if "
-      "not rst_n then n <= x\"07\"; elsif rising_edge(clk) then n <= n + 1; end if; if falling_edge(rst_n) then falls <= falls + 1; "
-      "end if; end process; pwm <= n(3); dir <= falls(0); end;\n", ports=PD, reset='reset = { port = "rst_n", active = "low" }\n')
-vhdl(4, "rising_edge of the reset", "process (rst) begin if rising_edge(rst) then m <= m + 1; end if; end process; n <= "
-     "std_logic_vector(m);", declare="signal m : unsigned(7 downto 0) := x\"00\";")
-vhdl(4, "an integer with a value", "process (clk) begin if rising_edge(clk) then if k = 9 then k <= 0; else k <= k + 1; end if; end if; "
-     "end process; n <= std_logic_vector(to_unsigned(k, 8));", declare="signal k : integer range 0 to 9 := 4;", standard="VHDL-93")
+verilog(
+    4,
+    "a divided clock",
+    "reg h; reg [7:0] m; always @(posedge clk or posedge rst) if (rst) h <= 0; else h <= ~h; "
+    "always @(posedge h or posedge rst) if (rst) m <= 0; else m <= m + 1; assign n = m;",
+)
+verilog(
+    4,
+    "registers that begin at 0",
+    "reg [7:0] m; always @(posedge clk) m <= m + 1; assign n = m;",
+    keys='registers = "zero"\n',
+    params="",
+    reset=RESET,
+)
+verilog(
+    4,
+    "a pipeline that fills",
+    "reg [7:0] x, y; always @(posedge clk) begin x <= c; y <= x; end assign n = y;",
+    standard="Verilog-95",
+)
+verilog(
+    4,
+    "an active-low reset",
+    "wire r = ~rst; reg [7:0] m; always @(posedge clk or negedge r) if (!r) m <= 9; else m <= m + 1; "
+    "assign n = m;",
+)
+verilog(
+    4,
+    "logic with an initial value",
+    "logic [7:0] m = 8'h3c; always_ff @(posedge clk) m <= {m[6:0], m[7]}; assign n = m;",
+    standard="SystemVerilog",
+)
+vhdl(
+    4,
+    "when others takes U",
+    'process (clk) begin if rising_edge(clk) then now <= b & a; old <= now; case now & old is when "0001" |'
+    ' "0111" | "1110" | "1000" => m <= m + 1; when "0010" | "1011" | "1101" | "0100" => m <= m - 1; when'
+    " others => null; end case; end if; end process; n <= std_logic_vector(m);",
+    declare='signal m : unsigned(7 downto 0) := x"00"; signal old, now : std_logic_vector(1 downto 0);',
+    standard="VHDL-93",
+    ports=DRIVES.replace("pwm = ", '"n(1)" = ').replace("dir = ", '"n(2)" = '),
+)
+vhdl(
+    4,
+    "an enumeration without a value",
+    "process (clk) begin if rising_edge(clk) then case s is when one => s <= two; when two => "
+    's <= three; when three => s <= one; end case; end if; end process; n <= x"01" when s = one else x"02";',
+    declare="type kind is (one, two, three); signal s : kind;",
+    ports=DRIVES.replace("pwm = ", '"n(0)" = ').replace("dir = ", '"n(1)" = '),
+)
+whole(
+    4,
+    "VHDL-2008",
+    "a reset that acts low",
+    IEEE
+    + "entity t is port (clk, rst_n : in std_logic; pwm, dir : out std_logic; n : out unsigned(7 downto 0));"
+    ' end; architecture r of t is signal falls : unsigned(7 downto 0) := x"00"; begin process (all) begin'
+    ' if not rst_n then n <= x"07"; elsif rising_edge(clk) then n <= n + 1; end if; if falling_edge(rst_n)'
+    " then falls <= falls + 1; end if; end process; pwm <= n(3); dir <= falls(0); end;\n",
+    ports=PD,
+    reset='reset = { port = "rst_n", active = "low" }\n',
+)
+vhdl(
+    4,
+    "rising_edge of the reset",
+    "process (rst) begin if rising_edge(rst) then m <= m + 1; end if; end process; n <= std_logic_vector(m);",
+    declare='signal m : unsigned(7 downto 0) := x"00";',
+)
+vhdl(
+    4,
+    "an integer with a value",
+    "process (clk) begin if rising_edge(clk) then if k = 9 then k <= 0; else k <= k + 1; end if; end if; "
+    "end process; n <= std_logic_vector(to_unsigned(k, 8));",
+    declare="signal k : integer range 0 to 9 := 4;",
+    standard="VHDL-93",
+)
 
 # 5. A part alone.
-whole(5, "Verilog-95", "a decoder alone", "module t (clk, a, b, n); input clk, a, b; output [7:0] n; reg [7:0] n; reg [1:0] o; initial "
-      "begin n = 0; o = 0; end always @(posedge clk) begin o <= {a, b}; if (o[0] != o[1] ^ a ^ b) n <= n + 1; end endmodule\n",
-      ports=LINES, reset="")
-whole(5, "Verilog-2001", "a pulse alone", "module t (input clk, output reg pwm); reg [7:0] c = 0; initial pwm = 0; always @(posedge clk) "
-      "begin c <= c + 1; pwm <= c < 77; end endmodule\n", ports='pwm = "bridge.pwm"\n', reset="")
-whole(5, "SystemVerilog", "a filter alone", "module t (input logic clk, rst, input logic signed [15:0] x, output logic signed [15:0] y); "
-      "always_ff @(posedge clk) if (rst) y <= 0; else y <= y + ((x - y) >>> 3); endmodule\n", ports='x = "encoder.count"\n')
-whole(5, "SystemVerilog", "a decoder with a signed count", "module t (input logic clk, rst, a, b, output logic signed [11:0] n); logic "
-      "[1:0] o; always_ff @(posedge clk) if (rst) begin n <= 0; o <= {a, b}; end else begin o <= {a, b}; if (o != {a, b}) n <= (o[1] ^ b) "
-      "? n + 12'sd1 : n - 12'sd1; end endmodule\n", ports=LINES)
-whole(5, "VHDL-93", "a decoder in VHDL alone", IEEE + "entity t is port (clk, a, b : in std_logic; n : out std_logic_vector(7 downto 0)); "
-      "end; architecture r of t is signal m : unsigned(7 downto 0) := x\"00\"; signal o : std_logic := '0'; begin process (clk) begin if "
-      "clk'event and clk = '1' then o <= a; if o /= a then m <= m + 1; end if; end if; end process; n <= std_logic_vector(m); end;\n",
-      ports=LINES, reset="")
-whole(5, "VHDL-2008", "a filter in VHDL alone", IEEE + "entity t is port (clk, rst : in std_logic; x : in signed(11 downto 0); y : out "
-      "signed(11 downto 0)); end; architecture r of t is begin process (all) begin if rising_edge(clk) then if rst = '1' then y <= (others "
-      "=> '0'); else y <= y + shift_right(x - y, 2); end if; end if; end process; end;\n", ports='x = "encoder.count"\n')
-whole(5, "VHDL-93", "a pulse and no encoder", IEEE + "entity t is port (clk, rst : in std_logic; pwm, dir : out std_logic); end; "
-      "architecture r of t is signal c : unsigned(5 downto 0); begin process (clk) begin if rising_edge(clk) then if rst = '1' then c <= "
-      "(others => '0'); else c <= c + 1; end if; end if; end process; pwm <= '1' when c < 20 else '0'; dir <= c(5); end;\n", ports=PD)
-whole(5, "VHDL-2008", "gates of a bridge alone", IEEE + "entity t is port (clk, rst : in std_logic; g : out std_logic_vector(3 downto 0)); "
-      "end; architecture r of t is signal c : unsigned(5 downto 0); begin process (clk) begin if rising_edge(clk) then if rst then c <= "
-      "(others => '0'); else c <= c + 1; end if; end if; end process; g <= \"1001\" when c < 20 else \"0000\"; end;\n",
-      ports='g = ["bridge.plus_high", "bridge.plus_low", "bridge.minus_high", "bridge.minus_low"]\n')
+whole(
+    5,
+    "Verilog-95",
+    "a decoder alone",
+    "module t (clk, a, b, n); input clk, a, b; output [7:0] n; reg [7:0] n; reg [1:0] o; initial begin n = 0;"
+    " o = 0; end always @(posedge clk) begin o <= {a, b}; if (o[0] != o[1] ^ a ^ b) n <= n + 1; end"
+    " endmodule\n",
+    ports=LINES,
+    reset="",
+)
+whole(
+    5,
+    "Verilog-2001",
+    "a pulse alone",
+    "module t (input clk, output reg pwm); reg [7:0] c = 0; initial pwm = 0; always @(posedge clk) "
+    "begin c <= c + 1; pwm <= c < 77; end endmodule\n",
+    ports='pwm = "bridge.pwm"\n',
+    reset="",
+)
+whole(
+    5,
+    "SystemVerilog",
+    "a filter alone",
+    "module t (input logic clk, rst, input logic signed [15:0] x, output logic signed [15:0] y); "
+    "always_ff @(posedge clk) if (rst) y <= 0; else y <= y + ((x - y) >>> 3); endmodule\n",
+    ports='x = "encoder.count"\n',
+)
+whole(
+    5,
+    "SystemVerilog",
+    "a decoder with a signed count",
+    "module t (input logic clk, rst, a, b, output logic signed [11:0] n); logic [1:0] o; always_ff @(posedge"
+    " clk) if (rst) begin n <= 0; o <= {a, b}; end else begin o <= {a, b}; if (o != {a, b}) n <= (o[1] ^ b) ?"
+    " n + 12'sd1 : n - 12'sd1; end endmodule\n",
+    ports=LINES,
+)
+whole(
+    5,
+    "VHDL-93",
+    "a decoder in VHDL alone",
+    IEEE
+    + "entity t is port (clk, a, b : in std_logic; n : out std_logic_vector(7 downto 0)); end; architecture r"
+    " of t is signal m : unsigned(7 downto 0) := x\"00\"; signal o : std_logic := '0'; begin process (clk)"
+    " begin if clk'event and clk = '1' then o <= a; if o /= a then m <= m + 1; end if; end if; end process;"
+    " n <= std_logic_vector(m); end;\n",
+    ports=LINES,
+    reset="",
+)
+whole(
+    5,
+    "VHDL-2008",
+    "a filter in VHDL alone",
+    IEEE
+    + "entity t is port (clk, rst : in std_logic; x : in signed(11 downto 0); y : out signed(11 downto 0));"
+    " end; architecture r of t is begin process (all) begin if rising_edge(clk) then if rst = '1' then y <="
+    " (others => '0'); else y <= y + shift_right(x - y, 2); end if; end if; end process; end;\n",
+    ports='x = "encoder.count"\n',
+)
+whole(
+    5,
+    "VHDL-93",
+    "a pulse and no encoder",
+    IEEE
+    + "entity t is port (clk, rst : in std_logic; pwm, dir : out std_logic); end; architecture r of t is"
+    " signal c : unsigned(5 downto 0); begin process (clk) begin if rising_edge(clk) then if rst = '1' then"
+    " c <= (others => '0'); else c <= c + 1; end if; end if; end process; pwm <= '1' when c < 20 else '0';"
+    " dir <= c(5); end;\n",
+    ports=PD,
+)
+whole(
+    5,
+    "VHDL-2008",
+    "gates of a bridge alone",
+    IEEE
+    + "entity t is port (clk, rst : in std_logic; g : out std_logic_vector(3 downto 0)); end; architecture r"
+    " of t is signal c : unsigned(5 downto 0); begin process (clk) begin if rising_edge(clk) then if rst"
+    " then c <= (others => '0'); else c <= c + 1; end if; end if; end process; g <= \"1001\" when c < 20"
+    ' else "0000"; end;\n',
+    ports='g = ["bridge.plus_high", "bridge.plus_low", "bridge.minus_high", "bridge.minus_low"]\n',
+)
 
 # 6. Assertions, and the end of a simulation.
-verilog(6, "an assertion that holds", "assign n = c; always @(posedge clk) if (!rst) assert (c <= 255);", standard="SystemVerilog")
-verilog(6, "an assertion that fails", "assign n = c; always @(posedge clk) if (!rst) assert (c != 99) else $error(\"at 99\");",
-        standard="SystemVerilog", ends="at 99")
-verilog(6, "$fatal", "assign n = c; always @(posedge clk) if (!rst && c == 99) $fatal(1, \"at 99\");", standard="SystemVerilog",
-        ends="at 99")
-verilog(6, "a concurrent assertion that holds", "assign n = c; assert property (@(posedge clk) disable iff (rst) c <= 8'd255);",
-        standard="SystemVerilog")
-verilog(6, "a concurrent assertion that fails", "assign n = c; assert property (@(posedge clk) disable iff (rst) c != 8'd99) else "
-        "$error(\"at 99\");", standard="SystemVerilog", ends="at 99")
-verilog(6, "$display", "assign n = c; always @(posedge clk) if (c == 99) $display(\"at %0d\", c);")
+verilog(
+    6,
+    "an assertion that holds",
+    "assign n = c; always @(posedge clk) if (!rst) assert (c <= 255);",
+    standard="SystemVerilog",
+)
+verilog(
+    6,
+    "an assertion that fails",
+    'assign n = c; always @(posedge clk) if (!rst) assert (c != 99) else $error("at 99");',
+    standard="SystemVerilog",
+    ends="at 99",
+)
+verilog(
+    6,
+    "$fatal",
+    'assign n = c; always @(posedge clk) if (!rst && c == 99) $fatal(1, "at 99");',
+    standard="SystemVerilog",
+    ends="at 99",
+)
+verilog(
+    6,
+    "a concurrent assertion that holds",
+    "assign n = c; assert property (@(posedge clk) disable iff (rst) c <= 8'd255);",
+    standard="SystemVerilog",
+)
+verilog(
+    6,
+    "a concurrent assertion that fails",
+    'assign n = c; assert property (@(posedge clk) disable iff (rst) c != 8\'d99) else $error("at 99");',
+    standard="SystemVerilog",
+    ends="at 99",
+)
+verilog(6, "$display", 'assign n = c; always @(posedge clk) if (c == 99) $display("at %0d", c);')
 verilog(6, "$finish", "assign n = c; always @(posedge clk) if (!rst && c == 200) $finish;", ends="$finish")
 for severity, ends in (("note", 0), ("warning", 0), ("error", "at 99"), ("failure", "at 99")):
-    vhdl(6, f"severity {severity}", f"n <= std_logic_vector(c); process (clk) begin if rising_edge(clk) then assert c /= 99 report "
-         f"\"at 99\" severity {severity}; end if; end process;", ends=ends, standard="VHDL-93" if ends else "VHDL-2008")
-vhdl(6, "an assertion of the elaboration", "n <= std_logic_vector(c); assert K > 1 report \"K is small\" severity failure;",
-     generic="generic (K : integer := 4);")
-vhdl(6, "report in a function", "n <= f(c); ", declare="function f(x : unsigned) return std_logic_vector is begin if x = 99 then report "
-     "\"at 99\" severity note; end if; return std_logic_vector(x); end;", standard="VHDL-93")
+    vhdl(
+        6,
+        f"severity {severity}",
+        f"n <= std_logic_vector(c); process (clk) begin if rising_edge(clk) then assert c /= 99 report "
+        f'"at 99" severity {severity}; end if; end process;',
+        ends=ends,
+        standard="VHDL-93" if ends else "VHDL-2008",
+    )
+vhdl(
+    6,
+    "an assertion of the elaboration",
+    'n <= std_logic_vector(c); assert K > 1 report "K is small" severity failure;',
+    generic="generic (K : integer := 4);",
+)
+vhdl(
+    6,
+    "report in a function",
+    "n <= f(c); ",
+    declare=(
+        "function f(x : unsigned) return std_logic_vector is begin if x = 99 then report "
+        '"at 99" severity note; end if; return std_logic_vector(x); end;'
+    ),
+    standard="VHDL-93",
+)
+
 
 def execute(command, folder, **options):
     return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=300, **options)
@@ -311,7 +667,9 @@ def same(one, two):
     """Whether two words are equal as far as both are known."""
     width = max(len(one), len(two))
     one, two = one.rjust(width, "0"), two.rjust(width, "0")
-    return "x" in (one + two).lower() or "z" in (one + two).lower() or "u" in (one + two).lower() or one == two
+    return (
+        "x" in (one + two).lower() or "z" in (one + two).lower() or "u" in (one + two).lower() or one == two
+    )
 
 
 def difference(one, two, names, edges):
@@ -330,9 +688,17 @@ def difference(one, two, names, edges):
 def by_hpu(hpu, folder, design, engine):
     point, standard, name, files, ports, keys, reset, ends, refused = design
     listed = [file for file in files if file.endswith((".v", ".sv", ".vhd"))]
-    quoted = [f'{{ file = "{file}", library = "lib" }}' if name == "two libraries" and file == "p.vhd" else f'"{file}"'
-              for file in listed]
-    scene = SCENE.format(files=", ".join(quoted), reset=reset, keys=keys + f'engine = "{engine}"\n', ports=ports)
+    quoted = [
+        (
+            f'{{ file = "{file}", library = "lib" }}'
+            if name == "two libraries" and file == "p.vhd"
+            else f'"{file}"'
+        )
+        for file in listed
+    ]
+    scene = SCENE.format(
+        files=", ".join(quoted), reset=reset, keys=keys + f'engine = "{engine}"\n', ports=ports
+    )
     (folder / f"{engine}.toml").write_text(scene)
     out = folder / engine
     ran = execute([hpu, "run", f"{engine}.toml", "--vcd", "--no-plot", "-o", str(out)], folder)
@@ -349,7 +715,9 @@ def by_icarus(folder, design, given):
         text = ", ".join(re.findall(r"((?:input|output)[^;]*)", head[2]))
     items, kind = [], None
     for item in text.split(","):
-        way = re.match(r"\s*(input|output|inout)?\s*(?:wire|reg|logic|pair)?\s*(signed)?\s*(\[[^]]*\])?\s*(\w+)", item)
+        way = re.match(
+            r"\s*(input|output|inout)?\s*(?:wire|reg|logic|pair)?\s*(signed)?\s*(\[[^]]*\])?\s*(\w+)", item
+        )
         kind = (way[1], way[3] or "") if way[1] else (kind[0], way[3] or kind[1])
         if "pair e" in item:
             kind = (kind[0], "[1:0]")
@@ -368,7 +736,11 @@ def by_icarus(folder, design, given):
     steps = "".join(f"      {edge}: begin {' '.join(sets)} end\n" for edge, sets in sorted(rows.items()))
     shown = "".join(f'    $display("HPU {name} %b", {name});\n' for name, bits in outputs)
     ports = ", ".join(f".{name}({name})" for name, way, bits in items)
-    resets = "rst = 0; #10 rst = 1; #10 repeat (4) begin #5 clk = 1; #5 clk = 0; end #5 rst = 0; #5" if reset else "#10"
+    resets = (
+        "rst = 0; #10 rst = 1; #10 repeat (4) begin #5 clk = 1; #5 clk = 0; end #5 rst = 0; #5"
+        if reset
+        else "#10"
+    )
     (folder / "bench.sv").write_text(f"""`timescale 1ns / 1ps
 module bench;
   reg clk = 0, rst = 0;
@@ -412,7 +784,9 @@ def judged(hpu, design):
         reason = next((line for line in said.splitlines() if line.startswith("error")), said.strip()[-200:])
         if ends and code == 1 and ends in said:
             other = by_hpu(hpu, folder, design, "ghdl") if is_vhdl else (1, ends, {})
-            return "alike" if other[0] == 1 and ends in other[1] else f"GHDL does not end: {other[1][-160:]!r}"
+            return (
+                "alike" if other[0] == 1 and ends in other[1] else f"GHDL does not end: {other[1][-160:]!r}"
+            )
         if ends:
             return f"does not end with `{ends}`: code {code}, {reason}"
         if code:
@@ -435,11 +809,17 @@ def judged(hpu, design):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--hpu", default=str(ROOT.parent / "target/debug/hpu"))
     parser.add_argument("names", nargs="*")
     arguments = parser.parse_args()
-    chosen = [design for design in designs if not arguments.names or any(part in design[2] for part in arguments.names)]
+    chosen = [
+        design
+        for design in designs
+        if not arguments.names or any(part in design[2] for part in arguments.names)
+    ]
     with ThreadPoolExecutor(2) as pool:
         rows = []
         for design, result in zip(chosen, pool.map(lambda design: judged(arguments.hpu, design), chosen)):
@@ -447,7 +827,10 @@ def main():
             print(f"{design[0]} {design[1]:<13} {design[2]:<34} {result}", flush=True)
     alike = sum(result == "alike" for _, result in rows)
     refused = sum(result.startswith("refused at its line") for _, result in rows)
-    total = f"{len(rows)} designs: {alike} alike, {refused} refused at their line, {len(rows) - alike - refused} wrong"
+    total = (
+        f"{len(rows)} designs: {alike} alike, {refused} refused at their line, {len(rows) - alike - refused}"
+        " wrong"
+    )
     print(total)
     if not arguments.names:
         lines = [f"{d[0]} {d[1]:<13} {d[2]:<34} {' '.join(r.split())[:140]}".rstrip() for d, r in rows]

@@ -85,7 +85,7 @@ fn verbs(scene: &str, dir: &Path) -> Vec<(Does, Vec<String>)> {
         (Does::Refuses, words(&["check", "--scene", scene])),
         (Does::Refuses, words(&["fit", scene])),
         (Does::Refuses, words(&["chart", scene])),
-        (Does::Refuses, words(&["widths", scene])),
+        (Does::Builds, words(&["widths", scene])),
         (Does::Refuses, words(&["vectors", "--set-kind", "scene", "--scene", scene])),
         (Does::Works, words(&["scenes", "show", scene])),
         (Does::Works, words(&["explore", scene, "--page", &page, "--out", &explored])),

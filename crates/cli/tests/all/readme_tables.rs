@@ -291,8 +291,8 @@ pub const COMMANDS: &[(&str, Form)] = &[
         short("hpu run mine.toml -o out --wave ports --edges 30000", "it takes seconds"),
     ),
     (
-        "hpu run mine.toml -o out --wave count duty --from 1ms --to 2ms",
-        short("hpu run mine.toml -o out --wave count duty --from 1ms --to 2ms --edges 30000", "it takes seconds"),
+        "hpu run mine.toml -o out --wave count duty --from 100us --to 200us",
+        short("hpu run mine.toml -o out --wave count duty --from 100us --to 200us --edges 30000", "it takes seconds"),
     ),
     (
         "hpu run mine.toml",

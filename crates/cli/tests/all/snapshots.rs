@@ -206,7 +206,6 @@ const REFUSED: [(i32, &str); 37] = [
     (2, "chart hybrid-wall --contestants nope"),
     (2, "fit hybrid-wall --within 200%"),
     (2, "widths --gappa hybrid-wall phantom-drop"),
-    (4, "widths testbench/dut/knee.toml"),
     (2, "vectors --table x"),
     (4, "vectors --verify Cargo.toml"),
     (4, "diff hybrid-wall Cargo.toml.json"),

@@ -13,7 +13,6 @@ use hpu_cosim::dut::{Asked, Change, Fault, Heard, RunningDesign};
 use hpu_vhpi::{DESCRIPTOR, put, take};
 
 use super::said::{Ears, LONGEST};
-use super::verilator::UNSET;
 use crate::engines::error::{Error, Reason};
 use crate::engines::group::{Group, is_stopping};
 use crate::engines::tool::{Fault as ToolFault, Tool, ToolError};
@@ -21,6 +20,8 @@ use crate::engines::tool::{Fault as ToolFault, Tool, ToolError};
 /// The longest time for an answer, unless the tools have another time limit. A request has at most some ten thousand
 /// edges.
 pub(crate) const ANSWER: Duration = Duration::from_secs(20);
+/// The exit code of a model that drives the device by a value that nothing has set.
+pub(super) const UNSET: i32 = 77;
 /// The step of the process, for messages.
 const SIMULATE: &str = "simulate a design";
 /// Bytes that are kept of the beginning of a simulator's output, and as many of its end.

@@ -15,7 +15,7 @@ use hpu_signal::{Clock, Format};
 
 use super::build::{Built, Model, PROGRAM, PlainName, carries_clock, common_cycle, plain_names, write, write_files};
 use super::declared::{self, Declared, Kind};
-use super::process::{ANSWER, Process};
+use super::process::{ANSWER, Process, UNSET};
 use super::said::{Ears, Form, errors, fatal, told, with_reports_asserted, without};
 use super::text::delay::{first, left_out};
 use super::text::verilog::{Dropped, TIMESCALE, waits};
@@ -60,8 +60,6 @@ const PRINT: (&str, &str) = (
 const UNCHECKED: &str = "unchecked";
 /// The Verilog of a design in VHDL.
 const SYNTHESISED: &str = "synthesised.v";
-/// The exit code of a model that drives the device by a value that nothing has set.
-pub(super) const UNSET: i32 = 77;
 /// The widest port, in bits.
 const MOST_BITS: u32 = 64;
 
