@@ -12,7 +12,7 @@ use hpu_cosim::{Control, NetUse, SceneFile, Simulation, Summary, Trace, Wired, W
 use hpu_signal::{Clock, Observe, SignalUse};
 use hpu_wave::Around;
 
-use crate::dut::{ANSWER, Model, Process, bench, bridge, interface, simulate};
+use crate::dut::{ANSWER, Model, Names, Process, bench, bridge, interface, simulate};
 use crate::engines::error::{Error, Reason};
 use crate::engines::ghdl::Library;
 use crate::engines::hdl::Setup;
@@ -258,7 +258,8 @@ impl Loops {
                 }
                 let unit = format!("bench_{wiring}_{}", benches.len());
                 let (generics, clock) = (job.dut.generics.clone(), job.clock);
-                let text = bench(&unit, &Model { dut: &job.dut, clock, settle: 1, seed: 0 }, &interface);
+                let model = Model { dut: &job.dut, clock, settle: 1, seed: 0, names: Names::NONE };
+                let text = bench(&unit, &model, &interface);
                 let text = text.map_err(|error| failed(error.to_string()))?;
                 texts.push((format!("{unit}.vhd"), text));
                 benches.push(Bench { wiring, generics, clock, unit, ports: nets.clone() });

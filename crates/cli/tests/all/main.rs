@@ -30,6 +30,7 @@ mod new;
 mod on_disk;
 mod options;
 mod phantom;
+mod ports;
 mod price;
 mod readme;
 mod readme_tables;

@@ -173,7 +173,7 @@ fn the_page_of_text_of_every_verb() {
 }
 
 /// Commands that are refused, with their exit codes.
-const REFUSED: [(i32, &str); 37] = [
+const REFUSED: [(i32, &str); 36] = [
     (2, "nonsense"),
     (2, "run"),
     (2, "scene show hybrid-wall"),

@@ -158,10 +158,18 @@ impl Wires {
         let find = |key: &str, name: &str| -> Result<&Port, SceneError> {
             let outside = || ports.iter().filter(|port| !port.is_inside);
             outside().find(|port| same(&port.name, name)).ok_or_else(|| {
-                let all: Vec<_> = outside().map(shown).collect();
-                scene.error(key, format!("`{}` has no port `{name}`; it has {}", dut.top, all.join(", ")))
+                let has = |of: Vec<&Port>| of.into_iter().map(shown).collect::<Vec<_>>().join(", ");
+                let words: Vec<_> = outside().filter(|port| is_word_of(&port.name, name, &same)).collect();
+                scene.error(
+                    key,
+                    match words[..] {
+                        [] => format!("`{}` has no port `{name}`; it has {}", dut.top, has(outside().collect())),
+                        _ => format!("port `{name}` is connected by its words: {}", has(words)),
+                    },
+                )
             })
         };
+        let part_of = |connected: &Connected, port: &Port| connected.part_of(&port.name, design.ignores_case());
         for clock in &dut.clocks {
             let key =
                 if dut.clocks.len() == 1 { "dut.clock".to_string() } else { format!("dut.clocks.{}", clock.port) };
@@ -172,13 +180,19 @@ impl Wires {
         }
         for connected in &dut.ports {
             let key = format!("dut.ports.{}", connected.key);
-            check(scene, &key, find(&key, &connected.port)?, connected)?;
+            let parts = ports.iter().filter(|port| !port.is_inside);
+            let mut parts = parts.filter_map(|port| Some((port, part_of(connected, port)?)));
+            // A port that no part is of has no such name.
+            match parts.next() {
+                Some((port, part)) => check(scene, &key, port, part, connected.connection)?,
+                None => drop(find(&key, &connected.port)?),
+            }
         }
         let timing = dut.clocks.iter().map(|clock| &clock.port).chain(dut.reset.iter().map(|reset| &reset.port));
         let timing: Vec<_> = timing.collect();
         let mut wires = Vec::new();
         for port in ports.iter().filter(|port| !timing.iter().any(|name| same(name, &port.name))) {
-            let own = dut.ports.iter().filter(|connected| same(&connected.port, &port.name));
+            let own = dut.ports.iter().filter_map(|connected| Some((connected, part_of(connected, port)?)));
             let pieces = pieces(scene, port, own)?;
             let connected: u32 = pieces.iter().map(|piece| piece.width).sum();
             if port.is_input && connected < port.format.width() {
@@ -401,6 +415,12 @@ fn formatted(
     Ok(ports)
 }
 
+/// Returns whether a port is a word in the record or the array of this name.
+fn is_word_of(port: &str, name: &str, same: &dyn Fn(&str, &str) -> bool) -> bool {
+    let (start, rest) = port.split_at_checked(name.len()).unwrap_or((port, ""));
+    same(start, name) && rest.starts_with(['.', '(', '['])
+}
+
 /// Returns a port as messages show it.
 fn shown(port: &Port) -> String {
     let way = if port.is_input { "in" } else { "out" };
@@ -420,11 +440,11 @@ fn line(scene: &DutScene, key: &str, port: &Port) -> Result<(), SceneError> {
 fn pieces<'a>(
     scene: &DutScene,
     port: &Port,
-    all: impl Iterator<Item = &'a Connected>,
+    all: impl Iterator<Item = (&'a Connected, Part)>,
 ) -> Result<Vec<Piece>, SceneError> {
     let mut pieces: Vec<Piece> = Vec::new();
-    for Connected { part, connection, key, .. } in all {
-        let Some((shift, width)) = bits(port, *part) else { continue };
+    for (Connected { connection, key, .. }, part) in all {
+        let Some((shift, width)) = bits(port, part) else { continue };
         if let Some(other) =
             pieces.iter().find(|piece| piece.shift < shift + width && shift < piece.shift + piece.width)
         {
@@ -454,11 +474,10 @@ fn bits(port: &Port, part: Part) -> Option<(u32, u32)> {
 }
 
 /// Checks that a port, or a part of it, can have a connection.
-fn check(scene: &DutScene, key: &str, port: &Port, connected: &Connected) -> Result<(), SceneError> {
-    let connection = connected.connection;
+fn check(scene: &DutScene, key: &str, port: &Port, part: Part, connection: Connection) -> Result<(), SceneError> {
     let refused = |reason: String| Err(scene.error(key, reason));
-    let Some((_, width)) = bits(port, connected.part) else {
-        return refused(match connected.part {
+    let Some((_, width)) = bits(port, part) else {
+        return refused(match part {
             Part::InList { of, .. } => format!("{} has not the {of} bit(s) of the list", shown(port)),
             _ => format!("{} has no such bits", shown(port)),
         });
@@ -487,6 +506,10 @@ fn check(scene: &DutScene, key: &str, port: &Port, connected: &Connected) -> Res
         _ => match connection.format() {
             Some(format) if format.width() != width => {
                 refused(format!("{} has not the {} bit(s) of {}", shown(port), format.width(), connection.name()))
+            }
+            // A port with a binary point of its own, which is the format of its words.
+            Some(format) if part == Part::Whole && port.format.lsb() != 1.0 && format != port.format => {
+                refused(format!("{} is {}, not {format}; write this format", shown(port), port.format))
             }
             _ => Ok(()),
         },

@@ -16,8 +16,8 @@ use hpu_cosim::script::{Fits, Yosys};
 use hpu_signal::Clock;
 use sha2::{Digest, Sha256};
 
-use super::Simulators;
 use super::text::delay::Delay;
+use super::{Names, Prepared, Simulators};
 use crate::engines::entry::hexadecimal;
 use crate::engines::error::{Error, Reason};
 use crate::engines::temporary::Temporary;
@@ -43,17 +43,19 @@ pub(crate) struct Model<'a> {
     pub(crate) settle: u64,
     /// Seed of registers that begin at random.
     pub(crate) seed: u64,
+    /// The names of its ports and signals.
+    pub(crate) names: &'a Names,
 }
 
 impl<'a> Model<'a> {
     /// Returns the model of a scene's design, as it was prepared, which settles as long as its reset takes. A reset
     /// lasts until the first values of all delays have come.
-    pub(super) fn of(scene: &DutScene, dut: &'a Dut) -> Self {
+    pub(super) fn of(scene: &DutScene, Prepared { dut, names }: &'a Prepared) -> Self {
         let common = common_cycle(dut);
         let settle =
             |reset: &DutReset| common * u64::from(reset.clocks).max(delayed(dut, scene.clock).div_ceil(common));
         let settle = dut.reset.as_ref().map_or(0, settle);
-        Self { dut, clock: scene.clock, settle, seed: scene.run.seed }
+        Self { dut, clock: scene.clock, settle, seed: scene.run.seed, names }
     }
 }
 

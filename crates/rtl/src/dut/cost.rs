@@ -12,7 +12,7 @@ use hpu_cosim::script::{Script, Yosys};
 use super::build::{Model, write, write_files};
 use super::verilator::sources;
 use super::vhdl::names_foreign;
-use super::{Simulators, is_vhdl, of_tool, prepared, refuses};
+use super::{Simulators, is_vhdl, of_tool, refuses};
 use crate::cost::{
     Counts, DEVICE, HX8K_BRAM, HX8K_CELLS, NO_DPI, SEEDS, cell_counts, ecp5_counts, ice40_counts, is_full, used_cells,
 };
@@ -57,7 +57,8 @@ impl Simulators {
     ///
     /// An error when a tool is missing, or refuses the design.
     pub fn cost(&self, scene: &DutScene) -> Result<DutCost, Error> {
-        let dut = &prepared(&scene.dut)?;
+        let prepared = &self.prepared(&scene.dut)?;
+        let dut = &prepared.dut;
         let mut tools = vec![Tool::Yosys, Tool::Nextpnr];
         if is_vhdl(&dut.files) {
             tools.insert(0, Tool::Ghdl);
@@ -65,7 +66,7 @@ impl Simulators {
         self.calls_nothing(dut)?;
         let version = |tool: Tool| Ok(format!("{} {}", tool.name(), tool.version(self.setup.timeout)?));
         let tools = tools.into_iter().map(version).collect::<Result<Vec<_>, Error>>()?.join(", ");
-        let built = self.built(&Model::of(scene, dut), &format!("cost by {tools}"), &[COST], |folder| {
+        let built = self.built(&Model::of(scene, prepared), &format!("cost by {tools}"), &[COST], |folder| {
             write_files(dut, folder)?;
             let cost = self.priced(dut, folder)?;
             write(folder, COST, line(&cost).as_bytes())

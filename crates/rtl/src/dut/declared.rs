@@ -6,6 +6,8 @@ use std::collections::BTreeMap;
 use hpu_cosim::dut::Port;
 use hpu_signal::Format;
 
+use super::vhdl::Names;
+
 /// The type of a signal: the format of its words, and whether they are a number.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Kind {
@@ -60,6 +62,26 @@ impl Declared {
         self.signals.push((path, kind));
     }
 
+    /// Returns the types by the names that users know, where a generated entity may stand around the design.
+    pub(super) fn around(self, names: &Names) -> Self {
+        if names.is_empty() {
+            return self;
+        }
+        let mut shown = Self::default();
+        for (path, kind) in self.signals {
+            if let Some(word) = names.word(&path) {
+                let format = word.format.unwrap_or(kind.format);
+                let is_quantity = kind.is_quantity || word.format.is_some();
+                shown.add(word.shown.clone(), Kind { format, is_quantity });
+            } else if let Some(path) = names.inside(&path) {
+                shown.add(path, kind);
+            } else if names.is_port(&path) {
+                shown.add(path, kind);
+            }
+        }
+        shown
+    }
+
     /// Returns the type of the signal at a path, as a simulator or GHDL's synthesis writes it.
     pub(super) fn of(&self, path: &str) -> Option<Kind> {
         self.by_path.get(&folded(path)).copied().flatten()
@@ -110,7 +132,7 @@ fn folded(path: &str) -> String {
 }
 
 /// Returns the value of an attribute on a line of XML.
-fn attribute<'l>(line: &'l str, name: &str) -> Option<&'l str> {
+pub(super) fn attribute<'l>(line: &'l str, name: &str) -> Option<&'l str> {
     let (_, rest) = line.split_once(&format!(" {name}=\""))?;
     rest.split_once('"').map(|(value, _)| value)
 }

@@ -13,7 +13,7 @@ use hpu_cosim::scene::{Dut, DutScene};
 use super::build::Model;
 use super::ghdl::Analysed;
 use super::verilator::Verilated;
-use super::{Simulators, at, note_of_ghdl};
+use super::{Prepared, Simulators, at, note_of_ghdl};
 use crate::engines::error::{Error, Reason};
 
 /// Words that are kept of a run's past. A design that comes to depend on an unset value does so early.
@@ -26,7 +26,7 @@ pub(super) struct Fallback(Arc<Both>);
 struct Both {
     simulators: Simulators,
     scene: DutScene,
-    dut: Dut,
+    prepared: Prepared,
     verilated: Verilated,
     /// The design in GHDL, once it was asked for.
     ghdl: OnceLock<Analysed>,
@@ -36,10 +36,11 @@ struct Both {
 
 impl Fallback {
     /// Takes a design of a scene as it was prepared, and as it was built for Verilator.
-    pub(super) fn new(simulators: &Simulators, scene: &DutScene, dut: &Dut, verilated: Verilated) -> Self {
-        let (simulators, scene, dut) = (simulators.clone(), scene.clone(), dut.clone());
+    pub(super) fn new(simulators: &Simulators, scene: &DutScene, model: &Model, verilated: Verilated) -> Self {
+        let (simulators, scene) = (simulators.clone(), scene.clone());
+        let prepared = Prepared { dut: model.dut.clone(), names: model.names.clone() };
         let (ghdl, needed) = (OnceLock::new(), AtomicBool::new(false));
-        Self(Arc::new(Both { simulators, scene, dut, verilated, ghdl, needed }))
+        Self(Arc::new(Both { simulators, scene, prepared, verilated, ghdl, needed }))
     }
 }
 
@@ -53,7 +54,7 @@ impl Both {
         let shown: Vec<_> = shown.map(|port| port.name.to_lowercase()).collect();
         let takes = |path: &str| shown.contains(&path.to_lowercase());
         let inside = if shown.is_empty() { Inside::Nothing } else { Inside::Chosen(&takes) };
-        let built = self.simulators.ghdl(&Model::of(&self.scene, &self.dut), why, inside);
+        let built = self.simulators.ghdl(&Model::of(&self.scene, &self.prepared), why, inside);
         let built = built.map_err(|error| at(error, &self.scene))?;
         Ok(self.ghdl.get_or_init(|| built))
     }
@@ -61,14 +62,15 @@ impl Both {
     /// Notes that GHDL simulates, and why.
     fn needs_ghdl(&self, why: &str) {
         let why = why.split(". ").next().unwrap_or(why);
-        note_of_ghdl(&self.dut, why, "give the register an initial value");
+        note_of_ghdl(&self.prepared.dut, why, "give the register an initial value");
         self.needed.store(true, Ordering::Relaxed);
     }
 
     /// Starts GHDL's simulation with its ports numbered as those of Verilator.
     fn in_ghdl(&self, words: &[u64], drives: &[bool], changes: &mut Vec<Change>) -> Result<InGhdl, Fault> {
         let ghdl = self.ghdl()?;
-        let (ours, theirs) = (wires(&self.dut, self.verilated.ports()), wires(&self.dut, ghdl.ports()));
+        let (ours, theirs) =
+            (wires(&self.prepared.dut, self.verilated.ports()), wires(&self.prepared.dut, ghdl.ports()));
         let place = |port: &&Port| ours.iter().position(|own| own.name.eq_ignore_ascii_case(&port.name));
         let places: Vec<_> = theirs.iter().map(place).collect();
         let driving: Vec<_> = places.iter().map(|place| place.is_some_and(|place| drives[place])).collect();
@@ -211,7 +213,7 @@ impl RunningDesign for Either {
             Ok(_) if self.drives.contains(&true) => None,
             // Where no output drives the device, each that is shown matters.
             Ok(_) => {
-                let ports = wires(&self.design.0.dut, self.design.ports());
+                let ports = wires(&self.design.0.prepared.dut, self.design.ports());
                 let is_one = |change: &&Change| change.bits.is_none() && !ports[change.port].is_inside;
                 changes[from..].iter().find(is_one).map(|change| self.design.unset(change.port))
             }
@@ -273,7 +275,7 @@ fn stale(verilator: &[Option<u64>], ghdl: &[Option<u64>], answer: &[Change]) -> 
 impl Fallback {
     /// Returns the reason to leave Verilator for an output.
     fn unset(&self, port: usize) -> String {
-        let name = &wires(&self.0.dut, self.0.verilated.ports())[port].name;
+        let name = &wires(&self.0.prepared.dut, self.0.verilated.ports())[port].name;
         format!("output `{name}` depends on a value that nothing has set")
     }
 }
@@ -299,7 +301,7 @@ impl Either {
             }
         }
         if let Some(change) = first_difference(&past.driven, &driven) {
-            let name = &wires(&self.design.0.dut, self.design.ports())[change.port].name;
+            let name = &wires(&self.design.0.prepared.dut, self.design.ports())[change.port].name;
             let text = format!(
                 "Verilator and GHDL have different words at output `{name}` after clock edge {}, before a value that \
                  nothing has set comes to matter; write dut.engine = \"ghdl\"",

@@ -73,9 +73,6 @@ impl Simulators {
             let all = entities(&texts);
             refused(format!("no file declares the entity `{}`; there are {}", dut.top, all.join(", ")))
         })?;
-        if let Some(port) = interface.ports.iter().find(|port| !["in", "out", "buffer"].contains(&&*port.mode)) {
-            return Err(refused(format!("port `{}` is {}; hpu takes in and out", port.name, port.mode)));
-        }
         let bench = bench(BENCH, model, &interface)?;
         write(folder.path(), OWN[0], bridge(dut.standard).as_bytes())?;
         write(folder.path(), OWN[1], bench.as_bytes())?;
@@ -103,18 +100,18 @@ impl Simulators {
             said => said,
         };
         let said = said.map_err(say)?;
-        let declared = declared::of_rti(&said.out);
+        let declared = declared::of_rti(&said.out).around(model.names);
         let told: Vec<(Format, bool)> =
             said.out.lines().filter_map(|line| format(line.strip_prefix("PORT ")?)).collect();
         let ports = interface.ports.iter().zip(&told);
         let mut ports: Vec<_> = ports
-            .map(|(item, &(format, is_number))| Port {
-                name: item.name.clone(),
-                is_input: item.mode == "in",
-                format,
-                is_inside: false,
-                is_number,
-                is_quantity: is_number,
+            .map(|(item, &(format, is_number))| {
+                let (name, format) = match model.names.word(&item.name) {
+                    Some(word) => (word.shown.clone(), word.format.unwrap_or(format)),
+                    None => (item.name.clone(), format),
+                };
+                let kind = Kind { format, is_quantity: is_number };
+                Port { is_input: item.mode == "in", is_inside: false, is_number, ..declared::inside(name, kind) }
             })
             .collect();
         if told.len() != interface.ports.len() {
@@ -123,11 +120,12 @@ impl Simulators {
         if inside.is_any() {
             let mut list = String::new();
             for (name, kind) in said.out.lines().filter_map(|line| line.strip_prefix("INSIDE ")?.split_once(' ')) {
-                let is_shown = !has(&interface.ports, name) && !carries_clock(dut, name) && inside.shows(name);
-                if let Some((format, is_number)) = format(kind).filter(|_| is_shown) {
+                let is_shown = !has(&interface.ports, name) && !carries_clock(dut, name);
+                let inner = model.names.inside(name).filter(|inner| is_shown && inside.shows(inner));
+                if let Some((inner, (format, is_number))) = inner.zip(format(kind)) {
                     list += &format!("{name}\n");
                     let kind = Kind { format, is_quantity: is_number };
-                    ports.push(Port { is_number, ..declared::inside(name.to_string(), kind) });
+                    ports.push(Port { is_number, ..declared::inside(inner, kind) });
                 }
             }
             write(folder.path(), LIST, list.as_bytes())?;

@@ -13,6 +13,7 @@ mod build;
 mod cost;
 mod declared;
 mod fallback;
+mod flattened;
 mod ghdl;
 mod icarus;
 mod order;
@@ -41,7 +42,7 @@ pub(crate) use ghdl::{bench, bridge, simulate};
 pub(crate) use process::{ANSWER, Process};
 use text::delay::{first, left_out};
 pub(crate) use transition::{INVARIANT, Transition};
-pub(crate) use vhdl::interface;
+pub(crate) use vhdl::{Names, interface};
 
 use fallback::Fallback;
 
@@ -86,6 +87,12 @@ fn allowed(dut: &Dut) -> Result<(), Error> {
 pub fn at(error: Error, scene: &DutScene) -> Fault {
     if let Reason::Key(key, why) = error.reason() {
         return scene.error(key, why.clone()).into();
+    }
+    if let Reason::Port(name, why) = error.reason() {
+        let of_port = |port: &str| port.split(['.', '(', '[']).next().is_some_and(|own| own.eq_ignore_ascii_case(name));
+        let connected = scene.dut.ports.iter().find(|connected| of_port(&connected.port));
+        let key = connected.map_or("dut.ports".to_string(), |connected| format!("dut.ports.{}", connected.key));
+        return scene.error(&key, why.clone()).into();
     }
     let Reason::Generic(name, why) = error.reason() else { return error.into() };
     let keys = ["generics", "parameters"].map(|section| format!("dut.{section}.{name}"));
@@ -140,8 +147,8 @@ impl Simulators {
 impl Designs for Simulators {
     fn build(&self, scene: &DutScene, inside: Inside) -> Result<Arc<dyn Design>, Fault> {
         allowed(&scene.dut)?;
-        let dut = prepared(&scene.dut).map_err(|error| at(error, scene))?;
-        let (is_vhdl, model) = (is_vhdl(&dut.files), Model::of(scene, &dut));
+        let prepared = self.prepared(&scene.dut).map_err(|error| at(error, scene))?;
+        let (is_vhdl, model) = (is_vhdl(&scene.dut.files), Model::of(scene, &prepared));
         let built: Result<Arc<dyn Design>, Error> = match (scene.dut.engine, is_vhdl) {
             (Engine::Ghdl, false) => {
                 return Err(scene.error("dut.engine", "GHDL reads VHDL; write \"verilator\" or \"auto\"").into());
@@ -171,7 +178,7 @@ impl Simulators {
     fn verilator_or_ghdl(&self, model: &Model, scene: &DutScene, inside: Inside) -> Result<Arc<dyn Design>, Error> {
         let error = match self.verilator(model, inside) {
             Ok(design) if model.dut.registers != Registers::Unknown => return Ok(Arc::new(design)),
-            Ok(design) => return Ok(Arc::new(Fallback::new(self, scene, model.dut, design))),
+            Ok(design) => return Ok(Arc::new(Fallback::new(self, scene, model, design))),
             Err(error) => error,
         };
         match error.tool() {
@@ -220,10 +227,23 @@ fn lost_delay(model: &Model) -> Option<String> {
     lost
 }
 
-/// Returns a design as its tools take it: files behind those that they use, VHDL in its libraries and with the values
-/// of its generics.
-pub(crate) fn prepared(dut: &Dut) -> Result<Dut, Error> {
-    if is_vhdl(&dut.files) { vhdl::prepared(dut) } else { order::of_verilog(dut) }
+/// A design as its tools take it, and the names of its ports there.
+pub(crate) struct Prepared {
+    pub(crate) dut: Dut,
+    pub(crate) names: Names,
+}
+
+impl Simulators {
+    /// Returns a design as its tools take it: files behind those that they use; VHDL in its libraries, with the values
+    /// of its generics, and with a port for each word.
+    pub(crate) fn prepared(&self, dut: &Dut) -> Result<Prepared, Error> {
+        if !is_vhdl(&dut.files) {
+            return Ok(Prepared { dut: order::of_verilog(dut)?, names: Names::default() });
+        }
+        let mut dut = vhdl::prepared(dut)?;
+        let names = self.flattened(&mut dut)?;
+        Ok(Prepared { dut, names })
+    }
 }
 
 /// Joins the head of a message and the line after it.

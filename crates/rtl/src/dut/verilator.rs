@@ -60,6 +60,10 @@ const PRINT: (&str, &str) = (
 const UNCHECKED: &str = "unchecked";
 /// The Verilog of a design in VHDL.
 const SYNTHESISED: &str = "synthesised.v";
+/// The file in which Verilator describes a design.
+const XML: &str = "design.xml";
+/// The most elements of a port that is an array.
+const MOST_ELEMENTS: usize = 1024;
 /// The widest port, in bits.
 const MOST_BITS: u32 = 64;
 
@@ -108,6 +112,11 @@ impl Simulators {
         let lines = read(&built.path.join(PORTS))?;
         let (hidden, mut ports): (Vec<_>, Vec<_>) = lines.lines().filter_map(port).partition(|(_, hidden)| *hidden);
         let mut hidden: Vec<_> = hidden.into_iter().map(|(port, _)| port).collect();
+        for (port, _) in &mut ports {
+            if let Some(word) = model.names.word(&port.name) {
+                port.name.clone_from(&word.shown);
+            }
+        }
         if is_vhdl {
             // Synthesis knows only bits; the sources know what they stand for.
             let (elaborated, declared) = self.declared_in_vhdl(model)?;
@@ -307,7 +316,7 @@ impl Simulators {
             self.read_by_verilator(dut, design, (generics, inside), &WITH_DELAYS)?;
         }
         let header = read(&folder.join("obj/Vdut.h"))?;
-        let mut found = fields(&header);
+        let mut found = fields(&header)?;
         if inside {
             let inner = inner(&read(&folder.join(ROOT))?, top, &found);
             // Signals that synthesis has added are not shown.
@@ -317,6 +326,11 @@ impl Simulators {
         if !generics {
             found.iter_mut().for_each(|field| field.name = in_vhdl(&field.name));
         }
+        // Of an entity that stands around the design, nothing but the design is shown.
+        found.retain_mut(|field| {
+            let inside = if field.is_inside { model.names.inside(&field.name) } else { Some(field.name.clone()) };
+            inside.map(|name| field.name = name).is_some()
+        });
         let timing = if is_timed { &WITH_DELAYS[..] } else { &WITHOUT_DELAYS };
         for field in &found {
             if field.width > MOST_BITS {
@@ -327,6 +341,9 @@ impl Simulators {
         }
         // Of Verilog that GHDL has synthesised, the VHDL knows more.
         let declared = if generics { self.declared_in_verilog(dut, design, timing)? } else { Declared::default() };
+        if generics {
+            number(&mut found, &read(&folder.join(XML))?);
+        }
         let port = |field: &Field| {
             let kind = Kind { format: Format::unsigned(field.width), is_quantity: false };
             let mut port = declared::inside(field.name.clone(), kind);
@@ -416,11 +433,11 @@ impl Simulators {
         timing: &[&str],
     ) -> Result<Declared, Error> {
         let mut command = Command::new(Tool::Verilator.name());
-        command.current_dir(folder).args(["--xml-only", "--xml-output", "design.xml"]);
+        command.current_dir(folder).args(["--xml-only", "--xml-output", XML]);
         command.args(["-Wno-lint", "-Wno-style", "-Wno-fatal", "-I.", "--top-module", top]);
         command.args(TAKEN).args(timing).args(parameters(dut)).args(sources);
         run(Tool::Verilator, "tell of a design", command, self.limit()).map_err(|error| of_tool(dut, error))?;
-        Ok(declared::of_xml(&read(&folder.join("design.xml"))?))
+        Ok(declared::of_xml(&read(&folder.join(XML))?))
     }
 }
 
@@ -513,24 +530,87 @@ struct Field {
     width: u32,
 }
 
-/// Reads the ports from lines such as `VL_IN8(&clk,0,0);`.
-fn fields(header: &str) -> Vec<Field> {
-    let field = |line: &str| {
-        let line = line.trim();
-        let (way, rest) = line.split_once('(')?;
-        let is_input = match way.trim_end_matches(|c: char| c.is_ascii_digit() || c == 'W') {
-            "VL_IN" => true,
-            "VL_OUT" => false,
-            _ => return None,
+/// Reads the ports from lines such as `VL_IN8(&clk,0,0);`. The elements of an array, as in `VL_IN8((&g)[2],7,0);`, are
+/// counted from 0.
+fn fields(header: &str) -> Result<Vec<Field>, Error> {
+    let mut all = Vec::new();
+    for line in header.lines().map(str::trim) {
+        let Some(field) = field(line) else {
+            if let Some((name, is)) = untaken(line) {
+                return Err(Error::port(
+                    name,
+                    format!(
+                        "port `{name}` is {is}; hpu takes in and out, words and arrays of words: a module around the \
+                         design that parts it, or pulls it up, would go on"
+                    ),
+                ));
+            }
+            continue;
         };
-        let parts: Vec<_> = rest.trim_end_matches(");").split(',').collect();
-        let field = parts.first()?.trim_start_matches('&').to_string();
-        let [high, low] = [parts.get(1)?, parts.get(2)?].map(|bit| bit.parse::<i64>().ok());
-        // Verilator marks names that are reserved in C++, and writes two underscores as a code.
-        let name = decoded(field.trim_start_matches("__SYM__"));
-        Some(Field { name, field, is_input, is_inside: false, width: u32::try_from(high? - low? + 1).ok()? })
+        let array = field.field.strip_prefix("(&").and_then(|rest| rest.strip_suffix(']')?.split_once(")["));
+        match array.map(|(name, count)| (name.to_string(), count.parse::<usize>())) {
+            None => all.push(field),
+            Some((name, Ok(count))) if count <= MOST_ELEMENTS => {
+                let element = |index| {
+                    let place = format!("{name}[{index}]");
+                    Field { name: place.clone(), field: place, ..field }
+                };
+                all.extend((0..count).map(element));
+            }
+            Some((name, _)) => {
+                let why = format!(
+                    "port `{name}` is an array of arrays, or has more than {MOST_ELEMENTS} elements; a module around \
+                     the design with a port of one dimension would go on"
+                );
+                return Err(Error::port(&name, why));
+            }
+        }
+    }
+    Ok(all)
+}
+
+/// Gives the elements of arrays the indices that the design gives them; `xml` tells the ranges of arrays.
+fn number(fields: &mut [Field], xml: &str) {
+    for field in fields.iter_mut().filter(|field| !field.is_inside) {
+        let Some((name, index)) = field.name.strip_suffix(']').and_then(|rest| rest.split_once('[')) else { continue };
+        let port =
+            xml.lines().find(|line| line.contains("<var ") && declared::attribute(line, "origName") == Some(name));
+        let id = port.and_then(|line| declared::attribute(line, "dtype_id")).unwrap_or_default();
+        let range = xml.split("<unpackarraydtype ").find(|part| declared::attribute(part, "id") == Some(id));
+        let bounds = range.into_iter().flat_map(|part| part.split("<const ").skip(1).take(2));
+        let bounds = bounds.filter_map(|part| {
+            let (_, hex) = declared::attribute(part, "name")?.rsplit_once('h')?;
+            u32::from_str_radix(hex, 16).ok().map(u32::cast_signed)
+        });
+        let (low, index) = (bounds.min().unwrap_or(0), index.parse::<i32>().unwrap_or(0));
+        field.name = format!("{name}[{}]", low + index);
+    }
+}
+
+/// Returns the name of a port that is no word, from its line, and what it is.
+fn untaken(line: &str) -> Option<(&str, &'static str)> {
+    if let Some(name) = line.strip_prefix("double &") {
+        return Some((name.trim_end_matches(';'), "real"));
+    }
+    let (way, rest) = line.split_once('(')?;
+    let is_inout = way.trim_end_matches(|c: char| c.is_ascii_digit() || c == 'W') == "VL_INOUT";
+    is_inout.then(|| (rest.trim_start_matches(['(', '&']).split([',', ')']).next().unwrap_or_default(), "inout"))
+}
+
+/// Reads a port from its line.
+fn field(line: &str) -> Option<Field> {
+    let (way, rest) = line.split_once('(')?;
+    let is_input = match way.trim_end_matches(|c: char| c.is_ascii_digit() || c == 'W') {
+        "VL_IN" => true,
+        "VL_OUT" => false,
+        _ => return None,
     };
-    header.lines().filter_map(field).collect()
+    let parts: Vec<_> = rest.trim_end_matches(");").split(',').collect();
+    let field = parts.first()?.trim_start_matches('&').to_string();
+    let [high, low] = [parts.get(1)?, parts.get(2)?].map(|bit| bit.parse::<i64>().ok());
+    // Verilator marks names that are reserved in C++, and writes two underscores as a code.
+    let name = decoded(field.trim_start_matches("__SYM__"));
+    Some(Field { name, field, is_input, is_inside: false, width: u32::try_from(high? - low? + 1).ok()? })
 }
 
 /// Returns a name of Verilator's C++ as the design has it: `__0` and two digits stand for a character.

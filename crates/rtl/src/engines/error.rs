@@ -54,6 +54,8 @@ pub(crate) enum Reason {
     Generic(String, String),
     /// The value of a scene's key is wrong; the text says why.
     Key(String, String),
+    /// A port of this name cannot be connected; the text says why.
+    Port(String, String),
     /// A file could not be read or written.
     Io(PathBuf, io::Error),
     /// Anything else, in words.
@@ -84,6 +86,11 @@ impl Error {
     /// Returns the error of a generic whose value cannot be written.
     pub(crate) fn generic(name: impl fmt::Display, why: impl fmt::Display) -> Self {
         Reason::Generic(name.to_string(), why.to_string()).into()
+    }
+
+    /// Returns the error of a port that cannot be connected.
+    pub(crate) fn port(name: impl Into<String>, why: impl Into<String>) -> Self {
+        Reason::Port(name.into(), why.into()).into()
     }
 
     /// Returns the error of a scene's key, or of the option in its place.
@@ -141,7 +148,9 @@ impl Error {
             Reason::Tool(error) if error.is_unusable() => Cause::NoTool,
             Reason::Tool(_) => Cause::Tool,
             Reason::Lost(..) | Reason::Unset(_) | Reason::Refused { is_under_test: true, .. } => Cause::Design,
-            Reason::Refused { .. } | Reason::Generic(..) | Reason::Key(..) | Reason::Io(..) => Cause::File,
+            Reason::Refused { .. } | Reason::Generic(..) | Reason::Key(..) | Reason::Port(..) | Reason::Io(..) => {
+                Cause::File
+            }
             Reason::Other(cause, _) => *cause,
         }
     }
@@ -185,7 +194,7 @@ impl fmt::Display for Error {
             Reason::Refused { what, said, .. } => write!(f, "{what}:\n{}", said.trim_end()),
             Reason::Generic(name, why) => write!(f, "generic `{name}`: {why}"),
             Reason::Io(path, error) => write!(f, "{}: {error}", path.display()),
-            Reason::Key(_, why) | Reason::Unset(why) | Reason::Other(_, why) => f.write_str(why),
+            Reason::Key(_, why) | Reason::Port(_, why) | Reason::Unset(why) | Reason::Other(_, why) => f.write_str(why),
             Reason::Lost(ToolError { tool, fault, said, .. }, edge) => {
                 let tool = tool.name();
                 let head = format!("the simulation by {tool} ended");

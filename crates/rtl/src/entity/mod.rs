@@ -17,7 +17,7 @@ use hpu_datapath::{AnyBlock, Generic, block_names, configured, variants_of};
 use hpu_signal::Clock;
 
 use crate::check::all_stimuli;
-use crate::dut::{Model, Simulators, is_vhdl, prepared};
+use crate::dut::{Model, Names, Prepared, Simulators, is_vhdl};
 use crate::engines::error::Error;
 use crate::engines::tool::Tool;
 use crate::vectors::report::{CheckRow, Tally};
@@ -94,8 +94,8 @@ struct Connected {
 }
 
 /// Returns theirs as a model to be simulated.
-fn model(dut: &Dut) -> Model<'_> {
-    Model { dut, clock: Clock::new(CLOCK_HZ).expect("a clock"), settle: SETTLE, seed: 0 }
+fn model<'a>(dut: &'a Dut, names: &'a Names) -> Model<'a> {
+    Model { dut, clock: Clock::new(CLOCK_HZ).expect("a clock"), settle: SETTLE, seed: 0, names }
 }
 
 /// Returns whether a text is a real number with a point, as both languages write it.
@@ -178,8 +178,8 @@ impl Entity {
     /// difference is a result.
     pub fn compare(&self, (label, block): &mut Labelled, simulators: &Simulators) -> Result<Compared, Error> {
         let began = Instant::now();
-        let dut = prepared(&self.dut(&**block))?;
-        let design = simulators.of_model(&model(&dut))?;
+        let Prepared { dut, names } = simulators.prepared(&self.dut(&**block))?;
+        let design = simulators.of_model(&model(&dut, &names))?;
         let Connected { wires, has_clock } = self.connected(&**block, &dut, design.ports())?;
         let shift = self.shift(&**block, has_clock)?;
 
@@ -235,7 +235,9 @@ impl Entity {
             .into_iter()
             .chain((0..ours.vectors.rows.len()).map(|row| given(ours, wires, row)))
             .collect();
-        let Some(answers) = simulators.answers(&model(dut), (&ports, has_clock), &rows)? else { return Ok(None) };
+        let Some(answers) = simulators.answers(&model(dut, Names::NONE), (&ports, has_clock), &rows)? else {
+            return Ok(None);
+        };
         let outputs: Vec<_> = (0..ports.len()).filter(|port| !ports[*port].is_input).collect();
         let mut comparison = BlockComparison::new(ours, wires, "verilog");
         for (number, answer) in answers.into_iter().enumerate() {

@@ -13,7 +13,7 @@ use hpu_datapath::{AnyStep, Register, variants_of};
 
 use super::wires::{What, Wire};
 use super::{Connected, Entity, Labelled, model, refused};
-use crate::dut::{INVARIANT, Simulators, Transition, prepared};
+use crate::dut::{INVARIANT, Names, Prepared, Simulators, Transition};
 use crate::engines::error::Error;
 use crate::formal::{Edge, Links, NOT_STRAIGHT, Netlist, Proof, Question, Verdict, decided};
 
@@ -30,8 +30,8 @@ impl Entity {
     /// When the ports, generics or registers do not fit, the design does not compile, or a tool is missing.
     pub fn prove(&self, (_, block): &Labelled, simulators: &Simulators, limit: Duration) -> Result<Verdict, Error> {
         let Some(equations) = block.equations() else { return Ok(Verdict::Open(NOT_STRAIGHT.to_string())) };
-        let dut = prepared(&self.dut(&**block))?;
-        let ports = simulators.ports_of_model(&model(&dut))?;
+        let Prepared { dut, names } = simulators.prepared(&self.dut(&**block))?;
+        let ports = simulators.ports_of_model(&model(&dut, &names))?;
         let Connected { wires, has_clock } = self.connected(&**block, &dut, &ports)?;
         self.shift(&**block, has_clock)?;
         let latency = match (block.clocked(), usize::try_from(self.latency)) {
@@ -50,7 +50,7 @@ impl Entity {
             Err(why) => return Ok(Verdict::Refused(why)),
         };
         let registers = AnyStep::registers(equations);
-        let netlist = Netlist::foreign(text, &top, has_clock, self.links(equations, &registers, &wires));
+        let netlist = Netlist::foreign(text, &top, has_clock, self.links(equations, &registers, (&wires, &names)));
         self.known(&netlist, &registers)?;
         let edge = Edge::new(equations, &netlist, &registers);
         let mut solvers = Vec::new();
@@ -95,11 +95,13 @@ impl Entity {
     }
 
     /// Returns which ports of the user's block stand for ours.
-    fn links(&self, equations: &dyn AnyStep, registers: &[Register], wires: &[Wire]) -> Links {
-        let mut links = Links { registers: self.of_state(registers), ..Links::default() };
+    fn links(&self, equations: &dyn AnyStep, registers: &[Register], (wires, names): (&[Wire], &Names)) -> Links {
+        let state = self.of_state(registers).into_iter();
+        let registers = state.map(|(ours, theirs)| (ours, names.path(&theirs))).collect();
+        let mut links = Links { registers, ..Links::default() };
         let (inputs, outputs) = (equations.inputs(), equations.outputs());
         for Wire { port, what } in wires {
-            let net = port.name.clone();
+            let net = names.own(&port.name).to_string();
             match *what {
                 What::Input(index) => links.ports.push((inputs[index].name.to_string(), net)),
                 What::Output(index) => links.ports.push((outputs[index].name.to_string(), net)),

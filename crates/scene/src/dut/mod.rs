@@ -295,14 +295,33 @@ impl Line {
 /// A connection of a port, or of a part of its bits.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Connected {
-    /// The port.
-    pub port: Identifier,
+    /// The port, or the word in it: identifiers with dots and indices, as in `enc.a` or `gains(2)`.
+    pub port: String,
     /// The bits that are connected.
     pub part: Part,
     /// Their connection.
     pub connection: Connection,
     /// The key below `dut.ports`, for messages.
     pub key: String,
+}
+
+impl Connected {
+    /// Returns the part of a port of this name that is connected, if one is. The port may be a word of an array.
+    pub fn part_of(&self, port: &str, ignores_case: bool) -> Option<Part> {
+        let same = |one: &str| {
+            let (one, two) = (round(one), round(port));
+            if ignores_case { one.eq_ignore_ascii_case(&two) } else { one == two }
+        };
+        match self.part {
+            Part::Bits(one, other) if one == other && same(&format!("{}({one})", self.port)) => Some(Part::Whole),
+            part => same(&self.port).then_some(part),
+        }
+    }
+}
+
+/// Returns a name with its indices in round brackets.
+fn round(name: &str) -> String {
+    name.replace('[', "(").replace(']', ")")
 }
 
 /// The bits of a port that a connection is about.
@@ -403,7 +422,7 @@ impl Dut {
     /// gates of the bridge, by the names that they have in this project's loops.
     pub fn pins() -> Self {
         let line = |(name, line): (&'static str, Line)| Connected {
-            port: Identifier::fixed(name),
+            port: name.to_string(),
             part: Part::Whole,
             connection: Connection::Line(line, false),
             key: name.to_string(),

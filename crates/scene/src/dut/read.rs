@@ -182,20 +182,36 @@ fn port_of(s: &Section, key: &Key<Text>, language: Language) -> Result<Identifie
 
 /// Returns a key as the name of a clock or a generic.
 fn named(s: &Section, key: &str, language: Language) -> Result<Identifier, SceneError> {
-    named_as(s, key, key, language)
+    Identifier::new(language, key).ok_or_else(|| s.key_error(key, no_identifier(key, language)))
 }
 
-/// Returns the name in a key.
-fn named_as(s: &Section, key: &str, name: &str, language: Language) -> Result<Identifier, SceneError> {
-    Identifier::new(language, name).ok_or_else(|| s.key_error(key, no_identifier(name, language)))
+/// Returns the name of a port, or of a word in a port: identifiers with dots and indices, as in `enc.a` or `gains(2).x`.
+fn word(s: &Section, key: &str, name: &str, language: Language) -> Result<String, SceneError> {
+    // An extended identifier may have dots and brackets of its own.
+    let is_identifier = |name: &str| Identifier::new(language, name).is_some();
+    if is_identifier(name) {
+        return Ok(name.to_string());
+    }
+    for part in name.split('.') {
+        let of = |open: char, close: char| part.strip_suffix(close)?.split_once(open);
+        let (own, indices) = of('(', ')').or_else(|| of('[', ']')).unwrap_or((part, "0"));
+        let is_index = |index: &str| index.parse::<i64>().is_ok();
+        if !is_identifier(own) || !indices.split([')', '(', ']', '[']).filter(|index| !index.is_empty()).all(is_index) {
+            return Err(s.key_error(key, no_identifier(name, language)));
+        }
+    }
+    Ok(name.to_string())
 }
 
 fn no_identifier(text: &str, language: Language) -> String {
     format!("`{}` is no identifier: {}", excerpt(text), language.identifiers())
 }
 
+/// The files of a design, and the libraries of those that have one of their own, by the file's name.
+type Files = (Vec<SourceFile>, Vec<(String, Identifier)>);
+
 /// Reads the files, and the libraries of those that have one of their own.
-fn files(s: &Section, load: Load) -> Result<(Vec<SourceFile>, Vec<(String, Identifier)>), SceneError> {
+fn files(s: &Section, load: Load) -> Result<Files, SceneError> {
     const WHAT: &str = keys::FILES;
     let array = s.get("files").and_then(Item::as_array);
     let Some(array) = array.filter(|array| !array.is_empty()) else {
@@ -330,7 +346,7 @@ fn ports(s: &Section, language: Language) -> Result<Vec<Connected>, SceneError> 
     let mut all = Vec::new();
     for key in s.keys() {
         let (name, part) = part(key);
-        let port = named_as(s, key, name, language)?;
+        let port = word(s, key, name, language)?;
         if let Some(list) = s.get(key).and_then(Item::as_array) {
             if part != Part::Whole {
                 return Err(s.error(key, "a list is for all bits of a port; write the port's name without an index"));
@@ -358,7 +374,7 @@ fn part(key: &str) -> (&str, Part) {
 }
 
 /// Reads the connections of all bits of a port, from the highest index down.
-fn list_of_bits(s: &Section, key: &str, port: &Identifier, list: &Array) -> Result<Vec<Connected>, SceneError> {
+fn list_of_bits(s: &Section, key: &str, port: &str, list: &Array) -> Result<Vec<Connected>, SceneError> {
     let mut all = Vec::new();
     for (index, value) in list.iter().enumerate() {
         let key = format!("{key}[{index}]");
@@ -380,7 +396,7 @@ fn list_of_bits(s: &Section, key: &str, port: &Identifier, list: &Array) -> Resu
     s.note(key, ParameterValue::Text(names.join(", ")), "", Origin::Scene);
     let connected = |((connection, key), before)| {
         let part = Part::InList { before, of };
-        Connected { port: port.clone(), part, connection, key }
+        Connected { port: port.to_string(), part, connection, key }
     };
     Ok(all.into_iter().zip(0..).map(connected).collect())
 }
@@ -463,7 +479,7 @@ fn accepted() -> String {
 fn one_use(s: &Section, dut: &Dut) -> Result<(), SceneError> {
     let clocks = dut.clocks.iter().map(|clock| &clock.port);
     for port in clocks.chain(dut.reset.iter().map(|reset| &reset.port)) {
-        if dut.ports.iter().any(|connected| connected.port == *port) {
+        if dut.ports.iter().any(|connected| connected.port == **port) {
             return Err(s.error(&format!("ports.{port}"), "it is a clock or the reset already; leave it out here"));
         }
     }

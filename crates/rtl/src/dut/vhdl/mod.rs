@@ -2,8 +2,10 @@
 //! these readers find what it has to be told.
 
 mod delays;
+mod flat;
 mod generics;
 mod interface;
+mod shape;
 mod text;
 mod types;
 mod units;
@@ -11,6 +13,8 @@ mod units;
 use hpu_cosim::scene::Dut;
 
 pub(super) use delays::delays;
+pub(crate) use flat::Names;
+pub(super) use flat::{Around, PROBE};
 pub(crate) use generics::value;
 pub(crate) use interface::{Interface, Item, entities, interface, names_foreign};
 pub(crate) use types::Types;

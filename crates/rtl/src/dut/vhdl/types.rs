@@ -17,9 +17,9 @@ pub(crate) enum Type {
     Subtype(String),
 }
 
-/// The types of a design, by their names in lower case.
+/// The types of a design, by their names in lower case, each with the name of the package that declares it.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
-pub(crate) struct Types(BTreeMap<String, Type>);
+pub(crate) struct Types(BTreeMap<String, (Type, String)>);
 
 impl Types {
     /// Returns the types in texts without comments. Of types of one name it knows the first.
@@ -27,9 +27,12 @@ impl Types {
         let mut all = BTreeMap::new();
         for text in texts {
             let tokens = tokens(text);
+            let mut package = String::new();
             for at in 0..tokens.len() {
-                if let Some((name, kind)) = declared(text, &tokens[at..]) {
-                    all.entry(name).or_insert(kind);
+                if tokens[at].is("package") && tokens.get(at + 2).is_some_and(|token| token.is("is")) {
+                    package = tokens[at + 1].text.to_lowercase();
+                } else if let Some((name, kind)) = declared(text, &tokens[at..]) {
+                    all.entry(name).or_insert_with(|| (kind, package.clone()));
                 }
             }
         }
@@ -42,18 +45,30 @@ impl Types {
         let mut name = base(subtype);
         for _ in 0..16 {
             match self.0.get(&name) {
-                Some(Type::Subtype(other)) => name = base(other),
-                found => return (name, found),
+                Some((Type::Subtype(other), _)) => name = base(other),
+                found => return (name, found.map(|(kind, _)| kind)),
             }
         }
         (name, None)
+    }
+
+    /// Returns the name of a type with the package in the library `work` that declares it.
+    pub(super) fn full_name(&self, name: &str) -> String {
+        match self.0.get(name) {
+            Some((_, package)) if !package.is_empty() => format!("work.{package}.{name}"),
+            _ => name.to_string(),
+        }
     }
 }
 
 /// Returns the name of a subtype's type in lower case, without library, package and constraint.
 fn base(subtype: &str) -> String {
     let tokens = tokens(subtype);
-    // A resolution function may stand before the type's name.
+    // A resolution function may stand before the type's name, also in brackets.
+    let tokens = match closing(&tokens, 0) {
+        Some(end) => &tokens[end + 1..],
+        None => &tokens[..],
+    };
     let end = tokens.iter().position(|token| token.is("(") || token.is("range")).unwrap_or(tokens.len());
     let name = tokens[..end].iter().rfind(|token| token.is_word());
     name.map(|token| token.text.to_lowercase()).unwrap_or_default()

@@ -1,0 +1,148 @@
+//! Ports that are no single word: records, arrays, enumerations and fixed-point numbers.
+
+use std::fs;
+use std::path::Path;
+
+use crate::common::{assert_refused, code, json, run, scratch, stderr, text};
+use crate::dut::words;
+
+/// Clock edges of a run.
+const EDGES: usize = 300;
+
+/// Writes a design and a scene at 1 MHz with these connections.
+fn scene(dir: &Path, (file, source): (&str, &str), more: &str, ports: &str) -> String {
+    let (name, _) = file.split_once('.').expect("an extension");
+    fs::write(dir.join(file), source).expect("a design");
+    let toml = format!(
+        "about = \"ports\"\ndevice = {{ kind = \"motor\", motor = \"vasudevan_2007\" }}\nclock = {{ frequency = \"1 \
+         MHz\" }}\nhand = {{ kind = \"prescribed\", path = [[0, 0], [0.0003, 0.3]] }}\nrun = {{ duration = \"{EDGES} \
+         us\" }}\n[dut]\nfiles = [\"{file}\"]\ntop = \"{name}\"\nclock = \"clk\"\nreset = {{ port = \
+         \"rst\" }}\n{more}\n[dut.ports]\n{ports}\n"
+    );
+    let path = dir.join(format!("{name}.toml"));
+    fs::write(&path, toml).expect("a scene");
+    text(&path).to_string()
+}
+
+/// Runs a scene. Returns the words of each of these ports, without a sign, after each clock edge from the first one on.
+fn shown<const N: usize>(scene: &str, more: &[&str], ports: [&str; N]) -> [Vec<u64>; N] {
+    let out = Path::new(scene).with_extension("out");
+    let output = run(&[&["run", scene, "--vcd", "--no-plot", "-o", text(&out)], more].concat());
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let words = words(&out.join("wave.vcd"));
+    ports.map(|port| {
+        let all = || words.keys().cloned().collect::<Vec<_>>().join(", ");
+        let found = words.iter().find(|(name, _)| name.ends_with(&format!(".{port}")));
+        let (_, changes) = found.unwrap_or_else(|| panic!("no {port} among {}", all()));
+        // The waveform has ten units of time in a clock cycle.
+        let at = |edge: usize| changes.iter().rfind(|(time, _)| *time <= 10 * edge as u64).expect("a word");
+        let word = |edge| u64::from_str_radix(&format!("0{}", at(edge).1), 2).expect("bits");
+        (1..EDGES).map(word).collect()
+    })
+}
+
+const COMPOSITE: &str = "library ieee; use ieee.std_logic_1164.all; use ieee.numeric_std.all;
+package parts is
+  type line_t is record a, b : std_logic; end record;
+  type mode_t is (idle, drive, brake);
+  type gains_t is array (natural range <>) of signed(7 downto 0);
+  type told_t is record mode : mode_t; sum : signed(9 downto 0); count : std_logic_vector(4 to 11); end record;
+end package;
+library ieee; use ieee.std_logic_1164.all; use ieee.numeric_std.all; use ieee.fixed_pkg.all; use work.parts.all;
+entity composite is
+  generic (LAST : positive := 2);
+  port (clk, rst : in std_logic; enc : in line_t; mode : in mode_t; gains : in gains_t(1 to LAST);
+    pos : in sfixed(3 downto -12); duty : out sfixed(0 downto -11); told : out told_t; both : out std_logic);
+end entity;
+architecture rtl of composite is
+  signal n : unsigned(7 downto 0) := (others => '0');
+begin
+  process (clk) begin
+    if rising_edge(clk) then
+      n <= n + 1;
+      if rst = '1' then n <= (others => '0'); end if;
+    end if;
+  end process;
+  both <= enc.a and not enc.b;
+  duty <= resize(-pos, 0, -11);
+  told.mode <= mode;
+  told.sum <= resize(gains(1), 10) + gains(2) + gains(LAST);
+  told.count <= std_logic_vector(n);
+end architecture;
+";
+
+#[test]
+fn records_arrays_enumerations_and_fixed_point_ports_are_connected_by_word() {
+    let dir = scratch("composite_ports");
+    let ports = "\"enc.a\" = \"encoder.a\"\n\"enc.b\" = \"encoder.b\"\nmode = 2\n\"gains(1)\" = 5\n\"gains(2)\" = -7\n\
+                 \"gains(3)\" = 100\npos = { is = \"encoder.angle\", format = \"(1,3,12)\" }\n\
+                 duty = { is = \"bridge.duty\", format = \"(1,0,11)\" }\n";
+    let path = scene(&dir, ("composite.vhd", COMPOSITE), "generics = { LAST = 3 }", ports);
+    let names = ["enc.a", "enc.b", "both", "told.mode", "told.sum", "told.count", "pos", "duty"];
+    let found = shown(&path, &[], names);
+    let [a, b, both, mode, sum, count, pos, duty] = &found;
+    assert!(mode.iter().all(|&word| word == 2), "the third literal");
+    assert!(sum.iter().all(|&word| word == 5 + 100 - 7), "of gains");
+    // The counter is 1 after the first edge. The vector's left index is its highest bit.
+    assert!(count.iter().zip(1..).all(|(&word, edge)| word == edge % 256), "{count:?}");
+    assert!(a.iter().zip(b).zip(both).all(|((a, b), both)| *both == u64::from(*a == 1 && *b == 0)));
+    assert!(both.contains(&1) && both.contains(&0), "the encoder has not moved");
+    // The angle has one bit more behind the point than the duty.
+    let signed = |word: u64, bits: u32| (word << (64 - bits)).cast_signed() >> (64 - bits);
+    for (pos, duty) in pos.iter().zip(duty) {
+        assert!((signed(*pos, 16) + 2 * signed(*duty, 12)).abs() <= 1, "{pos} {duty}");
+    }
+    assert!(signed(pos[EDGES - 2], 16) > 1000, "0.3 rad are 1229 steps of 2^-12");
+    assert_eq!(shown(&path, &["--set", "dut.engine=ghdl"], names), found, "GHDL");
+    let whole = scene(&dir, ("composite.vhd", COMPOSITE), "", &ports.replace("\"enc.a\"", "enc"));
+    let output = run(&["run", &whole]);
+    let told = "dut.ports.enc: port `enc` is connected by its words: enc.a (in, 1 bit), enc.b (in, 1 bit)";
+    assert_refused(&output, 4, &["composite.toml:", told]);
+}
+
+#[test]
+fn unpacked_arrays_of_systemverilog_are_connected_by_element() {
+    let dir = scratch("unpacked_ports");
+    let source = "module unpacked(input logic clk, rst, input logic signed [7:0] g [2:4], input logic a,
+      output logic [9:0] sum, output logic [7:0] last [0:1], output logic pwm);
+      assign sum = 10'(g[2]) + 10'(g[3]); assign last[0] = g[4]; assign last[1] = 8'd9; assign pwm = a; endmodule\n";
+    let ports = "\"g[2]\" = 5\n\"g[3]\" = 6\n\"g[4]\" = 7\na = \"encoder.a\"\npwm = \"bridge.pwm\"\n";
+    let path = scene(&dir, ("unpacked.sv", source), "", ports);
+    let value = json(&run(&["run", &path, "--json"]));
+    let range = |name: &str| {
+        let signal = value["signals"].as_array().expect("signals").iter().find(|signal| signal["name"] == name);
+        let signal = signal.unwrap_or_else(|| panic!("no {name} in {}", value["signals"]));
+        [&signal["min"], &signal["max"]].map(|end| end.as_f64().expect("a number"))
+    };
+    assert_eq!([range("sum"), range("last[0]"), range("last[1]")], [[11.0; 2], [7.0; 2], [9.0; 2]]);
+    let whole = scene(&dir, ("unpacked.sv", source), "", &ports.replace("\"g[2]\"", "g"));
+    let told = "dut.ports.g: port `g` is connected by its words: g[2] (in, 8 bits), g[3] (in, 8 bits)";
+    assert_refused(&run(&["run", &whole]), 4, &["unpacked.toml:", told]);
+}
+
+#[test]
+fn ports_that_no_word_is_are_refused_with_their_type() {
+    let dir = scratch("refused_ports");
+    let vhdl = |kind: &str| {
+        format!(
+            "library ieee; use ieee.std_logic_1164.all;
+            package kinds is type pointers is array (0 to 1, 0 to 1) of bit; end package;
+            library ieee; use ieee.std_logic_1164.all; use work.kinds.all;
+            entity kind is port (clk, rst, a : in std_logic; x : {kind}); end entity;
+            architecture rtl of kind is begin end architecture;"
+        )
+    };
+    let verilog = |kind: &str| format!("module kind(input clk, rst, a, {kind}); endmodule\n");
+    for (file, source, told) in [
+        ("kind.vhd", vhdl("inout std_logic"), "port `x` is inout std_logic; hpu takes in and out"),
+        ("kind.vhd", vhdl("in pointers"), "port `x` is of the type pointers; hpu takes bits"),
+        ("kind.vhd", vhdl("in real"), "port `x` is of the type real; hpu takes bits"),
+        ("kind.vhd", vhdl("in time"), "port `x` is of the type time; hpu takes bits"),
+        ("kind.sv", verilog("inout x"), "port `x` is inout; hpu takes in and out"),
+        ("kind.sv", verilog("input real x"), "port `x` is real; hpu takes in and out"),
+        ("kind.sv", verilog("input logic x [0:1][0:1]"), "port `x` is an array of arrays"),
+    ] {
+        let path = scene(&dir, (file, &source), "", "a = \"encoder.a\"\nx = \"encoder.b\"\n");
+        assert_refused(&run(&["run", &path]), 4, &["kind.toml:", &format!("dut.ports.x: {told}")]);
+    }
+}
