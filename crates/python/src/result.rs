@@ -131,8 +131,12 @@ impl Result {
     #[pyo3(signature = (path, *, progress = None))]
     fn save_wave(&self, py: Python, path: PathBuf, progress: Option<&Bound<PyAny>>) -> PyResult<()> {
         let begin: Begin = match path.extension().and_then(|ending| ending.to_str()) {
-            Some("fst") => |file, simulation| fst_aside(file, &answers::layout(simulation, false), simulation.clock()),
-            Some("vcd") => |file, simulation| vcd_aside(file, &answers::layout(simulation, false), simulation.clock()),
+            Some("fst") => |file, simulation| {
+                fst_aside(file, &answers::layout(simulation, false, &answers::Chosen::default()), simulation.clock())
+            },
+            Some("vcd") => |file, simulation| {
+                vcd_aside(file, &answers::layout(simulation, false, &answers::Chosen::default()), simulation.clock())
+            },
             _ => {
                 let said = format!("{}: the ending tells the format; accepted: .fst, .vcd", path.display());
                 return Err(ArgumentError::new_err(said));

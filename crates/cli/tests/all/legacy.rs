@@ -18,7 +18,8 @@ fn scene(dir: &Path, files: &str, top: &str, ports: &str, more: &str) -> String 
     let toml = format!(
         "about = \"found\"\n[device]\nkind = \"motor\"\nmotor = \"vasudevan_2007\"\n[clock]\nfrequency = \"1 MHz\"\n\
          [dut]\nfiles = [{files}]\ntop = \"{top}\"\nclock = \"clk\"\nreset = {{ port = \"rst\" }}\n{more}\n\
-         [dut.ports]\n{ports}\n[hand]\nkind = \"prescribed\"\npath = [[0, 0], [0.0001, 0.3]]\n[run]\nduration = \"{EDGES} us\"\n"
+         [dut.ports]\n{ports}\n[hand]\nkind = \"prescribed\"\npath = [[0, 0], [0.0001, 0.3]]\n\
+         [run]\nduration = \"{EDGES} us\"\n"
     );
     fs::write(&path, toml).expect("a scene");
     text(&path).to_string()
@@ -45,12 +46,13 @@ fn shown(dir: &Path, scene: &str, ports: &[&str]) -> (String, Vec<Vec<u64>>) {
 fn by_icarus(dir: &Path, top: &str, (a, b): (&[u64], &[u64])) -> Vec<String> {
     let mut steps = String::new();
     for (a, b) in a.iter().zip(b) {
-        let _ = writeln!(steps, "a = {a}; b = {b}; clk = 1; #500 clk = 0; #499.999 $display(\"HPU %b\", out); #0.001;");
+        let _ = writeln!(steps, "a = {a}; b = {b}; #500 clk = 1; #499.999 $display(\"HPU %b\", out); #0.001 clk = 0;");
     }
     let bench = format!(
-        "`timescale 1ns / 1ps\nmodule bench;\nreg clk = 0, rst = 1, a = 0, b = 0;\nwire [15:0] out;\n\
+        "`timescale 1ns / 1ps\nmodule bench;\nreg clk = 0, rst = 0, a = 0, b = 0;\nwire [15:0] out;\n\
          {top} dut (.clk(clk), .rst(rst), .a(a), .b(b), .missing(1'b0), .out(out));\ninitial begin\n\
-         #500 repeat (4) begin clk = 1; #500 clk = 0; #500; end\nrst = 0;\n{steps}$finish;\nend\nendmodule\n"
+         #500 rst = 1; #500 repeat (4) begin clk = 1; #500 clk = 0; #500; end\nrst = 0; #500\n\
+         {steps}$finish;\nend\nendmodule\n"
     );
     fs::write(dir.join("bench.v"), bench).expect("a bench");
     let icarus = |program: &str, arguments: &[&str]| {
@@ -134,7 +136,10 @@ fn legacy_verilog_does_what_icarus_does_and_its_short_delays_are_told() {
     let said = agrees((&dir, &dir.join("rtl")), &scene, "legacy", 12);
     assert!(said.contains("note: rtl/legacy.v:15: `#1` and ") && said.contains("left out"), "{said}");
     let missing = run(&["run", &scene, "--set", "dut.ports.missing=1"]);
-    assert_refused(&missing, 1, &["the design reads `nowhere.hex` ($readmem)", "no such file"]);
+    assert_eq!(code(&missing), 1, "{}", stderr(&missing));
+    for words in ["error: ", "the design reads `nowhere.hex` ($readmem), and no such file is beside its files"] {
+        assert!(stderr(&missing).contains(words), "{}", stderr(&missing));
+    }
     // The header and the data are part of the design.
     write("data/wave.mem", "1 1 1 0 1 1 1 0 0 1 0 1 1 0 0 1\n");
     let again = run(&["run", &scene, "--set", "run.duration=1 us", "--no-dut"]);

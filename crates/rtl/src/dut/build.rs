@@ -1,21 +1,18 @@
 //! Folders of built models. The name of a folder is the SHA-256 of everything that the model is built from. A folder is
 //! [sealed](crate::engines::sealed), so that no model runs and no cost is believed that is not as it was made.
 
-use std::collections::{BTreeMap, BTreeSet};
-use std::ffi::OsStr;
-use std::fmt;
+use std::collections::BTreeMap;
 use std::fs;
 use std::io;
-use std::ops::Deref;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use hpu_cosim::scene::{Dut, DutReset, DutScene, SourceFile};
-use hpu_cosim::script::{Fits, Yosys};
+use hpu_cosim::scene::{Dut, DutReset, DutScene};
 use hpu_signal::Clock;
 use sha2::{Digest, Sha256};
 
+use super::files::plain_names;
 use super::text::delay::Delay;
 use super::{Names, Prepared, Simulators};
 use crate::engines::entry::hexadecimal;
@@ -166,73 +163,6 @@ fn key(Model { dut, clock, settle, .. }: &Model, tools: &str) -> String {
         field(&file.content);
     }
     hexadecimal(hash.finalize())
-}
-
-/// Returns the name of a file without its folders.
-pub(super) fn base(name: &str) -> &str {
-    name.rsplit('/').next().unwrap_or(name)
-}
-
-/// The name of a design's file in the folder of its tools: letters, digits, `_`, `-`, `+` and dots behind a letter, a
-/// digit or `_`. So no tool and no script reads the name as an option or as code.
-#[derive(Clone, PartialEq, Eq, Debug)]
-pub(super) struct PlainName(String);
-
-impl PlainName {
-    /// Returns the name of a file that hpu itself writes.
-    pub(super) fn fixed(name: &'static str) -> Self {
-        Self(name.to_string())
-    }
-
-    /// Returns a name without other characters than those of plain names.
-    fn of(name: &str) -> Self {
-        let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-+.".contains(c);
-        let mut plain: String = name.chars().map(|c| if is_plain(c) { c } else { '_' }).collect();
-        if plain.starts_with(['-', '+', '.']) {
-            plain.insert(0, '_');
-        }
-        Self(plain)
-    }
-}
-
-impl Deref for PlainName {
-    type Target = str;
-
-    fn deref(&self) -> &str {
-        &self.0
-    }
-}
-
-impl AsRef<OsStr> for PlainName {
-    fn as_ref(&self) -> &OsStr {
-        self.0.as_ref()
-    }
-}
-
-impl fmt::Display for PlainName {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str(&self.0)
-    }
-}
-
-impl Fits<Yosys> for PlainName {}
-
-/// Returns the plain name of each file of a design beside its own one, in their order. Both are the same where the own
-/// name is plain.
-pub(super) fn plain_names(dut: &Dut) -> Vec<(PlainName, &str)> {
-    let own: BTreeSet<&str> = dut.files.iter().map(|(name, _)| base(name)).collect();
-    let mut given = BTreeSet::new();
-    let named = |(name, _): &SourceFile| {
-        let name = base(name);
-        let mut plain = PlainName::of(name);
-        while *plain != *name && (own.contains(&*plain) || given.contains(&plain.0)) {
-            plain.0.insert(0, '_');
-        }
-        given.insert(plain.0.clone());
-        plain
-    };
-    let names: Vec<_> = dut.files.iter().map(named).collect();
-    names.into_iter().zip(dut.files.iter().map(|(name, _)| base(name))).collect()
 }
 
 /// Writes the design's files into a folder: under their own names, by which they include each other, and under the

@@ -10,8 +10,9 @@ use hpu_cosim::scene::{Dut, Identifier, Standard};
 use hpu_signal::Format;
 use hpu_vhpi::{ASK, INSIDE, LIST};
 
-use super::build::{Model, PlainName, carries_clock, common_cycle, plain_names, write, write_files};
+use super::build::{Model, carries_clock, common_cycle, write, write_files};
 use super::declared::{self, Declared, Kind};
+use super::files::{PlainName, plain_names};
 use super::process::{ANSWER, Process};
 use super::said::{Ears, Form};
 use super::vhdl::{Interface, Item, Types, entities, interface, value};

@@ -256,9 +256,10 @@ struct Model {
     context->randSeed(seed);
     top = std::make_unique<Vdut>(context.get(), "top");
   }
-  // Simulates a design with delays up to the begin of a half cycle. The first one begins before all clocks rise.
+  // Simulates a design with delays up to the begin of a half cycle. As in the bench of GHDL, the clocks rise for the
+  // first time after a whole cycle, and rest for another one where the reset ends.
   void wait(uint64_t half) {
-    unsigned __int128 time = half - (COMMON - 1);
+    unsigned __int128 time = half + rested - (COMMON - 2);
     for (int digit = context->timeprecision(); digit < 0; ++digit) time *= 10;
     const uint64_t end = static_cast<uint64_t>(time / (2 * FREQUENCY));
     while (top->eventsPending() && top->nextTimeSlot() < end) {
@@ -293,6 +294,8 @@ struct Model {
     else context->timeInc(2);
   }
   Voice* own;
+  // The halves for which the clocks have rested.
+  uint64_t rested = 0;
   std::unique_ptr<VerilatedContext> context = std::make_unique<VerilatedContext>();
   std::unique_ptr<Vdut> top;
 };
@@ -309,11 +312,14 @@ void start(Model& one, const Bits& bits) {
   levels(*one.top, COMMON - 1);
   reset(*one.top, false);
   one.top->eval();
+  if (TIMED) one.wait(COMMON - 1);
   reset(*one.top, true);
   one.top->eval();
   for (uint64_t half = COMMON; half <= BEGIN; half += 2) one.cycle(bits, false, half);
   levels(*one.top, BEGIN + 1);
   one.top->eval();
+  if (TIMED) one.wait(BEGIN + 2);
+  one.rested = 2;
   reset(*one.top, false);
   one.top->eval();
 }

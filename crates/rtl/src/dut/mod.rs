@@ -13,10 +13,10 @@ mod build;
 mod cost;
 mod declared;
 mod fallback;
+mod files;
 mod flattened;
 mod ghdl;
 mod icarus;
-mod order;
 mod process;
 mod said;
 mod text;
@@ -38,6 +38,7 @@ use crate::engines::tool::{Tool, ToolError};
 
 pub(crate) use build::Model;
 pub use cost::DutCost;
+pub(crate) use files::refuses;
 pub(crate) use ghdl::{bench, bridge, simulate};
 pub(crate) use process::{ANSWER, Process};
 use text::delay::{first, left_out};
@@ -100,18 +101,13 @@ pub fn at(error: Error, scene: &DutScene) -> Fault {
     scene.error(key, why.clone()).into()
 }
 
-/// Returns the error of a tool that refuses a design.
-pub(crate) fn refuses(tool: Tool, dut: &Dut, said: impl Into<String>) -> Error {
-    Error::refused(format!("{} refuses `{}`", tool.name(), dut.top), said)
-}
-
 /// Returns the error of a tool that worked on a design: the tool refused the design, or failed by itself. Files have
 /// their own names in it.
 pub(crate) fn of_tool(dut: &Dut, error: ToolError) -> Error {
     if !error.refused() {
         return error.into();
     }
-    let said = build::plain_names(dut).iter().fold(error.said, |said, (plain, own)| said.replace(&**plain, own));
+    let said = files::plain_names(dut).iter().fold(error.said, |said, (plain, own)| said.replace(&**plain, own));
     let said = dut.beside.iter().fold(said, |said, file| said.replace(&file.place, &file.path));
     refuses(error.tool, dut, text::verilog::with_places(&said))
 }
@@ -238,7 +234,7 @@ impl Simulators {
     /// of its generics, and with a port for each word.
     pub(crate) fn prepared(&self, dut: &Dut) -> Result<Prepared, Error> {
         if !is_vhdl(&dut.files) {
-            return Ok(Prepared { dut: order::of_verilog(dut)?, names: Names::default() });
+            return Ok(Prepared { dut: files::order::of_verilog(dut)?, names: Names::default() });
         }
         let mut dut = vhdl::prepared(dut)?;
         let names = self.flattened(&mut dut)?;

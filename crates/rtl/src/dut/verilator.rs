@@ -13,8 +13,9 @@ use hpu_cosim::scene::{Dut, Generic, Identifier, Registers};
 use hpu_cosim::script::{Script, Verilog};
 use hpu_signal::{Clock, Format};
 
-use super::build::{Built, Model, PROGRAM, PlainName, carries_clock, common_cycle, plain_names, write, write_files};
+use super::build::{Built, Model, PROGRAM, carries_clock, common_cycle, write, write_files};
 use super::declared::{self, Declared, Kind};
+use super::files::{PlainName, plain_names};
 use super::process::{ANSWER, Process, UNSET};
 use super::said::{Ears, Form, errors, fatal, told, with_reports_asserted, without};
 use super::text::delay::{first, left_out};

@@ -351,7 +351,8 @@ impl NetComparison {
         let pairs = all.iter().map(|pair| format!("{}={}", pair.port.name, pair.net.name));
         let pairs = pairs.collect::<Vec<_>>().join(" ");
         let mut page = Page::default();
-        page.line("compared", format!("{} edges beside {}, {said}: {pairs}", self.edges, self.beside));
+        let late = if *latency == 0 { String::new() } else { format!(" with --latency {latency}") };
+        page.line("compared", format!("{} edges beside {}{late}, {said}: {pairs}", self.edges, self.beside));
         page.data("beside", &self.beside).data("edges", self.edges).data("mismatches", self.mismatches);
         page.data("latency_edges", *latency).data("offset_edges", self.offset());
         for (pair, (mismatches, offset)) in all.iter().zip(&self.each) {

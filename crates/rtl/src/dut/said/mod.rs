@@ -18,7 +18,7 @@ use hpu_cosim::dut::{End, Heard, Said, Severity};
 use hpu_cosim::printable;
 use hpu_cosim::scene::Dut;
 
-use super::build::plain_names;
+use super::files::plain_names;
 
 /// The most bytes of a line that are read; the rest is left out.
 pub(super) const LONGEST: usize = 4096;
@@ -135,11 +135,11 @@ impl Ears {
     }
 }
 
-/// Returns the clock edge of a time: 0 up to the end of the reset. The first edge rises after half a cycle.
+/// Returns the clock edge of a time: 0 before the first one after the reset. The clock of the bench rises at whole
+/// cycles: `settle` times while the reset is active, and after the cycle in which it ends for the first edge.
 fn edge(fs: u128, half_fs: u64, settle: u64) -> u64 {
-    let half = u128::from(half_fs.max(1));
-    let rises = (fs + half) / (2 * half);
-    u64::try_from(rises.saturating_sub(settle.into())).unwrap_or(u64::MAX)
+    let rises = fs / (2 * u128::from(half_fs.max(1)));
+    u64::try_from(rises.saturating_sub(u128::from(settle) + 1)).unwrap_or(u64::MAX)
 }
 
 /// Reads a message of GHDL's: its place, its time in femtoseconds, its severity and its text.
@@ -193,10 +193,10 @@ mod tests {
         let mut ears = ears(Form::Ghdl { half_fs: 500_000_000, settle: 2 });
         for line in [
             "t.vhd:18:2:@0ms:(assertion error): too narrow",
-            "t.vhd:5:46:@1500ns:(assertion error): in the reset",
-            "t.vhd:5:46:@2500ns:(assertion error): first",
-            "_a_b.vhd:9:1:@3499999ps:(report warning): not yet: the second",
-            "t.vhd:5:46:@3500ns:(assertion error): second",
+            "t.vhd:5:46:@2us:(assertion error): in the reset",
+            "t.vhd:5:46:@4us:(assertion error): first",
+            "_a_b.vhd:9:1:@4999999ps:(report warning): not yet: the second",
+            "t.vhd:5:46:@5us:(assertion error): second",
             "some text",
             "t.vhd:6:1:@1sec:(assertion failure): over",
             "ghdl:error: assertion failed",
@@ -205,17 +205,17 @@ mod tests {
         }
         let heard = &ears.heard;
         let failures: Vec<_> = heard.failures.iter().map(|f| (f.first.edge, &*f.first.text, f.times)).collect();
-        assert_eq!(failures, [(0, "too narrow", 1), (0, "in the reset", 3), (999_998, "over", 1)]);
+        assert_eq!(failures, [(0, "too narrow", 1), (0, "in the reset", 3), (999_997, "over", 1)]);
         assert!(heard.messages.contains(&(Some(1), "warning: a b.vhd:9: not yet: the second".into())));
         assert!(heard.messages.contains(&(None, "some text".into())));
         let end = heard.end.as_ref().expect("an end");
-        assert_eq!((end.edge, end.by, end.place.clone()), (999_998, "severity failure", Some(("t.vhd".into(), 6))));
+        assert_eq!((end.edge, end.by, end.place.clone()), (999_997, "severity failure", Some(("t.vhd".into(), 6))));
     }
 
     #[test]
     fn finish_of_vhdl_ends_the_run_and_is_no_failure() {
         let mut ears = ears(Form::Ghdl { half_fs: 500_000_000, settle: 0 });
-        ears.line("simulation finished @9500ns with status 3");
+        ears.line("simulation finished @11us with status 3");
         assert_eq!(ears.heard.end, Some(End { edge: 10, by: "std.env.finish", place: None }));
         assert_eq!(ears.heard.failed(), 0);
     }

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use hpu_cosim::dut::Severity;
 use hpu_cosim::scene::Dut;
 
-use crate::dut::build::plain_names;
+use crate::dut::files::plain_names;
 
 /// A message with its severity: its place, and its text.
 pub(super) type Tagged<'t> = (Severity, (&'t str, u32), &'t str);

@@ -187,7 +187,7 @@ pub(in crate::dut) fn told(verilog: &str, said: &str, files: &BTreeMap<String, S
             continue;
         }
         let fatal = lines[at].trim_start().starts_with("$fatal(1, ") && at >= 2;
-        let Some(net) = fatal.then(|| net(&lines[at - 1])).flatten() else { return None };
+        let net = fatal.then(|| net(&lines[at - 1])).flatten()?;
         let place = at.checked_sub(3).and_then(|at| comment(&lines[at])).unwrap_or(("", 0, 0));
         let mark = format!("{MARK}{};", messages.len());
         messages.push(message(place, files));

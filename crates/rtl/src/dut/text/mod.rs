@@ -11,8 +11,8 @@ fn bare(text: &str) -> String {
     while let Some(c) = rest.chars().next() {
         let hidden = if rest.starts_with("//") {
             rest.find('\n').unwrap_or(rest.len())
-        } else if rest.starts_with("/*") {
-            rest[2..].find("*/").map_or(rest.len(), |end| end + 4)
+        } else if let Some(comment) = rest.strip_prefix("/*") {
+            comment.find("*/").map_or(rest.len(), |end| end + 4)
         } else if c == '"' {
             let mut is_escaped = false;
             let ends = |c: char| {

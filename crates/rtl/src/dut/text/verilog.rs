@@ -4,7 +4,7 @@ use hpu_cosim::scene::Dut;
 
 use super::delay::{Delay, time_s};
 use super::{bare, words};
-use crate::dut::build::plain_names;
+use crate::dut::files::plain_names;
 
 /// The unit of a delay where no `timescale` is in force, in seconds: what nearly every design means. Simulators differ
 /// in it, from 1 ps to 1 s.
@@ -55,8 +55,8 @@ pub(in crate::dut) fn with_places(said: &str) -> String {
         let is_list = line.trim() == "... Looked in:";
         is_place = is_list || is_place && line.starts_with("             ");
         if is_list {
-            text += "        ... Looked in the folder of this file, of the design's other files, and of the scene; put it \
-                     there, or name it in dut.files\n";
+            text += "        ... Looked in the folder of this file, of the design's other files, and of the scene; \
+                     put it there, or name it in dut.files\n";
         } else if !is_place {
             text += line;
             text += "\n";

@@ -8,7 +8,7 @@ use hpu_cosim::script::{Script, Vhdl};
 use super::interface::{Interface, of_text};
 use super::text::plain;
 use super::types::{Type, Types};
-use crate::dut::refuses;
+use crate::dut::files::refuses;
 use crate::engines::error::Error;
 use crate::engines::tool::Tool;
 

@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use hpu_cosim::scene::{Dut, Identifier, Language};
 
 use super::text::{Token, tokens};
-use crate::dut::build::base;
-use crate::dut::order::{Use, ordered};
+use crate::dut::files::base;
+use crate::dut::files::order::{Use, ordered};
 use crate::engines::error::Error;
 
 /// The units of a file. Names are in lower case.

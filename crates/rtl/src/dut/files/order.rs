@@ -4,18 +4,18 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use hpu_cosim::scene::Dut;
 
-use super::build::base;
+use super::base;
 use crate::engines::error::Error;
 
 /// A use of a file: the index of the used file, and the name of what is used there.
-pub(super) type Use = (usize, String);
+pub(in crate::dut) type Use = (usize, String);
 
 /// Returns the order of files that use each other: that in which they stand, as far as the uses allow.
 ///
 /// # Errors
 ///
 /// When files use each other in a circle.
-pub(super) fn ordered(dut: &Dut, uses: &[BTreeSet<Use>]) -> Result<Vec<usize>, Error> {
+pub(in crate::dut) fn ordered(dut: &Dut, uses: &[BTreeSet<Use>]) -> Result<Vec<usize>, Error> {
     let mut order = Vec::new();
     while order.len() < uses.len() {
         let waits = |file: usize| uses[file].iter().find(|(other, _)| *other != file && !order.contains(other));
@@ -50,7 +50,7 @@ fn circle<'u>(dut: &Dut, first: usize, waits: impl Fn(usize) -> Option<&'u Use>)
 /// # Errors
 ///
 /// When files use each other's packages in a circle.
-pub(super) fn of_verilog(dut: &Dut) -> Result<Dut, Error> {
+pub(in crate::dut) fn of_verilog(dut: &Dut) -> Result<Dut, Error> {
     let texts: Vec<_> = dut.files.iter().map(|(_, content)| String::from_utf8_lossy(content)).collect();
     let words: Vec<Vec<&str>> = texts.iter().map(|text| words(text)).collect();
     let mut packages = BTreeMap::new();
