@@ -372,7 +372,7 @@ fn shards_that_are_killed_at_any_instant_end_with_the_same_bytes_and_no_poison()
         child.args(["sweep", "shard", text(&out), "--index", "0", "--quiet"]).stdout(Stdio::null());
         let mut child = child.spawn().expect("starts");
         // Longer each time, also on a busy machine: five kills in a row at the same point would make it poison.
-        sleep(Duration::from_millis(60 + 20 * step));
+        sleep(Duration::from_millis(60 + 10 * step + 4 * step * step));
         if child.try_wait().expect("a process").is_some() {
             break;
         }
