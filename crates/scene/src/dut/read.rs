@@ -185,7 +185,8 @@ fn named(s: &Section, key: &str, language: Language) -> Result<Identifier, Scene
     Identifier::new(language, key).ok_or_else(|| s.key_error(key, no_identifier(key, language)))
 }
 
-/// Returns the name of a port, or of a word in a port: identifiers with dots and indices, as in `enc.a` or `gains(2).x`.
+/// Returns the name of a port, or of a word in a port: identifiers with dots and indices, as in `enc.a` or
+/// `gains(2).x`.
 fn word(s: &Section, key: &str, name: &str, language: Language) -> Result<String, SceneError> {
     // An extended identifier may have dots and brackets of its own.
     let is_identifier = |name: &str| Identifier::new(language, name).is_some();

@@ -124,7 +124,8 @@ impl Around {
         Ok(is_needed.then_some(Self { file, interface, shapes }))
     }
 
-    /// Returns the text of an entity whose synthesis tells the bounds of the arrays in the ports; `None` without arrays.
+    /// Returns the text of an entity whose synthesis tells the bounds of the arrays in the ports; `None` without
+    /// arrays.
     pub(in crate::dut) fn probe(&self) -> Option<String> {
         let (mut paths, mut signals) = (Vec::new(), String::new());
         for (index, (port, shape)) in self.interface.ports.iter().zip(&self.shapes).enumerate() {
