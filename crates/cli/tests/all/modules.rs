@@ -106,6 +106,10 @@ impl Module {
                     module.import(&tokens[at + 1..end], &[]);
                     at = end;
                 }
+                // The place in `pub(in crate::a)` is who may use it, not what it uses.
+                "in" if at > 1 && tokens[at - 2..at] == ["pub", "("] => {
+                    at += tokens[at..].iter().position(|token| token == ")").expect("a visibility ends");
+                }
                 "fn" | "struct" | "enum" | "trait" | "type" | "const" | "static" | "union" => {
                     module.defined.insert(next.to_string());
                 }
