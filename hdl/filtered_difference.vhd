@@ -2,17 +2,20 @@
 --
 -- At a sample edge:
 --   d        := (position - previous) mod 2^WIDTH, read as two's complement
---   velocity := velocity + floor((d * 2^OUT_FRAC - velocity) / 2^SHIFT)
+--   velocity := velocity + rounded((d * 2^OUT_FRAC - velocity) / 2^SHIFT)
 --   previous := position
 --
 -- A low pass with alpha = 2^-SHIFT, by a shift: its time constant is about
--- 2^SHIFT - 1/2 sample periods. The floor leaves a standing velocity up to
--- 2^SHIFT - 1 LSB below the steady d.
+-- 2^SHIFT - 1/2 sample periods. Truncation, a floor, leaves a standing velocity up
+-- to 2^SHIFT - 1 LSB below the steady d; a rounding to the nearest leaves it at most
+-- half of that beside it.
 --
 -- generics WIDTH         bits of the position
 --          PERIOD_WIDTH  bits of the period, 2 to 30
 --          SHIFT         alpha is 2^-SHIFT; 0 does not filter
 --          OUT_FRAC      fraction bits of the velocity
+--          ROUNDING      how a step of the velocity is rounded, of rounding_pkg; 0
+--                        truncates, towards -infinity
 -- in       position (0,WIDTH,0)
 --          period   (0,PERIOD_WIDTH,0)   sample period in clocks, 0 acts as 1
 -- out      velocity (1,WIDTH-1,OUT_FRAC) counts per sample
@@ -27,13 +30,15 @@
 library ieee;
 use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
+use work.rounding_pkg.all;
 
 entity filtered_difference is
   generic (
     WIDTH        : positive := 12;
     PERIOD_WIDTH : positive range 2 to 30 := 24;
     SHIFT        : natural  := 3;
-    OUT_FRAC     : natural  := 8
+    OUT_FRAC     : natural  := 8;
+    ROUNDING     : rounding_mode := TRUNCATE
   );
   port (
     clk      : in  std_logic;
@@ -58,13 +63,16 @@ begin
     -- One bit more than a velocity, for the difference of two.
     variable state     : signed(OUT_WIDTH downto 0);
     variable target    : signed(OUT_WIDTH downto 0);
+    -- One bit more, for what a rounding adds.
+    variable way       : signed(OUT_WIDTH + 1 downto 0);
   begin
     if rising_edge(clk) then
       if countdown = 0 then
         d        := signed(unsigned(position) - previous);
         previous := unsigned(position);
         target   := shift_left(resize(d, OUT_WIDTH + 1), OUT_FRAC);
-        state    := state + shift_right(target - state, SHIFT);
+        way      := resize(target - state, OUT_WIDTH + 2);
+        state    := state + resize(rounded(way, SHIFT, ROUNDING), OUT_WIDTH + 1);
         velocity <= std_logic_vector(state(OUT_WIDTH - 1 downto 0));
 
         countdown := maximum(to_integer(unsigned(period)), 1) - 1;

@@ -1,7 +1,7 @@
 -- input_shaper : the digital twin of the analog input shaper, one-directional
 --
 -- With u the torque sampled and held, and h = biquad(u), sampled at the same edges:
---   shaped = max(0, floor(u - max(0, h)))       ENABLED
+--   shaped = max(0, rounded(u - max(0, h)))     ENABLED
 --   shaped = torque                             otherwise, without a register
 --
 -- The shaper takes from the torque what the filter, a high pass, finds in it, but
@@ -17,6 +17,8 @@
 --          PHASE              edges after reset before the first sample edge, at
 --                             most 4095
 --          B0, B1, B2, A1, A2 coefficients of the filter, words of (1,1,30)
+--          ROUNDING           how shaped is rounded, of rounding_pkg; 0 truncates,
+--                             down
 -- in       torque (1,TORQUE_WIDTH+1,0)
 --          period (0,PERIOD_WIDTH,0)   sample period in clocks, 0 acts as 1
 -- out      shaped (1,TORQUE_WIDTH+1,0)
@@ -32,6 +34,7 @@
 library ieee;
 use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
+use work.rounding_pkg.all;
 
 entity input_shaper is
   generic (
@@ -43,7 +46,8 @@ entity input_shaper is
     B1           : integer  := 0;
     B2           : integer  := 0;
     A1           : integer  := 0;
-    A2           : integer  := 0
+    A2           : integer  := 0;
+    ROUNDING     : rounding_mode := TRUNCATE
   );
   port (
     clk    : in  std_logic;
@@ -139,9 +143,10 @@ begin
     begin
       taken := resize(signed(h and not h(h'high)), taken'length);
       rest  := shift_left(resize(signed(u), rest'length), FRAC) - taken;
+      rest  := signed(std_logic_vector(rest) and not rest(rest'high));
+      rest  := rounded(rest, FRAC, ROUNDING);
 
-      shaped <= std_logic_vector(rest(FRAC + WORD_WIDTH - 1 downto FRAC))
-                and not rest(rest'high);
+      shaped <= std_logic_vector(rest(WORD_WIDTH - 1 downto 0));
     end process;
 
   end generate;

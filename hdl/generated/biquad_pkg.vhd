@@ -19,6 +19,7 @@ package biquad_pkg is
   constant A1 : integer := 0;
   constant A2 : integer := 0;
   constant PERIOD_WIDTH : integer := 24;
+  constant ROUNDING : integer := 2;
 
   -- x (1,12,4) [1] Input
   constant X_BITS : positive := 17;

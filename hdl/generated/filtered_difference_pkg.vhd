@@ -11,6 +11,7 @@ package filtered_difference_pkg is
   constant PERIOD_WIDTH : integer := 24;
   constant SHIFT : integer := 3;
   constant OUT_FRAC : integer := 8;
+  constant ROUNDING : integer := 0;
 
   -- position (0,12,0) [count] Position, modulo its width
   constant POSITION_BITS : positive := 12;

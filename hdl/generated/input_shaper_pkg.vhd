@@ -16,6 +16,7 @@ package input_shaper_pkg is
   constant B2 : integer := 0;
   constant A1 : integer := 0;
   constant A2 : integer := 0;
+  constant ROUNDING : integer := 0;
 
   -- torque (1,13,0) [PWM count] Torque against the penetration
   constant TORQUE_BITS : positive := 14;

@@ -14,6 +14,7 @@ package truncating_multiplier_pkg is
   constant DROP_LOWER : integer := 0;
   constant OUT_WIDTH : integer := 12;
   constant SATURATE : boolean := true;
+  constant ROUNDING : integer := 0;
 
   -- a (0,12,0) [1] First factor
   constant A_BITS : positive := 12;

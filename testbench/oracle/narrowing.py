@@ -1,7 +1,8 @@
 """narrowing.py NARROW [SEED]: holds the rounding and overflow of hpu's words against APyTypes.
 
-NARROW is the example `narrow` of crates/signal. Random operations (cast, add, multiply) on random formats of 1 to 64
-bits, signed and unsigned, in every rounding and overflow that hpu has. An exact value has up to 127 bits and a sign.
+NARROW is the example `narrow` of crates/signal. First every word of up to 6 bits into every narrower format, in every
+rounding and overflow that hpu has; then random operations (cast, add, multiply) on random formats of 1 to 64
+bits, signed and unsigned, in all of these modes. An exact value has up to 127 bits and a sign.
 APyTypes has no unsigned words: an unsigned operand gets one more bit; a result that wraps into an unsigned word is the
 bit pattern of the signed one; one that saturates there is rounded by APyTypes and clamped here, and counted apart.
 Every exact value is given more than 64 bits before it is narrowed: within 64, APyTypes 0.5.1 loses what its own steps
@@ -127,6 +128,18 @@ def expected(operation, a, b, to, rounding, overflow, rows):
     ]
 
 
+def narrower(rounding, overflow):
+    """A cast of every word of each format of up to 6 bits into each that has no more bits on either side."""
+    frac = 3
+    for sign, bits in itertools.product((0, 1), range(1, 7)):
+        a = sign, bits - sign - frac, frac
+        low, high = low_high(a)
+        for to_sign, to_frac, to_int in itertools.product((0, 1), range(frac - 6, frac + 1), range(-6, a[1] + 1)):
+            if to_sign + to_frac + to_int >= 1:
+                rows = [(word, 0) for word in range(low, high + 1)]
+                yield "cast", a, (0, 1, 0), (to_sign, to_int, to_frac), rounding, overflow, rows
+
+
 def answered(narrow, groups):
     """What hpu answers to each row of the groups."""
     text = []
@@ -145,16 +158,16 @@ def main(narrow, seed=1):
     source = random.Random(int(seed))
     counts = Counter()
     # What differs at the beginning is told before the rest is made.
-    for operation, rounding, overflow in itertools.product(OPERATIONS, ROUNDINGS, OVERFLOWS):
-        groups = []
-        for group in range(GROUPS):
+    for operation, rounding, overflow in itertools.product(("narrow", *OPERATIONS), ROUNDINGS, OVERFLOWS):
+        groups = list(narrower(rounding, overflow)) if operation == "narrow" else []
+        for group in range(GROUPS if operation != "narrow" else 0):
             widest = operation == "multiply" and group == 0
             a, b, to = WIDEST if widest else formats(source, operation)
             rows = list(zip(operands(source, a), operands(source, b), strict=True))
             groups.append((operation, a, b, to, rounding, overflow, rows))
         answers = iter(answered(narrow, groups))
-        for _, a, b, to, _, _, rows in groups:
-            for row, told in zip(rows, expected(operation, a, b, to, rounding, overflow, rows), strict=True):
+        for made, a, b, to, _, _, rows in groups:
+            for row, told in zip(rows, expected(made, a, b, to, rounding, overflow, rows), strict=True):
                 answer = tuple(map(int, next(answers).split()))
                 *told, tie = told
                 if answer != tuple(told):
@@ -164,13 +177,14 @@ def main(narrow, seed=1):
                 counts["rounded"] += told[1]
                 counts["overflowed"] += told[2]
                 counts["ties"] += tie
-            counts[operation] += ROWS
-            counts["products beyond 64 bits"] += ROWS * (operation == "multiply" and width(a) + width(b) > 64)
-            counts["clamped here"] += ROWS * (not to[0] and overflow == "Saturate")
+            counts[operation] += len(rows)
+            counts["products beyond 64 bits"] += len(rows) * (operation == "multiply" and width(a) + width(b) > 64)
+            counts["clamped here"] += len(rows) * (not to[0] and overflow == "Saturate")
         assert next(answers, None) is None, "more answers than operations"
-    operations = [f"{counts[operation]} {operation}" for operation in OPERATIONS]
-    others = [f"{count} {what}" for what, count in counts.items() if what not in OPERATIONS]
-    total = sum(counts[operation] for operation in OPERATIONS)
+    known = ("narrow", *OPERATIONS)
+    operations = [f"{counts[operation]} {operation}" for operation in known]
+    others = [f"{count} {what}" for what, count in counts.items() if what not in known]
+    total = sum(counts[operation] for operation in known)
     print(f"{total} operations agree with APyTypes ({', '.join(operations)}):\n  {', '.join(others)}")
     return 0
 

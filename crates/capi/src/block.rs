@@ -1,7 +1,7 @@
 //! A block of the datapath as a golden model.
 
-use hpu_cosim::did_you_mean;
-use hpu_datapath::{AnyBlock, Generic, block_names, configured};
+use hpu_cosim::named_block;
+use hpu_datapath::AnyBlock;
 use hpu_signal::Signal;
 
 use crate::error::{Error, Status};
@@ -23,22 +23,7 @@ impl Block {
     ///
     /// [`Status::Refused`] when there is no such block or generic, or no configuration with these values.
     pub fn new(name: &str, generics: &[(String, String)]) -> Result<Self, Error> {
-        let refused = |text: String| Error::new(Status::Refused, text);
-        let mut set = Vec::new();
-        for (generic, text) in generics {
-            let value = match (text.as_str(), text.parse()) {
-                ("true", _) => Generic::Boolean(true),
-                ("false", _) => Generic::Boolean(false),
-                (_, Ok(value)) => Generic::Integer(value),
-                _ => return Err(refused(format!("{generic} is {text}; accepted: a whole number, or true or false"))),
-            };
-            set.push((generic.as_str(), value));
-        }
-        let made = configured(name, &set).ok_or_else(|| {
-            let all = block_names();
-            refused(format!("no block `{name}`; there are {}{}", all.join(", "), did_you_mean(name, all)))
-        })?;
-        let mut block = made.map_err(|error| refused(error.to_string()))?;
+        let mut block = named_block(name, generics).map_err(|text| Error::new(Status::Refused, text))?;
         block.reset();
         Ok(Self { inputs: block.inputs(), outputs: block.outputs(), block })
     }

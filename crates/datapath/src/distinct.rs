@@ -3,8 +3,10 @@
 //!
 //! Blocks whose listed configurations do so are left out. Only proofs use these; no vectors are written for them.
 
+use hpu_signal::Rounding;
+
 use crate::catalogue::{configured, variants_of};
-use crate::{AnyBlock, Generic};
+use crate::{AnyBlock, Generic, ROUNDING};
 
 /// The label of these configurations.
 const LABEL: &str = "all_distinct";
@@ -15,7 +17,7 @@ const DISTINCT: &[(&str, &str)] = &[
     (
         "biquad",
         "IN_INT=4 IN_FRAC=2 OUT_INT=3 OUT_FRAC=0 COEF_INT=1 COEF_FRAC=8 B0=5 B1=-7 B2=-1 A1=-13 A2=6 \
-         PERIOD_WIDTH=7",
+         PERIOD_WIDTH=9 ROUNDING=7",
     ),
     (
         "hybrid_loop",
@@ -189,8 +191,19 @@ const DISTINCT: &[(&str, &str)] = &[
     ),
 ];
 
+/// Small configurations in which every rounding is proved. The multiplier's are among its listed ones.
+const ROUNDED: &[(&str, &str)] = &[
+    (
+        "biquad",
+        "IN_INT=3 IN_FRAC=1 OUT_INT=2 OUT_FRAC=1 COEF_INT=1 COEF_FRAC=3 B0=5 B1=-7 B2=3 A1=-13 A2=6 \
+         PERIOD_WIDTH=3",
+    ),
+    ("filtered_difference", "WIDTH=5 PERIOD_WIDTH=4 SHIFT=2 OUT_FRAC=3"),
+    ("input_shaper", "ENABLED=true TORQUE_WIDTH=3 PERIOD_WIDTH=3 B0=268435456 B1=-268435456 B2=201326592"),
+];
+
 /// Returns the wanted blocks in the configurations that are proved: those of [`variants_of`], then those that only
-/// proofs use, which have the label `all_distinct`.
+/// proofs use, which have the label `all_distinct`, or `rounds_` and the name of a rounding.
 ///
 /// # Panics
 ///
@@ -198,16 +211,22 @@ const DISTINCT: &[(&str, &str)] = &[
 pub fn proved_variants_of(is_wanted: impl Fn(&str) -> bool) -> Vec<(String, Box<dyn AnyBlock>)> {
     let mut all = variants_of(&is_wanted);
     let wanted = DISTINCT.iter().filter(|(name, _)| is_wanted(name));
-    all.extend(wanted.map(|(name, generics)| (LABEL.to_string(), of(name, generics))));
+    all.extend(wanted.map(|(name, generics)| (LABEL.to_string(), of(name, generics, None))));
+    let wanted = ROUNDED.iter().filter(|(name, _)| is_wanted(name));
+    let wanted = wanted.flat_map(|of_block| Rounding::ALL.map(|rounding| (of_block, rounding)));
+    all.extend(wanted.map(|((name, generics), rounding)| {
+        (format!("rounds_{}", rounding.name()), of(name, generics, Some(rounding)))
+    }));
     all
 }
 
-fn of(name: &str, generics: &'static str) -> Box<dyn AnyBlock> {
+fn of(name: &str, generics: &'static str, rounding: Option<Rounding>) -> Box<dyn AnyBlock> {
     let generic = |text: &'static str| {
         let (name, value) = text.split_once('=').expect("a name and a value");
         let number = || Generic::Integer(value.parse().expect("a whole number"));
         (name, value.parse().map_or_else(|_| number(), Generic::Boolean))
     };
-    let set: Vec<_> = generics.split_whitespace().map(generic).collect();
+    let rounding = rounding.map(|rounding| (ROUNDING, Generic::Integer(rounding.number().into())));
+    let set: Vec<_> = generics.split_whitespace().map(generic).chain(rounding).collect();
     configured(name, &set).expect("it is listed").expect("a constant configuration")
 }

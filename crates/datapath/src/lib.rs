@@ -45,7 +45,7 @@ pub use arithmetic::{
 };
 use base::block::step;
 pub use base::block::step::{AnyStep, Combinational, Holds, Lemma, Register, Step};
-pub use base::block::{AnyBlock, Block, Connection, Generic, Instance, Parts, Rom, bundle, flatten};
+pub use base::block::{AnyBlock, Block, Connection, Generic, Instance, Parts, ROUNDING, Rom, bundle, flatten};
 pub use base::config::ConfigError;
 pub use base::law::{Law, LawIn, LawOut, LawWidths};
 pub use base::wiring::{AnyWiring, AxisWiring, Loaded, LoopIn, LoopOut, Repeat, Wiring};

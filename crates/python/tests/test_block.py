@@ -100,7 +100,8 @@ class Blocks(unittest.TestCase):
         for name, generics, text in [
             ("pwmm", {}, "did you mean pwm?"),
             ("pwm", {"WITH": 3}, "accepted: WIDTH"),
-            ("pwm", {"WIDTH": 3.5}, "accepted: a whole number, or true or false"),
+            ("pwm", {"WITDH": 3}, "did you mean WIDTH?"),
+            ("pwm", {"WIDTH": 3.5}, "WIDTH is 3.5; accepted: a whole number"),
             ("pwm", {"WIDTH": 1000}, "pwm"),
         ]:
             with self.assertRaises(hpu.ArgumentError) as refusal:

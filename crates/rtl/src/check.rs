@@ -7,7 +7,7 @@ use std::sync::mpsc;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use hpu_cosim::Control;
+use hpu_cosim::{Control, named_block};
 use hpu_datapath::{AnyBlock, block_by_name, block_names, variants_of};
 
 use crate::closed_loop::{LoopJob, LoopScene, Loops};
@@ -21,7 +21,7 @@ use crate::vectors::coverage::Coverage;
 use crate::vectors::package::package;
 use crate::vectors::report::{CheckReport, CheckRow, Tally, tally};
 use crate::vectors::stimuli;
-use crate::vectors::testbench::{VECTOR_READER, testbench};
+use crate::vectors::testbench::{VECTOR_READER, committed_vectors, testbench};
 use crate::vectors::vector::{Stimulus, Vectors, literal};
 
 /// The longest time that any simulation needs for a row: one that takes longer hangs.
@@ -36,6 +36,9 @@ pub struct CheckOptions {
     pub blocks: Vec<String>,
     /// Labels of the variants; all when empty.
     pub variants: Vec<String>,
+    /// Generics as text, which every block must have and take. If there are any, one configuration of each block is
+    /// checked, with the defaults of its other generics.
+    pub generics: Vec<(String, String)>,
     /// Scenes whose loops are closed around the VHDL, from shortly before they reach their wall.
     pub scenes: Vec<LoopScene>,
     /// Random rows a variant, beside the directed ones (ten times as many for blocks with a PWM).
@@ -48,21 +51,34 @@ pub struct CheckOptions {
     pub jobs: usize,
 }
 
+/// Configurations of blocks, each with its label.
+type Configurations = Vec<(String, Box<dyn AnyBlock>)>;
+
 impl CheckOptions {
     /// Returns the settings for every block with 2000 random rows each, on every core, and no scene.
     pub fn new(setup: impl Into<Setup>) -> Self {
         let jobs = thread::available_parallelism().map_or(1, usize::from);
         let blocks = block_names().iter().map(|name| (*name).to_string()).collect();
-        let (variants, scenes) = (Vec::new(), Vec::new());
-        Self { setup: setup.into(), blocks, variants, scenes, rows: 2000, seed: 1, exhaustive: false, jobs }
+        let (variants, generics, scenes) = (Vec::new(), Vec::new(), Vec::new());
+        Self { setup: setup.into(), blocks, variants, generics, scenes, rows: 2000, seed: 1, exhaustive: false, jobs }
     }
 
     /// Returns the configurations to check, in the order of the report.
-    fn wanted(&self) -> Vec<(String, Box<dyn AnyBlock>)> {
+    fn wanted(&self) -> Result<Configurations, Error> {
+        if !self.generics.is_empty() {
+            let made = |name: &String| Ok((generics_label(&self.generics), named_block(name, &self.generics)?));
+            return self.blocks.iter().map(made).collect::<Result<_, String>>().map_err(Error::usage);
+        }
         let mut all = variants_of(|name| self.blocks.iter().any(|block| block == name));
         all.retain(|(label, _)| self.variants.is_empty() || self.variants.contains(label));
-        all
+        Ok(all)
     }
+}
+
+/// Returns the label of a configuration that is known by these generics, as in `WIDTH=14,LATCHED=false`.
+pub fn generics_label(generics: &[(String, String)]) -> String {
+    let all: Vec<_> = generics.iter().map(|(name, value)| format!("{name}={value}")).collect();
+    all.join(",")
 }
 
 /// Compares the VHDL with the emulator: first directed and random rows for every configuration of the blocks, then the
@@ -115,7 +131,7 @@ impl<'o> Check<'o> {
         let scenes = scenes.collect::<Result<Vec<_>, _>>()?;
         Tool::Ghdl.version(options.setup.timeout)?;
         let (mut rows, mut jobs) = (Vec::new(), Vec::new());
-        for (label, block) in options.wanted() {
+        for (label, block) in options.wanted()? {
             let runs = sets(&*block, &label, options);
             for set in 0..runs {
                 let about_ms = about_ms(times_us(block.name())[0], count(&*block, set, options));
@@ -177,7 +193,7 @@ impl<'o> Check<'o> {
         let (send, done) = mpsc::channel();
         let work = |send: mpsc::Sender<_>| {
             // A block is not `Send`, so each thread makes its own.
-            let mut wanted = self.options.wanted();
+            let mut wanted = self.options.wanted().expect("they were made before");
             while !ended.load(Ordering::Relaxed)
                 && let Some(&job) = self.jobs.get(next.fetch_add(1, Ordering::Relaxed))
             {
@@ -307,7 +323,8 @@ pub(crate) fn benches<'n>(names: impl IntoIterator<Item = &'n str>, setup: &Setu
     let mut packages = vec![("vector_reader.vhd".to_string(), VECTOR_READER.to_string())];
     let parts = sources.iter().filter_map(|name| block_by_name(name));
     packages.extend(parts.map(|block| (format!("{}_pkg.vhd", block.name()), package(&*block))));
-    let testbench = |block: &dyn AnyBlock| (format!("tb_{}.vhd", block.name()), testbench(block));
+    let testbench =
+        |block: &dyn AnyBlock| (format!("tb_{}.vhd", block.name()), testbench(block, &committed_vectors(block)));
     let testbenches: Vec<_> = blocks.iter().map(|block| testbench(&**block)).collect();
     Library::analyse(&packages, setup, sources.iter().map(String::as_str), &testbenches)
 }

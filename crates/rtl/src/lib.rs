@@ -17,7 +17,7 @@ mod lockstep;
 mod netlists;
 mod vectors;
 
-pub use check::{Check, CheckOptions, check};
+pub use check::{Check, CheckOptions, check, generics_label};
 pub use closed_loop::{LoopScene, closed_loop, run_vhdl};
 pub use cost::{Cache, Cost, Counts, HX8K_BRAM, HX8K_CELLS, Placed, SEEDS, cost, counts, tool_versions, verilog};
 pub use engines::cache_folder::CacheFolder;

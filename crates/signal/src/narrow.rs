@@ -35,6 +35,25 @@ impl Rounding {
         Self::NearestEven,
         Self::NearestOdd,
     ];
+
+    /// Returns its number in VHDL (`hdl/rounding_pkg.vhd`), which is its place in [`ALL`](Self::ALL).
+    pub const fn number(self) -> u8 {
+        self as u8
+    }
+
+    /// Returns its name in VHDL, in small letters.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Truncate => "truncate",
+            Self::TowardZero => "toward_zero",
+            Self::NearestUp => "nearest_up",
+            Self::NearestDown => "nearest_down",
+            Self::NearestAway => "nearest_away",
+            Self::NearestInward => "nearest_inward",
+            Self::NearestEven => "nearest_even",
+            Self::NearestOdd => "nearest_odd",
+        }
+    }
 }
 
 /// The treatment of a rounded value that does not fit.

@@ -21,6 +21,7 @@ entity tb_biquad is
     A1 : integer := work.biquad_pkg.A1;
     A2 : integer := work.biquad_pkg.A2;
     PERIOD_WIDTH : integer := work.biquad_pkg.PERIOD_WIDTH;
+    ROUNDING : integer := work.biquad_pkg.ROUNDING;
     FORMAT : string := work.biquad_pkg.FORMAT;
     VECTORS : string := "vectors/biquad/default-directed.txt"
   );
@@ -37,7 +38,7 @@ begin
   dut : entity work.biquad
     generic map (IN_INT => IN_INT, IN_FRAC => IN_FRAC, OUT_INT => OUT_INT, OUT_FRAC => OUT_FRAC,
       COEF_INT => COEF_INT, COEF_FRAC => COEF_FRAC, B0 => B0, B1 => B1, B2 => B2, A1 => A1, A2 => A2,
-      PERIOD_WIDTH => PERIOD_WIDTH)
+      PERIOD_WIDTH => PERIOD_WIDTH, ROUNDING => ROUNDING)
     port map (clk => clk, rst => rst, x => x, period => period, y => y);
 
   process

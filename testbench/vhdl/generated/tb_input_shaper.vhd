@@ -18,6 +18,7 @@ entity tb_input_shaper is
     B2 : integer := work.input_shaper_pkg.B2;
     A1 : integer := work.input_shaper_pkg.A1;
     A2 : integer := work.input_shaper_pkg.A2;
+    ROUNDING : integer := work.input_shaper_pkg.ROUNDING;
     FORMAT : string := work.input_shaper_pkg.FORMAT;
     VECTORS : string := "vectors/input_shaper/default-directed.txt"
   );
@@ -33,7 +34,7 @@ begin
 
   dut : entity work.input_shaper
     generic map (ENABLED => ENABLED, TORQUE_WIDTH => TORQUE_WIDTH, PERIOD_WIDTH => PERIOD_WIDTH,
-      PHASE => PHASE, B0 => B0, B1 => B1, B2 => B2, A1 => A1, A2 => A2)
+      PHASE => PHASE, B0 => B0, B1 => B1, B2 => B2, A1 => A1, A2 => A2, ROUNDING => ROUNDING)
     port map (clk => clk, rst => rst, torque => torque, period => period, shaped => shaped);
 
   process

@@ -16,6 +16,7 @@ entity tb_truncating_multiplier is
     DROP_LOWER : integer := work.truncating_multiplier_pkg.DROP_LOWER;
     OUT_WIDTH : integer := work.truncating_multiplier_pkg.OUT_WIDTH;
     SATURATE : boolean := work.truncating_multiplier_pkg.SATURATE;
+    ROUNDING : integer := work.truncating_multiplier_pkg.ROUNDING;
     FORMAT : string := work.truncating_multiplier_pkg.FORMAT;
     VECTORS : string := "vectors/truncating_multiplier/default-directed.txt"
   );
@@ -29,7 +30,7 @@ begin
 
   dut : entity work.truncating_multiplier
     generic map (A_WIDTH => A_WIDTH, B_WIDTH => B_WIDTH, A_SIGNED => A_SIGNED, B_SIGNED => B_SIGNED,
-      DROP_LOWER => DROP_LOWER, OUT_WIDTH => OUT_WIDTH, SATURATE => SATURATE)
+      DROP_LOWER => DROP_LOWER, OUT_WIDTH => OUT_WIDTH, SATURATE => SATURATE, ROUNDING => ROUNDING)
     port map (a => a, b => b, product => product);
 
   process

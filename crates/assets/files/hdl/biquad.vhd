@@ -10,13 +10,15 @@
 --          COEF_INT, COEF_FRAC    format of the coefficients, at most 32 bits
 --          B0, B1, B2, A1, A2     coefficients, words of (1,COEF_INT,COEF_FRAC)
 --          PERIOD_WIDTH           bits of the period, 2 to 30
+--          ROUNDING               how y is rounded, of rounding_pkg; 2 is to the nearest,
+--                                 ties up
 -- in       x      (1,IN_INT,IN_FRAC)
 --          period (0,PERIOD_WIDTH,0)   sample period in clocks, 0 acts as 1
 -- out      y      (1,OUT_INT,OUT_FRAC)
 -- latency  1 edge, sample edges only; a new period takes effect at the next
 --          sample edge
 -- reset    y 0, all earlier samples 0; the first edge after it is a sample edge
--- overflow saturates; rounds to nearest, ties up
+-- overflow saturates; rounds as ROUNDING says
 -- source   the second-order section of every textbook
 -- differs from the hardware: five products and their sum take one edge, so no
 --          limit on the clock.
@@ -24,6 +26,7 @@
 library ieee;
 use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
+use work.rounding_pkg.all;
 
 entity biquad is
   generic (
@@ -38,7 +41,8 @@ entity biquad is
     B2           : integer  := 0;
     A1           : integer  := 0;
     A2           : integer  := 0;
-    PERIOD_WIDTH : positive range 2 to 30 := 24
+    PERIOD_WIDTH : positive range 2 to 30 := 24;
+    ROUNDING     : rounding_mode := NEAREST_UP
   );
   port (
     clk    : in  std_logic;
@@ -89,15 +93,6 @@ architecture rtl of biquad is
     return resize(WORD * sample, TOTAL_WIDTH);
   end function;
 
-  -- Drops DROP bits, rounding to nearest, ties up.
-  function rounded(value : total_word) return total_word is
-  begin
-    if DROP = 0 then
-      return value;
-    end if;
-    return shift_right(value + shift_left(to_signed(1, TOTAL_WIDTH), DROP - 1), DROP);
-  end function;
-
   -- A value fits when it survives the way to OUT_WIDTH bits and back. Compared
   -- as plain vectors, so that an unknown value stays unknown.
   function saturate(value : total_word) return std_logic_vector is
@@ -126,7 +121,7 @@ begin
   q1 <= product(A1, y1);
   q2 <= product(A2, y2);
 
-  word <= saturate(rounded(p0 + p1 + p2 - q1 - q2));
+  word <= saturate(rounded(p0 + p1 + p2 - q1 - q2, DROP, ROUNDING));
 
   process (clk)
     -- 2^PERIOD_WIDTH - 2, written to stay inside an integer for 31 bits.

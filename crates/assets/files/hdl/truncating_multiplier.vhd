@@ -1,6 +1,6 @@
 -- truncating_multiplier : one-step product of two words, cut to a chosen width
 --
---   product = narrow(floor(a * b / 2^DROP_LOWER)) to OUT_WIDTH bits
+--   product = narrow(rounded(a * b / 2^DROP_LOWER)) to OUT_WIDTH bits
 --
 -- The full product has A_WIDTH + B_WIDTH bits and is signed when either factor
 -- is. Four uses:
@@ -11,10 +11,12 @@
 --
 -- generics A_WIDTH, B_WIDTH    bits of the factors
 --          A_SIGNED, B_SIGNED  how each factor is read
---          DROP_LOWER          bits to lose at the bottom, towards -infinity
+--          DROP_LOWER          bits to lose at the bottom
 --          OUT_WIDTH           bits of the result; a longer word than is left
 --                              is sign or zero extended
 --          SATURATE            clamp to the range of the result, or else wrap
+--          ROUNDING            how they are lost, of rounding_pkg; 0 truncates, towards
+--                              -infinity
 -- in       a        A_WIDTH bits, (1,A_WIDTH-1,0) or (0,A_WIDTH,0)
 --          b        B_WIDTH bits, (1,B_WIDTH-1,0) or (0,B_WIDTH,0)
 -- out      product  OUT_WIDTH bits, signed when either factor is
@@ -24,12 +26,13 @@
 -- source   Vasudevan et al. 2007, the one-step multiplier and its truncation
 -- differs from the hardware: no propagation delay, so no limit on the clock;
 --          the product of the paper, whose device had no multiplier blocks,
---          ripples. SATURATE is an addition, the paper's multiplier drops upper
---          bits.
+--          ripples. SATURATE and ROUNDING are additions, the paper's multiplier
+--          drops upper bits.
 
 library ieee;
 use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
+use work.rounding_pkg.all;
 
 entity truncating_multiplier is
   generic (
@@ -39,7 +42,8 @@ entity truncating_multiplier is
     B_SIGNED   : boolean  := false;
     DROP_LOWER : natural  := 0;
     OUT_WIDTH  : positive := 12;
-    SATURATE   : boolean  := true
+    SATURATE   : boolean  := true;
+    ROUNDING   : rounding_mode := TRUNCATE
   );
   port (
     a       : in  std_logic_vector(A_WIDTH - 1 downto 0);
@@ -91,7 +95,7 @@ begin
     variable word : signed(maximum(FULL_WIDTH, OUT_WIDTH + 1) - 1 downto 0);
   begin
     full := extend(a, A_SIGNED) * extend(b, B_SIGNED);
-    word := resize(shift_right(full, DROP_LOWER), word'length);
+    word := resize(rounded(full, DROP_LOWER, ROUNDING), word'length);
 
     if SATURATE then
       word := clamp(word);

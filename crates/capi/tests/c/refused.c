@@ -152,7 +152,7 @@ int main(void) {
     /* Blocks. */
     REFUSED(hpu_open_block("pwn", NULL, 0, &block, &error), HPU_REFUSED, "no block `pwn`; there are synchronizer, ");
     REFUSED(hpu_open_block("pwm", OVERRIDE("DEPTH=3"), &block, &error), HPU_REFUSED, "WIDTH, ANTIPHASE");
-    REFUSED(hpu_open_block("pwm", OVERRIDE("WIDTH=wide"), &block, &error), HPU_REFUSED, "a whole number, or true");
+    REFUSED(hpu_open_block("pwm", OVERRIDE("WIDTH=wide"), &block, &error), HPU_REFUSED, "WIDTH is wide; accepted: a");
     REFUSED(hpu_open_block("pwm", OVERRIDE("WIDTH=99"), &block, &error), HPU_REFUSED, "WIDTH is 99");
     FINE(hpu_open_block("pwm", OVERRIDE("WIDTH=3"), &block, &error));
     REFUSED(hpu_advance(block, 1, &error), HPU_ARGUMENT, "the handle is a block; accepted: a plant");

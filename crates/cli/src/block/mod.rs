@@ -5,7 +5,7 @@ mod csv;
 use std::path::Path;
 
 use csv::Ticked;
-use hpu_cosim::{SceneFile, did_you_mean};
+use hpu_cosim::{SceneFile, did_you_mean, named_block};
 use hpu_datapath::{AnyBlock, Generic, block_names, proved_variants_of, registry, variants_of};
 use hpu_page::{Cell, Column, Page, Table};
 use hpu_rtl::{Hdl, differs_from_the_hardware, literal};
@@ -16,7 +16,7 @@ use crate::keys::has_word;
 use crate::notation::{Written, triple};
 use crate::page::show;
 use crate::scene::quoted;
-use crate::shell::{Exit, Failure, print_file, print_json, read_stdin, read_text};
+use crate::shell::{Exit, Failure, print_file, print_json, read_stdin, read_text, values};
 
 /// List the blocks, find some by a word, show the ports of one, or tick it
 #[derive(clap::Args)]
@@ -26,6 +26,8 @@ pub struct Args {
     /// Configuration of the block, of those that `hpu block NAME` lists
     #[arg(long, value_name = "LABEL", default_value = "default", requires = "name")]
     variant: String,
+    #[command(flatten)]
+    generics: Generics,
     /// Tick the block after one edge of reset: a CSV whose header names the inputs, one row an edge; - is stdin
     #[arg(long, value_name = "FILE", requires = "name")]
     inputs: Option<String>,
@@ -34,6 +36,15 @@ pub struct Args {
     /// One JSON object
     #[arg(long)]
     json: bool,
+}
+
+/// The generics of a block in a configuration of one's own.
+#[derive(clap::Args)]
+pub(crate) struct Generics {
+    /// Configuration of one's own: a generic of the block, as in WIDTH=14; may be repeated, the others keep their
+    /// defaults
+    #[arg(long = "generic", value_name = "NAME=VALUE", value_parser = values::generic, conflicts_with = "variant")]
+    pub(crate) generic: Vec<(String, String)>,
 }
 
 /// Runs `hpu block`.
@@ -58,18 +69,39 @@ enum Plan<'a> {
 
 impl<'a> Plan<'a> {
     fn new(args: &'a Args) -> Result<Self, Failure> {
-        let is_plain = args.variant == "default" && args.inputs.is_none() && args.notation.asked().is_none();
+        let is_plain = args.variant == "default"
+            && args.generics.generic.is_empty()
+            && args.inputs.is_none()
+            && args.notation.asked().is_none();
         let word = args.name.as_ref().filter(|name| !block_names().contains(&name.as_str()));
         let found = |word: &String| registry().into_iter().filter(|block| has_word(&meaning(&**block), word)).collect();
         let found: Vec<_> = word.filter(|_| is_plain).map_or(Vec::new(), found);
         match (&args.name, &args.inputs) {
             (None, _) if is_plain => Ok(Self::List(registry())),
-            (None, _) => Err(Failure::usage("the list of blocks shows no formats; name a block beside --notation")),
+            (None, _) => {
+                Err(Failure::usage("the list of blocks shows no formats; name a block beside --notation or --generic"))
+            }
             _ if !found.is_empty() => Ok(Self::List(found)),
-            (Some(name), Some(file)) => Ok(Self::Tick(find(name, &args.variant)?, file)),
-            (Some(name), None) => Ok(Self::Describe(find(name, &args.variant)?)),
+            (Some(name), Some(file)) => Ok(Self::Tick(args.find(name)?, file)),
+            (Some(name), None) => Ok(Self::Describe(args.find(name)?)),
         }
     }
+}
+
+impl Args {
+    /// Returns the block of that name in the configuration that is asked for.
+    fn find(&self, name: &str) -> Result<Box<dyn AnyBlock>, Failure> {
+        match &self.generics.generic[..] {
+            [] => find(name, &self.variant),
+            generics => configured(name, generics),
+        }
+    }
+}
+
+/// Returns the block of that name with these generics.
+pub(crate) fn configured(name: &str, generics: &[(String, String)]) -> Result<Box<dyn AnyBlock>, Failure> {
+    known(name)?;
+    named_block(name, generics).map_err(Failure::usage)
 }
 
 /// Returns the block of that name in the configuration with that label.

@@ -4,7 +4,6 @@ use std::path::Path;
 
 use hpu_cosim::scene::{Identifier, Language, SourceFile, Standard, beside};
 use hpu_cosim::{excerpt, read_plain};
-use hpu_datapath::Generic;
 use hpu_rtl::CheckReport;
 use hpu_rtl::entity::{Entity, Link};
 
@@ -30,9 +29,10 @@ pub struct Theirs {
     /// output that it does not have; ports of the same name need none; may be repeated
     #[arg(long, value_name = "THEIRS=OURS", value_parser = values::pair, requires = "entity")]
     port: Vec<(String, String)>,
-    /// Set a generic or parameter of it: THEIRS=OURS takes the value of ours, THEIRS=VALUE stays; may be repeated
-    #[arg(long, value_name = "THEIRS=OURS", value_parser = values::pair, requires = "entity")]
-    generic: Vec<(String, String)>,
+    /// Set a generic or parameter of it: THEIRS=OURS takes the value of ours, THEIRS=VALUE stays; --set NAME=VALUE is a
+    /// generic of ours. Without --entity, a generic of the BLOCKS, as in WIDTH=14. May be repeated
+    #[arg(long, value_name = "THEIRS=OURS", value_parser = values::generic, requires = "blocks")]
+    pub(crate) generic: Vec<(String, String)>,
     /// Its clock [default: clk]
     #[arg(long, value_name = "PORT", requires = "entity")]
     clock: Option<String>,
@@ -136,24 +136,13 @@ pub fn entity(args: &Args) -> Result<Entity, Failure> {
         beside,
         block: args.theirs.as_block.clone().unwrap_or_default(),
         variants: args.variants.clone(),
-        set: args.set.set.iter().map(|(name, text)| value(name, text)).collect::<Result<_, _>>()?,
+        set: args.set.set.clone(),
         latency: *latency,
         state: state.clone(),
         invariants: invariant.clone(),
         rows: args.rows,
         seed: args.seed,
     })
-}
-
-/// Reads a generic of ours.
-fn value(name: &str, text: &str) -> Result<(String, Generic), Failure> {
-    let value = match (text.parse(), text) {
-        (Ok(number), _) => Generic::Integer(number),
-        (_, "true") => Generic::Boolean(true),
-        (_, "false") => Generic::Boolean(false),
-        _ => return Err(Failure::usage(format!("--set {name}={text}: write a whole number, true or false"))),
-    };
-    Ok((name.to_string(), value))
 }
 
 fn files(names: &[String]) -> Result<Vec<SourceFile>, Failure> {

@@ -13,7 +13,7 @@ use hpu_page::{Cell, Column, Field, Page, Table};
 use hpu_rtl::{Check, CheckOptions, CheckReport, CheckRow, Contact, Coverage, Error, Late, comparison_edges, junit};
 use serde_json::{Value, json};
 
-use crate::block::{find, known, known_to_proofs};
+use crate::block::{configured, find, known, known_to_proofs};
 use crate::command::CommandLine;
 use crate::scene::{self, Loaded};
 use crate::shell::{
@@ -105,7 +105,13 @@ impl Plan {
             return Ok(if args.formal { Self::ProveTheirs } else { Self::CompareTheirs });
         }
         args.blocks.iter().try_for_each(|name| known(name))?;
+        if !args.theirs.generic.is_empty() && (args.exhaustive || !args.variants.is_empty()) {
+            return Err(Failure::usage(
+                "--generic is a configuration of its own, beside no --variant and --exhaustive",
+            ));
+        }
         for name in &args.blocks {
+            configured(name, &args.theirs.generic)?;
             let known = |label: &String| match args.formal {
                 true => known_to_proofs(name, label),
                 false => find(name, label).map(drop),
@@ -169,6 +175,7 @@ fn options(args: &Args) -> Result<CheckOptions, Failure> {
     Ok(CheckOptions {
         blocks,
         variants: args.variants.clone(),
+        generics: args.theirs.generic.clone(),
         scenes: scenes.iter().map(|loaded| loaded.in_vhdl(edges(args, &loaded.scene))).collect(),
         rows: args.rows,
         seed: args.seed,
@@ -181,6 +188,8 @@ fn options(args: &Args) -> Result<CheckOptions, Failure> {
 /// Returns the command, without options that change no figure.
 fn command(args: &Args) -> String {
     let command = CommandLine::new("check").words(&args.blocks).option("--variant", &args.variants);
+    let generics = args.theirs.generic.iter().filter(|_| !args.theirs.is_asked());
+    let command = command.option("--generic", generics.map(|(name, value)| format!("{name}={value}")));
     let theirs = args.theirs.options().into_iter();
     let command = theirs.fold(command.option("--scene", &args.scenes), |command, (option, value)| {
         command.option(&format!("--{option}"), [value])

@@ -10,9 +10,10 @@ use hpu_cosim::{Wired, WiredSimulation};
 use hpu_datapath::{AnyBlock, Generic, Instance, configured, proved_variants_of};
 use hpu_page::{Cell, Column, Field, Page, Table};
 use hpu_rtl::formal::{Part, Proof, Proofs, Prover, Verdict, tools};
-use hpu_rtl::{Around, Error};
+use hpu_rtl::{Around, Error, generics_label};
 use serde_json::{Value, json};
 
+use crate::block;
 use crate::check::{Args, entity};
 use crate::scene::Loaded;
 use crate::shell::cache::path;
@@ -65,12 +66,7 @@ fn prove<T>(
 ) -> Result<T, Failure> {
     let setup = args.hdl.setup();
     let limit = setup.timeout.unwrap_or(QUESTION);
-    let listed =
-        proved_variants_of(|name| args.blocks.is_empty() || args.blocks.iter().any(|block| block == name)).into_iter();
-    let listed = listed.filter(|(label, _)| args.variants.is_empty() || args.variants.contains(label));
-    let listed = listed.map(|(label, block)| (block.name().to_string(), label, Some(block.generics())));
-    let mut wanted: Vec<Wanted> =
-        if args.blocks.is_empty() && !args.scenes.is_empty() { Vec::new() } else { listed.collect() };
+    let mut wanted = if args.blocks.is_empty() && !args.scenes.is_empty() { Vec::new() } else { of_blocks(args)? };
     wanted.extend(of_scenes(args)?);
     let folder = cache_folder("proofs", "proofs");
     let proofs = Proofs::open(path(&folder)?, setup.timeout)?;
@@ -80,6 +76,22 @@ fn prove<T>(
         prover.prove(&*configured(name, set).expect("it is known").expect("it has been built"))
     };
     then(&format!("VHDL {}", setup.hdl), limit, &wanted, &proved, &|| prover.remembered())
+}
+
+/// Returns the configurations of the blocks: those that are listed, or the one with these generics.
+fn of_blocks(args: &Args) -> Result<Vec<Wanted>, Failure> {
+    let generics = &args.theirs.generic;
+    let is_wanted = |name: &str| args.blocks.is_empty() || args.blocks.iter().any(|block| block == name);
+    let found = match &generics[..] {
+        [] => proved_variants_of(is_wanted),
+        _ => args
+            .blocks
+            .iter()
+            .map(|name| Ok((generics_label(generics), block::configured(name, generics)?)))
+            .collect::<Result<_, Failure>>()?,
+    };
+    let found = found.into_iter().filter(|(label, _)| args.variants.is_empty() || args.variants.contains(label));
+    Ok(found.map(|(label, block)| (block.name().to_string(), label, Some(block.generics()))).collect())
 }
 
 /// Returns the wirings of scenes and the blocks in them, with the scenes' widths; of equal ones, the first.

@@ -65,16 +65,19 @@ const MODES: &[Mode] = modes! {
     "block": |given| given.has("inputs"), "rows of words", { notation: "formats are shown without --inputs" }
     "block": |given| given.has("json"), "JSON, which has every notation", { notation: "text shows word formats" }
     "vectors": |given| given.has("update"), "--update", {
-        set_kind variant seed count scene set table format: "the committed vectors have settings of their own" }
+        set_kind variant generic bench seed count scene set table format:
+            "the committed vectors have settings of their own" }
     "vectors": |given| given.has("verify"), "--verify", {
-        set_kind variant seed count scene set table format: "each file says what it holds" }
+        set_kind variant generic bench seed count scene set table format: "each file says what it holds" }
     "vectors": |given| !given.is("set_kind", "scene"), "vectors of blocks alone", {
         scene: "--set-kind scene reads it";
-        set: "--set-kind scene reads it, --variant LABEL chooses a configuration" }
+        set: "--set-kind scene reads it; --variant LABEL or --generic NAME=VALUE chooses a configuration" }
     "vectors": |given| !given.is("set_kind", "random"), "vectors that are not random", {
         seed: "--set-kind random reads it; a scene has run.seed" }
     "vectors": |given| given.is("set_kind", "scene"), "vectors of a scene", {
-        variant: "the scene configures its blocks, and --set changes the scene" }
+        variant generic: "the scene configures its blocks, and --set changes the scene" }
+    "vectors": |given| given.is("set_kind", "table"), "lookup tables", { bench: "a bench reads vectors of a block" }
+    "vectors": |given| !given.has("out"), "vectors on stdout", { bench: "a folder (-o DIR) takes its files" }
     "check": |given| given.has("blocks") && !given.has("scenes") && !given.has("entity"), "a check of blocks", {
         set: "--scene reads it, --variant LABEL chooses a configuration";
         edges: "--scene reads it" }

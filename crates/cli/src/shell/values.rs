@@ -23,6 +23,11 @@ pub fn pair(text: &str) -> Result<(String, String), Failure> {
     value(pair, "write KEY=VALUE, as in wall.stiffness=2")
 }
 
+/// Reads the `NAME=VALUE` of a generic.
+pub fn generic(text: &str) -> Result<(String, String), Failure> {
+    value(pair(text).ok(), "write NAME=VALUE, as in WIDTH=14")
+}
+
 /// Reads `PORT=NET`.
 pub fn port_and_net(text: &str) -> Result<(String, String), Failure> {
     value(pair(text).ok(), "write PORT=NET, as in pwm_o=a_high; the scene's name stands before --compare")

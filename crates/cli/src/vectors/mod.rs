@@ -2,16 +2,20 @@
 
 pub mod verify;
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use clap::ValueEnum;
 use hpu_cosim::{PlainName, Wired, WiredSimulation};
 use hpu_datapath::{AnyBlock, block_names, registry, variants_of};
-use hpu_rtl::{Memory, Origin, Source, Vectors, scene_vectors, stimuli, write_committed};
+use hpu_rtl::{
+    Hdl, Header, Memory, Origin, Source, VECTOR_READER, Vectors, package, scene_vectors, stimuli, testbench, vhdl,
+    write_committed,
+};
 
-use crate::block::known;
-use crate::scene::{self, Loaded};
-use crate::shell::{Exit, Failure, Folder, print, print_file};
+use crate::block::{Generics, configured, known};
+use crate::scene::{self, Loaded, quoted};
+use crate::shell::{Exit, Failure, Folder, print, print_file, tell};
 
 use verify::verify;
 
@@ -35,6 +39,8 @@ pub(crate) struct Args {
     /// Only the configuration with this label; to stdout goes `default`
     #[arg(long, value_name = "LABEL")]
     variant: Option<String>,
+    #[command(flatten)]
+    generics: Generics,
     /// Seed of random inputs
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
@@ -52,6 +58,11 @@ pub(crate) struct Args {
     /// Form of the files
     #[arg(long, value_enum, default_value = "txt")]
     format: Form,
+    /// With -o, write a test bench beside the vectors of each block: BLOCK_pkg.vhd with the constants of the
+    /// configuration, vector_reader.vhd, the block's VHDL and tb_BLOCK.vhd, in the order of analysis. A block of your
+    /// own with the same entity may stand in the place of BLOCK.vhd
+    #[arg(long)]
+    bench: bool,
     /// Write DIR/BLOCK/LABEL-SET.txt (.csv, .json, .mem, .coe, .mif); with --verify, of each first difference
     /// BLOCK-FILE.vcd with its GTKWave save file
     #[arg(short, long, value_name = "DIR")]
@@ -112,7 +123,7 @@ impl Form {
     }
 }
 
-/// A set, its name, as in `displacement/8_bit-random`, and its origin.
+/// A set, its name, as in `displacement/8_bit-random` or `pwm/WIDTH_14-directed`, and its origin.
 struct Named {
     name: String,
     origin: Origin,
@@ -132,6 +143,20 @@ impl Named {
             Form::MifIntel => self.memory().map(|memory| memory.to_mif_intel()),
             Form::MifXilinx => self.memory().map(|memory| memory.to_mif_xilinx()),
         }
+    }
+
+    /// Writes the files of a bench that reads this set, beside it.
+    fn bench(&self, folder: &mut Folder) -> Result<(), Failure> {
+        let Header { block: name, generics, .. } = &self.vectors.header;
+        let block = hpu_datapath::configured(name, generics).expect("it is known").expect("it has been built");
+        let set = self.name.rsplit('/').next().unwrap_or_default();
+        let files = [
+            ("vector_reader.vhd".to_string(), VECTOR_READER.to_string()),
+            (format!("{name}_pkg.vhd"), package(&*block)),
+            (format!("{name}.vhd"), vhdl(name, &Hdl::Carried)?),
+            (format!("tb_{name}.vhd"), testbench(&*block, &format!("{set}.txt"))),
+        ];
+        files.into_iter().try_for_each(|(file, text)| folder.write(&format!("{name}/{file}"), text))
     }
 
     fn memory(&self) -> Result<Memory, Failure> {
@@ -167,6 +192,9 @@ fn write(args: &Args) -> Result<Exit, Failure> {
         (SetKind::Scene, Some(scene)) => of_scene(args, scene)?,
         _ => of_blocks(args)?,
     };
+    if args.bench {
+        benched(args, &sets)?;
+    }
     let Some(dir) = &args.out else {
         let [set] = &sets[..] else {
             let names: Vec<_> = sets.iter().take(8).map(|set| set.name.as_str()).collect();
@@ -180,24 +208,65 @@ fn write(args: &Args) -> Result<Exit, Failure> {
     let mut folder = Folder::open(dir)?;
     for set in &sets {
         folder.write(&format!("{}.{}", set.name, args.format.extension()), set.text(args.format)?)?;
+        if args.bench {
+            set.bench(&mut folder)?;
+        }
     }
     let files: String = folder.places().map(|place| format!("{}\n", place.display())).collect();
     folder.commit()?;
     print(&files)?;
+    for block in sets.iter().map(|set| set.vectors.header.block).filter(|_| args.bench) {
+        let place = quoted(&dir.join(block).to_string_lossy());
+        let sources = format!("{block}_pkg.vhd vector_reader.vhd {block}.vhd tb_{block}.vhd");
+        tell(&format!("cd {place} && ghdl -a --std=08 {sources} && ghdl --elab-run --std=08 tb_{block}"));
+    }
     Ok(Exit::Fine)
 }
 
-fn of_blocks(args: &Args) -> Result<Vec<Named>, Failure> {
+/// Refuses benches of anything but one set of each block, as text.
+fn benched(args: &Args, sets: &[Named]) -> Result<(), Failure> {
+    if args.format != Form::Txt {
+        return Err(Failure::usage("--bench: a bench reads vectors as text; write --format txt, or none"));
+    }
+    let mut blocks = BTreeSet::new();
+    match sets.iter().map(|set| set.vectors.header.block).find(|block| !blocks.insert(*block)) {
+        Some(block) => Err(Failure::usage(format!(
+            "--bench: a bench is of one configuration of a block, and there are several of {block}; choose one by \
+             --variant LABEL or --generic NAME=VALUE"
+        ))),
+        None => Ok(()),
+    }
+}
+
+/// A configuration: the label of one that is listed, the name of its files, and the block.
+type Chosen = (Option<String>, String, Box<dyn AnyBlock>);
+
+/// Returns the configurations that are asked for.
+fn chosen(args: &Args) -> Result<Vec<Chosen>, Failure> {
+    let generics = &args.generics.generic[..];
+    if !generics.is_empty() {
+        let [name] = &args.blocks[..] else {
+            return Err(Failure::usage("--generic makes a configuration of one block; name it: hpu vectors BLOCK ..."));
+        };
+        let block = configured(name, generics)?;
+        let stem: Vec<_> = generics.iter().map(|(name, value)| format!("{}_{value}", name.to_uppercase())).collect();
+        return Ok(vec![(None, PlainName::near(&stem.join("-")).to_string(), block)]);
+    }
     let variant = args.variant.as_deref().or(args.out.is_none().then_some("default"));
     let mut found = variants_of(|name| args.blocks.is_empty() || args.blocks.iter().any(|block| block == name));
     found.retain(|(label, _)| variant.is_none_or(|variant| variant == label));
     if found.is_empty() {
         return Err(Failure::usage(format!("no such variant `{}`; see hpu block NAME", variant.unwrap_or_default())));
     }
+    Ok(found.into_iter().map(|(label, block)| (Some(label.clone()), label, block)).collect())
+}
+
+fn of_blocks(args: &Args) -> Result<Vec<Named>, Failure> {
+    let found = chosen(args)?;
     if args.set_kind == SetKind::Table {
         return tables(args, &found);
     }
-    let record = |(label, mut block): (String, Box<dyn AnyBlock>)| {
+    let record = |(variant, stem, mut block): Chosen| {
         let (set, source, stimuli) = match args.set_kind {
             SetKind::Random => {
                 let stimuli = stimuli::random(&*block, args.seed, args.count.map_or(1000, |count| count as usize));
@@ -210,19 +279,19 @@ fn of_blocks(args: &Args) -> Result<Vec<Named>, Failure> {
             }
         };
         block.reset();
-        let name = format!("{}/{label}-{set}", block.name());
-        Named { name, origin: Origin { variant: Some(label), source }, vectors: Vectors::record(&mut *block, stimuli) }
+        let name = format!("{}/{stem}-{set}", block.name());
+        Named { name, origin: Origin { variant, source }, vectors: Vectors::record(&mut *block, stimuli) }
     };
     Ok(found.into_iter().map(record).collect())
 }
 
 /// Returns the lookup tables of these blocks.
-fn tables(args: &Args, blocks: &[(String, Box<dyn AnyBlock>)]) -> Result<Vec<Named>, Failure> {
+fn tables(args: &Args, blocks: &[Chosen]) -> Result<Vec<Named>, Failure> {
     let mut sets = Vec::new();
-    for (label, block) in blocks {
+    for (variant, stem, block) in blocks {
         for rom in block.roms().iter().filter(|rom| args.table.as_ref().is_none_or(|table| table == rom.name)) {
-            let origin = Origin { variant: Some(label.clone()), source: Source::Table };
-            let name = format!("{}/{label}-{}", block.name(), rom.name);
+            let origin = Origin { variant: variant.clone(), source: Source::Table };
+            let name = format!("{}/{stem}-{}", block.name(), rom.name);
             sets.push(Named { name, origin, vectors: Vectors::of_rom(&**block, rom) });
         }
     }

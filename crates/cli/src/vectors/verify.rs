@@ -3,9 +3,10 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use hpu_cosim::{PlainName, excerpt};
-use hpu_datapath::{AnyBlock, variants};
+use hpu_cosim::{PlainName, excerpt, named_block};
+use hpu_datapath::{AnyBlock, block_names};
 use hpu_rtl::{Around, Header, Stimulus, Vectors, around_in_file, row_line};
+use hpu_signal::Format;
 
 use crate::shell::{Exit, Failure, Folder, print, read_text, verdict};
 use crate::waves::waveform;
@@ -57,33 +58,58 @@ fn free_name(file: &Path, block: &str, folder: Option<&Folder>) -> String {
     names.find(|name| !is_taken(name)).expect("there are names without end")
 }
 
-/// Returns every configuration of every block, and every table in it.
-fn models() -> impl Iterator<Item = (Header, Model)> {
-    variants().into_iter().flat_map(|(_, block)| {
-        let tables = block.roms().iter().map(|rom| Vectors::of_rom(&*block, rom)).collect::<Vec<_>>();
-        let tables = tables.into_iter().map(|table| (table.header.clone(), Model::Table(table)));
-        [(Header::of(&*block), Model::Block(block))].into_iter().chain(tables)
-    })
+/// Returns the block of this name with these generics, and every table in it. The formats are those that are told.
+fn models(name: &str, generics: &[(String, String)], formats: &[(&str, Format)]) -> Result<Models, String> {
+    let block = named_block(name, generics)?;
+    let tables: Vec<_> = block.roms().iter().map(|rom| Vectors::of_rom(&*block, rom)).collect();
+    let tables = tables.into_iter().map(|table| (table.header.clone(), Model::Table(table)));
+    Ok([(Header::of(&*block).with_formats(formats), Model::Block(block))].into_iter().chain(tables).collect())
+}
+
+type Models = Vec<(Header, Model)>;
+
+/// Generics, each a name and a value, and columns with their formats.
+type Told<'t> = (Vec<(String, String)>, Vec<(&'t str, Format)>);
+
+/// Returns the generics, and the formats of the columns, that line 1 of a text tells.
+fn told(line: &str) -> Told<'_> {
+    let (columns, generics) = line.split_once(" generics ").unwrap_or((line, ""));
+    let pairs = generics.split(' ').filter_map(|pair| pair.split_once('='));
+    let formats = columns.split(' ').filter_map(|word| {
+        let (name, format) = word.split_at(word.find('(')?);
+        Some((name, format.parse().ok()?))
+    });
+    (pairs.map(|(name, value)| (name.to_string(), value.to_string())).collect(), formats.collect())
 }
 
 /// Returns the vectors of a file, and the model that they are compared with.
 fn read(file: &Path, text: &str) -> Result<(Vectors, Model), Failure> {
     let at = |line: usize, error: &dyn fmt::Display| Failure::file(format!("{}:{line}: {error}", file.display()));
     if text.starts_with('{') {
-        let headers = models().map(|(header, _)| header);
+        let mut found = Vec::new();
+        let headers = |name: &str, generics: &[(String, String)]| {
+            found = models(name, generics, &[])?;
+            Ok(found.iter().map(|(header, _)| header.clone()).collect::<Vec<_>>())
+        };
         let vectors = Vectors::from_json(text, headers).map_err(|error| at(error.line(), &error.why()))?;
-        let model = models().find(|(header, _)| *header == vectors.header);
+        // With the formats of the file, only names tell a table from the block.
+        let names = |header: &Header| header.columns().map(|column| column.name).collect::<Vec<_>>();
+        let is_its = |header: &Header| names(header) == names(&vectors.header);
+        let model = found.into_iter().find(|(header, _)| is_its(header));
         return Ok((vectors, model.expect("it was found by its header").1));
     }
-    // The configuration of line 1. If there is none, the block's first configuration is taken, so that the reader can
-    // report what line 1 should be.
     let line = text.lines().next().unwrap_or("");
     let name = line.split(' ').nth(1).unwrap_or("");
-    let exact = models().find(|(header, _)| header.to_string() == line);
-    let (header, model) = exact.or_else(|| models().find(|(header, _)| header.block == name)).ok_or_else(|| {
+    if !block_names().contains(&name) {
         let (name, line) = (excerpt(name), excerpt(line));
-        at(1, &format!("no block `{name}`; expected `# BLOCK in ... out ...`, found `{line}`"))
-    })?;
+        return Err(at(1, &format!("no block `{name}`; expected `# BLOCK in ... out ...`, found `{line}`")));
+    }
+    let (generics, formats) = told(line);
+    let mut found = models(name, &generics, &formats).map_err(|why| at(1, &why))?;
+    // If no line 1 of this configuration is the file's, that of the block is taken, so that the reader can report what
+    // line 1 should be.
+    let exact = found.iter().position(|(header, _)| header.to_string() == line).unwrap_or(0);
+    let (header, model) = found.swap_remove(exact);
     Ok((Vectors::parse(text, header).map_err(|error| Failure::file(format!("{}:{error}", file.display())))?, model))
 }
 

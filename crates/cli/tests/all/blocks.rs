@@ -48,6 +48,141 @@ fn a_multiplier_saturates_and_wraps_as_by_hand() {
 }
 
 #[test]
+fn a_block_is_shown_and_ticked_in_any_configuration() {
+    let wide = ["--generic", "WIDTH=33"];
+    let said = stdout(&run(&["block", "position_counter", wide[0], wide[1]]));
+    assert!(said.contains("(0,33,0)") && said.contains("WIDTH") && said.contains("33"), "{said}");
+    let output = tick(&[&["position_counter"][..], &wide].concat(), "step\n-1\n");
+    assert_eq!(stdout(&output), "step,position\n-1,8589934591\n");
+    // 5/2 and 7/2 are ties: to the even neighbours 2 and 4. Names of generics have any case, names of modes stand for
+    // their numbers.
+    let halves = ["--generic", "drop_lower=1", "--generic", "ROUNDING=nearest_even", "--generic=a_width=4"];
+    let output = tick(&[&["truncating_multiplier"][..], &halves].concat(), "a,b\n5,1\n7,1\n");
+    assert_eq!(stdout(&output), "a,b,product\n5,1,2\n7,1,4\n", "{}", stderr(&output));
+}
+
+#[test]
+fn generics_are_checked_with_what_is_accepted() {
+    let refused = |generics: &[&str], says: &[&str]| {
+        let generics: Vec<_> = generics.iter().flat_map(|one| ["--generic", one]).collect();
+        for verb in ["block", "vectors", "check"] {
+            assert_refused(&run(&[&[verb, "pwm"][..], &generics].concat()), 2, says);
+        }
+    };
+    refused(&["WITDH=4"], &["pwm: generic WITDH", "accepted: WIDTH, ANTIPHASE", "did you mean WIDTH?"]);
+    refused(&["WIDTH=31"], &["WIDTH is 31", "accepted: 1 to 30"]);
+    refused(&["WIDTH=wide"], &["WIDTH is wide", "a whole number"]);
+    refused(&["LATCHED=1"], &["LATCHED is 1", "true or false"]);
+    refused(&["WIDTH=4", "width=5"], &["WIDTH is given twice"]);
+    let multiplier = |value: &str| run(&["block", "truncating_multiplier", "--generic", value]);
+    for value in ["ROUNDING=8", "ROUNDING=half", "ROUNDING=-1"] {
+        assert_refused(
+            &multiplier(value),
+            2,
+            &[&value.replace('=', " is "), "0 truncate, 1 toward_zero, 2 nearest_up"],
+        );
+    }
+    assert_refused(&run(&["block", "pwm", "--generic", "WIDTH"]), 2, &["NAME=VALUE, as in WIDTH=14"]);
+    assert_refused(&run(&["vectors", "--generic", "WIDTH=4"]), 2, &["of one block; name it"]);
+    assert_refused(&run(&["vectors", "pwm", "saturator", "--generic", "WIDTH=4"]), 2, &["of one block; name it"]);
+    assert_refused(&run(&["check", "pwm", "--variant", "8_bit", "--generic", "WIDTH=4"]), 2, &["beside no --variant"]);
+}
+
+#[test]
+fn vectors_of_any_configuration_are_written_and_verify() {
+    let dir = scratch("vectors-generic");
+    let wide = ["pwm", "--generic", "WIDTH=14", "--count", "300"];
+    for form in [&["--format", "txt"][..], &["--format", "json"], &["--set-kind", "random"]] {
+        let output = run(&[&["vectors"][..], &wide, form, &["-o", text(&dir)]].concat());
+        assert_eq!(code(&output), 0, "{}", stderr(&output));
+    }
+    assert_eq!(names(&dir.join("pwm")), ["WIDTH_14-directed.json", "WIDTH_14-directed.txt", "WIDTH_14-random.txt"]);
+    for name in names(&dir.join("pwm")) {
+        let file = dir.join("pwm").join(name);
+        let output = run(&["vectors", "--verify", text(&file)]);
+        assert!(stdout(&output).contains(": 300 rows agree"), "{}{}", stdout(&output), stderr(&output));
+    }
+    // Line 1 of another configuration than the rows', and of one that no block has.
+    let good = fs::read_to_string(dir.join("pwm/WIDTH_14-directed.txt")).expect("vectors");
+    for (wrong, says) in
+        [("WIDTH=13", "expected `# pwm in"), ("WIDTH=99", "WIDTH is 99"), ("WIDHT=14", "did you mean WIDTH?")]
+    {
+        fs::write(dir.join("wrong.txt"), good.replace("WIDTH=14", wrong)).expect("vectors");
+        assert_refused(&run(&["vectors", "--verify", text(&dir.join("wrong.txt"))]), 4, &["wrong.txt:1:", says]);
+    }
+    // A multiplier's fraction bits are in its formats alone, so a file may place them where it likes.
+    let product = stdout(&run(&["vectors", "truncating_multiplier", "--generic", "DROP_LOWER=4", "--count", "9"]));
+    assert!(product.contains("a(0,8,4) b(0,12,0) out product(0,12,0)"), "{product}");
+    let moved = product.replace("a(0,8,4) b(0,12,0)", "a(0,12,0) b(0,10,2)").replace("(0,12,0) gen", "(0,14,-2) gen");
+    fs::write(dir.join("moved.txt"), moved).expect("vectors");
+    let output = run(&["vectors", "--verify", text(&dir.join("moved.txt"))]);
+    assert!(stdout(&output).contains("9 rows agree"), "{}{}", stdout(&output), stderr(&output));
+}
+
+#[test]
+fn a_bench_of_any_configuration_runs_by_itself_and_sees_another_edge() {
+    let dir = scratch("bench-generic");
+    let saturator = ["saturator", "--generic", "IN_WIDTH=9", "--generic", "OUT_WIDTH=7", "--generic", "LIMIT=37"];
+    let output = run(&[&["vectors"][..], &saturator, &["--bench", "-o", text(&dir)]].concat());
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let folder = dir.join("saturator");
+    let files =
+        ["IN_WIDTH_9-OUT_WIDTH_7-LIMIT_37-directed.txt", "saturator.vhd", "saturator_pkg.vhd", "tb_saturator.vhd"];
+    assert_eq!(names(&folder), [&files[..], &["vector_reader.vhd"]].concat());
+    let ghdl = |arguments: &[&str]| {
+        let output = std::process::Command::new("ghdl").args(arguments).current_dir(&folder).output().expect("starts");
+        assert!(output.status.success(), "{}{}", stdout(&output), stderr(&output));
+        stdout(&output)
+    };
+    let benched = || {
+        ghdl(&["-a", "--std=08", "saturator_pkg.vhd", "vector_reader.vhd", "saturator.vhd", "tb_saturator.vhd"]);
+        ghdl(&["--elab-run", "--std=08", "tb_saturator"])
+    };
+    let said = benched();
+    assert!(said.contains("RESULT") && said.contains("mismatches=0"), "{said}");
+    let vhdl = fs::read_to_string(folder.join("saturator.vhd")).expect("VHDL");
+    let other = vhdl.replace("if signed(value) > LIMIT then", "if signed(value) > LIMIT + 1 then");
+    assert_ne!(vhdl, other);
+    fs::write(folder.join("saturator.vhd"), other).expect("VHDL");
+    let said = benched();
+    assert!(said.contains("signal=limited") && !said.contains("mismatches=0"), "{said}");
+    let several = ["vectors", "saturator", "--bench", "-o", text(&dir)];
+    assert_refused(&run(&several), 2, &["--bench", "several of saturator", "--generic NAME=VALUE"]);
+    assert_refused(&run(&["vectors", "saturator", "--bench"]), 2, &["--bench", "-o DIR"]);
+}
+
+#[test]
+fn vhdl_of_any_configuration_is_checked_and_so_is_a_block_of_fixed_widths() {
+    let configured = ["IN_WIDTH=9", "OUT_WIDTH=7", "LIMIT=37"];
+    let given = |option: &'static str| configured.iter().flat_map(move |one| [option, one]).collect::<Vec<_>>();
+    let output = run(&[&["check", "saturator", "--rows", "20", "--json"][..], &given("--generic")].concat());
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let report = json(&output);
+    assert_eq!(report["blocks"][0]["variants"][0]["name"], configured.join(","), "{report}");
+    let dir = scratch("fixed-widths");
+    let file = dir.join("clip.vhd");
+    let clip = |edge: &str| {
+        format!(
+            "library ieee; use ieee.std_logic_1164.all; use ieee.numeric_std.all;\n\
+             entity clip is port (x : in std_logic_vector(8 downto 0); y : out std_logic_vector(6 downto 0)); end;\n\
+             architecture a of clip is begin\n\
+             y <= std_logic_vector(to_signed(37, 7)) when signed(x) > {edge} else\n\
+             std_logic_vector(to_signed(-37, 7)) when signed(x) < -37 else std_logic_vector(resize(signed(x), 7));\n\
+             end;\n"
+        )
+    };
+    let theirs = ["check", "--entity=clip", "--as=saturator", "--port=x=value", "--port=y=limited", "--rows=0"];
+    let checked = |more: &[&str]| run(&[&theirs[..], more, &[text(&file)]].concat());
+    fs::write(&file, clip("37")).expect("VHDL");
+    let output = checked(&given("--set"));
+    assert_eq!(code(&output), 0, "{}{}", stdout(&output), stderr(&output));
+    assert_refused(&checked(&[]), 2, &["has 9 bits, value of saturator has", "--set NAME=VALUE"]);
+    // The directed rows alone see one unit more.
+    fs::write(&file, clip("38")).expect("VHDL");
+    assert_eq!(code(&checked(&given("--set"))), 1);
+}
+
+#[test]
 fn a_ticked_table_comes_as_json_too() {
     let value = json(&tick(&["position_counter", "--json"], "step\n1\n"));
     assert_eq!(value["columns"], serde_json::json!(["step", "position"]));

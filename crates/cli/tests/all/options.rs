@@ -99,6 +99,7 @@ const GIVEN: &[(&str, &[&str])] = &[
     ("as", &["--as", "saturator"]),
     ("port", &["--port", "a=b"]),
     ("generic", &["--generic", "A=B"]),
+    ("bench", &["--bench"]),
     ("clock", &["--clock", "20 MHz"]),
     ("reset", &["--reset", "r"]),
     ("latency", &["--latency", "1"]),
@@ -496,8 +497,8 @@ fn an_option_of_another_mode_is_refused_with_the_mode_that_reads_it() {
     for (words, said) in [
         (
             &["vectors", "pwm", "--set", "WIDTH=14"][..],
-            "--set has no effect on vectors of blocks alone; --set-kind scene reads it, --variant LABEL chooses a \
-             configuration",
+            "--set has no effect on vectors of blocks alone; --set-kind scene reads it; --variant LABEL or --generic \
+             NAME=VALUE chooses a configuration",
         ),
         (
             &["cost", "--scene", "free-motion", "--variant", "8_bit"],

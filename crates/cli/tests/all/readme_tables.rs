@@ -66,6 +66,18 @@ pub const COMMANDS: &[(&str, Form)] = &[
     ),
     ("hpu completions SHELL", short("hpu completions bash", "SHELL is any of the shells")),
     ("hpu man", Form::AsIs),
+    ("hpu block pwm --generic WIDTH=14", Form::AsIs),
+    (
+        "hpu block truncating_multiplier --generic A_WIDTH=10 --generic DROP_LOWER=4 --generic ROUNDING=nearest_even",
+        Form::AsIs,
+    ),
+    (
+        "hpu vectors pwm --generic WIDTH=14 --bench -o out",
+        short("hpu vectors pwm --generic WIDTH=14 --count 99 --bench -o out", "its rows are 160000"),
+    ),
+    ("hpu check pwm --generic WIDTH=14", short("hpu check pwm --generic WIDTH=6 --rows 9", "its rows are 180000")),
+    ("hpu check --entity", Form::NotHere("the name of a verb and an option; a command has them")),
+    ("hpu vectors --verify", Form::NotHere("the name of a verb and an option; tests of blocks have files")),
     ("hpu block NAME", short("hpu block saturator", "NAME is any block")),
     ("hpu run hybrid-wall -o out", Form::AsIs),
     (WRAP, Form::AsIs),
@@ -550,6 +562,17 @@ pub const EXCEPTED: &[(&str, &str)] = &[
     ("FPGAs at up to 400 kHz", LITERATURE),
     ("2048 counts a turn", SETTING),
     ("8 integer bits, 4 fraction bits", SETTING),
+    ("plain VHDL-2008 and stands", "the name of a standard"),
+    ("`--set WIDTH=14`", SETTING),
+    ("`hpu.Block(\"pwm\", WIDTH=14)`", SETTING),
+    ("| 0 | `truncate`", ROUNDING),
+    ("| 1 | `toward_zero`", ROUNDING),
+    ("| 2 | `nearest_up`", ROUNDING),
+    ("| 3 | `nearest_down`", ROUNDING),
+    ("| 4 | `nearest_away`", ROUNDING),
+    ("| 5 | `nearest_inward`", ROUNDING),
+    ("| 6 | `nearest_even`", ROUNDING),
+    ("| 7 | `nearest_odd`", ROUNDING),
 ];
 
 const MACHINE: &str = "it depends on the machine";
@@ -557,3 +580,4 @@ const OUTSIDE: &str = "no device of hpu's: computed outside, from the linear loo
 const FARM: &str = "it follows from the record's figures for a point, a shard and a task";
 const LITERATURE: &str = "it stands in the literature";
 const SETTING: &str = "a setting, which no run finds";
+const ROUNDING: &str = "a number of rounding_pkg.vhd, which proofs of the multiplier hold to the mode";

@@ -8,7 +8,7 @@
 //! - **Edge**: with the countdown at 0, `y(k)` is loaded, the delays move on, and the countdown restarts at
 //!   `max(period,1) - 1`; else it counts down.
 //! - **Reset**: all 0; the first edge samples.
-//! - **Overflow**: rounds to the nearest, ties up, then saturates.
+//! - **Overflow**: rounds as `ROUNDING` says, to the nearest, ties up, unless it says otherwise; then saturates.
 //! - **VHDL twin**: `hdl/biquad.vhd`.
 //! - **Source**: the direct form I of the textbooks.
 //! - **Differs from the hardware**: five products and their sum take one edge, so no limit on the clock.
@@ -52,6 +52,8 @@ crate::base::listed::configuration! {
         a: [i32; 2] = [0, 0], ["A1", "A2"];
         /// Width of the period, in bits.
         period_width: u32 = 24, ["PERIOD_WIDTH"];
+        /// The rounding of `y`.
+        rounding: Rounding = Rounding::NearestUp, ["ROUNDING"];
     }
 }
 
@@ -91,7 +93,7 @@ impl Biquad {
     /// Returns an error unless `x` and `y` are signed with 2 to 40 bits, the coefficients are signed with 2 to 32 bits,
     /// all have 0 to 30 fraction bits, every coefficient fits its format, and the period has 2 to 30 bits.
     pub fn new(config: BiquadConfig) -> Result<Self, ConfigError> {
-        let BiquadConfig { input, output, coefficient, b, a, period_width } = config;
+        let BiquadConfig { input, output, coefficient, b, a, period_width, rounding } = config;
         for (name, format, widest) in [("x", input, 40), ("y", output, 40), ("a coefficient", coefficient, 32)] {
             let fits = (2..=widest).contains(&format.width()) && (0..=30).contains(&format.frac());
             if !fits || !format.is_signed() || format.int() < 0 {
@@ -105,8 +107,7 @@ impl Biquad {
             return Err(ConfigError::new(Self::NAME, format!("a coefficient's word is {word}"), accepted));
         }
         let from_frac = coefficient.frac() + input.frac().max(output.frac());
-        let narrowing =
-            Narrowing { from_frac, to: output, rounding: Rounding::NearestUp, overflow: Overflow::Saturate };
+        let narrowing = Narrowing { from_frac, to: output, rounding, overflow: Overflow::Saturate };
         let (countdown, delays) = (Countdown::default(), Delays::default());
         let mut block = Self { config, narrowing, fits_64: false, countdown, delays, latest: ZERO };
         block.fits_64 = Step::fits_64(&block);
@@ -235,7 +236,12 @@ impl Listed for Biquad {
         let section = |words: [(i32, i32); 3], b, a, period_width| {
             let [input, output, coefficient] =
                 words.map(|(int, frac)| Format::new(true, int, frac).expect("at most 40 bits"));
-            Self::new(BiquadConfig { input, output, coefficient, b, a, period_width })
+            let rounding = Rounding::NearestUp;
+            Self::new(BiquadConfig { input, output, coefficient, b, a, period_width, rounding })
+        };
+        let rounded = |rounding| {
+            let narrow = section([(3, 2), (2, 1), (1, 3)], [5, -7, 3], [-13, 6], 4)?;
+            Self::new(BiquadConfig { rounding, ..narrow.config })
         };
         // A Butterworth high-pass filter at 1/4000 of the sampling rate: 2.5 Hz at 10 kHz.
         let high_pass = ([1_072_549_859, -2_145_099_718, 1_072_549_859], [-2_145_098_394, 1_071_359_217]);
@@ -245,6 +251,8 @@ impl Listed for Biquad {
             ("narrow", section([(3, 2), (2, 1), (1, 3)], [5, -7, 3], [-13, 6], 4)?),
             ("integer", section([(9, 0), (11, 3), (2, 0)], [1, -2, 1], [-1, 1], 6)?),
             ("extreme", section([(19, 20), (20, 19), (1, 30)], [most, i32::MIN, most], [-most, -most], 8)?),
+            ("truncate", rounded(Rounding::Truncate)?),
+            ("nearest_even", rounded(Rounding::NearestEven)?),
         ])
     }
 }

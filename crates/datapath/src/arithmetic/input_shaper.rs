@@ -1,8 +1,8 @@
 //! The input shaper subtracts the high-pass part of a torque, and never pulls. It is the digital twin of the analog
 //! shaper.
 //!
-//! - **Equation**: with `h` the high-pass of the sampled torque `u`, `shaped = max(0, u - max(0, h))`, rounded towards
-//!   minus infinity; `shaped = torque` unless `ENABLED`.
+//! - **Equation**: with `h` the high-pass of the sampled torque `u`, `shaped = max(0, u - max(0, h))`, rounded as
+//!   `ROUNDING` says, down unless it says otherwise; `shaped = torque` unless `ENABLED`.
 //! - **Ports**: `torque` (1,TORQUE_WIDTH+1,0), `period` (0,PERIOD_WIDTH,0) in clocks, 0 acts as 1, in; `shaped`
 //!   (1,TORQUE_WIDTH+1,0) out. `h` is a (1,TORQUE_WIDTH+2,16); the coefficients are words of (1,1,30).
 //! - **Latency**: 1 edge after a sample edge, up to `period`; none unless `ENABLED`.
@@ -24,7 +24,7 @@ use hpu_signal::{Format, Machine, Narrowed, Narrowing, Overflow, Rounding, Word}
 use crate::base::config::{COUNTER, within};
 use crate::base::listed::{Configured, Field, Given, Listed};
 use crate::{
-    Biquad, BiquadConfig, Block, ConfigError, Generic, Register, Step, ZeroOrderHold, arithmetic::biquad,
+    Biquad, BiquadConfig, Block, ConfigError, Generic, ROUNDING, Register, Step, ZeroOrderHold, arithmetic::biquad,
     arithmetic::zero_order_hold,
 };
 
@@ -60,11 +60,13 @@ pub struct InputShaperConfig {
     pub period_width: u32,
     /// Phase and filter; `None` passes the torque on.
     pub shaping: Option<Shaping>,
+    /// The rounding of `shaped`.
+    pub rounding: Rounding,
 }
 
 impl Default for InputShaperConfig {
     fn default() -> Self {
-        Self { torque_width: 12, period_width: 24, shaping: None }
+        Self { torque_width: 12, period_width: 24, shaping: None, rounding: Rounding::Truncate }
     }
 }
 
@@ -94,22 +96,29 @@ pub struct InputShaper {
 const FRAC: i32 = 16;
 
 impl Sampled {
-    fn new(torque: Format, period_width: u32, Shaping { b, a, .. }: Shaping) -> Result<Self, ConfigError> {
+    fn new(
+        torque: Format,
+        InputShaperConfig { period_width, rounding, .. }: InputShaperConfig,
+        Shaping { b, a, .. }: Shaping,
+    ) -> Result<Self, ConfigError> {
         let format = |int, frac| Format::new(true, int, frac).expect("at most 49 bits");
         let output = format(torque.int() + 1, FRAC);
-        let config = BiquadConfig { input: torque, output, coefficient: format(1, 30), b, a, period_width };
+        let config = BiquadConfig {
+            input: torque,
+            output,
+            coefficient: format(1, 30),
+            b,
+            a,
+            period_width,
+            ..BiquadConfig::default()
+        };
         Ok(Self {
             waiting: 0,
             filter: Biquad::new(config)?,
             hold: ZeroOrderHold::new(torque.width(), period_width)?,
             h: 0,
             u: 0,
-            narrowing: Narrowing {
-                from_frac: FRAC,
-                to: torque,
-                rounding: Rounding::Truncate,
-                overflow: Overflow::Saturate,
-            },
+            narrowing: Narrowing { from_frac: FRAC, to: torque, rounding, overflow: Overflow::Saturate },
         })
     }
 
@@ -183,7 +192,7 @@ impl InputShaper {
             Some(shaping) => {
                 within(Self::NAME, "PHASE", shaping.phase, 0..=4095)?;
                 within(Self::NAME, "TORQUE_WIDTH", config.torque_width, 2..=21)?;
-                Some(Sampled::new(torque, config.period_width, shaping)?)
+                Some(Sampled::new(torque, config, shaping)?)
             }
         };
         let mut block =
@@ -288,11 +297,11 @@ impl Shaping {
 
 impl InputShaper {
     fn told(&self) -> Vec<(&'static str, Generic)> {
-        let InputShaperConfig { torque_width, period_width, shaping } = self.config;
+        let InputShaperConfig { torque_width, period_width, shaping, rounding } = self.config;
         let Shaping { phase, b, a } = shaping.unwrap_or(Shaping { phase: 0, b: [0; 3], a: [0; 2] });
         let mut all = vec![("ENABLED", Generic::Boolean(shaping.is_some()))];
         all.extend([torque_width, period_width, phase].told(&["TORQUE_WIDTH", "PERIOD_WIDTH", "PHASE"]));
-        all.extend([b.told(&["B0", "B1", "B2"]), a.told(&["A1", "A2"])].concat());
+        all.extend([b.told(&["B0", "B1", "B2"]), a.told(&["A1", "A2"]), rounding.told(&[ROUNDING])].concat());
         all
     }
 }
@@ -307,7 +316,8 @@ impl InputShaperConfig {
         } else {
             None
         };
-        Ok(Self { torque_width, period_width, shaping })
+        let rounding = given.field(&[ROUNDING], Rounding::Truncate)?;
+        Ok(Self { torque_width, period_width, shaping, rounding })
     }
 }
 
@@ -319,8 +329,9 @@ impl Configured for InputShaper {
 
 impl Listed for InputShaper {
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
-        let small = InputShaperConfig { torque_width: 6, period_width: 6, shaping: None };
+        let small = InputShaperConfig { torque_width: 6, period_width: 6, ..InputShaperConfig::default() };
         let filter = |phase, b, a| Some(Shaping { phase, b, a });
+        let rounded = InputShaperConfig { shaping: filter(0, [1 << 28, -1 << 28, 3 << 26], [0, 0]), ..small };
         let all = [
             ("8_bit", small),
             ("shaping", InputShaperConfig { shaping: Some(Shaping::high_pass(0)), ..InputShaperConfig::default() }),
@@ -330,6 +341,9 @@ impl Listed for InputShaper {
             ("phase", InputShaperConfig { shaping: filter(5, [1 << 29, -1 << 29, 0], [0, 0]), ..small }),
             // A ringing difference reaches every rectifier and the filter's limits within a few samples.
             ("ringing", InputShaperConfig { shaping: filter(1, [1 << 30, -1 << 30, 0], [0, 1 << 30]), ..small }),
+            // The filter shows quarters and sixteenths, so that ties are met, and values on either side of them.
+            ("nearest_even", InputShaperConfig { rounding: Rounding::NearestEven, ..rounded }),
+            ("nearest_inward", InputShaperConfig { rounding: Rounding::NearestInward, ..rounded }),
         ];
         all.into_iter().map(|(label, config)| Ok((label, Self::new(config)?))).collect()
     }

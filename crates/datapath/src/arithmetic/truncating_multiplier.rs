@@ -1,7 +1,7 @@
 //! One-step multiplier of two words of any width, each signed or unsigned, that keeps some bits of the product.
 //!
-//! - **Equation**: `product = narrow(floor(a * b / 2^DROP_LOWER))` to `OUT_WIDTH` bits; `SATURATE` clamps to what the
-//!   word holds, otherwise the upper bits are dropped.
+//! - **Equation**: `product = narrow(rounded(a * b / 2^DROP_LOWER))` to `OUT_WIDTH` bits, rounded as `ROUNDING` says,
+//!   down unless it says otherwise; `SATURATE` clamps to what the word holds, otherwise the upper bits are dropped.
 //! - **Ports**: `a`, `b` in; `product` out, signed if either factor is. `DROP_LOWER` is the fraction bits of `a` and
 //!   `b` less those of `product`.
 //! - **Latency**: none, combinational. **Reset**: none.
@@ -10,13 +10,14 @@
 //! - **Source**: Vasudevan et al. 2007: 12 x 12 bits, with "the higher 12 bits" of the 24-bit product eliminated, as
 //!   [`drop_upper`](TruncatingMultiplier::drop_upper) does. Its Eq. (8) needs the saturation before this truncation.
 //! - **Differs from the hardware**: no propagation delay, so no limit on the clock; the product of the paper, whose
-//!   device had no multiplier blocks, ripples. SATURATE is an addition, the paper's multiplier drops upper bits.
+//!   device had no multiplier blocks, ripples. SATURATE and ROUNDING are additions, the paper's multiplier drops upper
+//!   bits.
 
 use hpu_signal::{Format, Machine, Narrowed, Narrowing, Overflow, Rounding, Word};
 
 use crate::base::config::within;
-use crate::base::listed::{Configured, Given, Listed};
-use crate::{Block, Combinational, ConfigError, Generic, Step};
+use crate::base::listed::{Configured, Field, Given, Listed};
+use crate::{Block, Combinational, ConfigError, Generic, ROUNDING, Step};
 
 hpu_signal::ports! {
     /// Inputs of the multiplier.
@@ -70,6 +71,14 @@ impl TruncatingMultiplier {
         };
         block.fits_64 = Step::fits_64(&block);
         Ok(block)
+    }
+
+    /// Returns the multiplier with another way to round.
+    #[must_use]
+    pub fn rounding(mut self, rounding: Rounding) -> Self {
+        self.narrowing.rounding = rounding;
+        self.fits_64 = Step::fits_64(&self);
+        self
     }
 
     /// Returns a multiplier that keeps all bits of the product.
@@ -159,7 +168,7 @@ impl Block for TruncatingMultiplier {
 
 impl TruncatingMultiplier {
     fn told(&self) -> Vec<(&'static str, Generic)> {
-        vec![
+        let mut all = vec![
             ("A_WIDTH", Generic::Integer(self.a.width().into())),
             ("B_WIDTH", Generic::Integer(self.b.width().into())),
             ("A_SIGNED", Generic::Boolean(self.a.is_signed())),
@@ -167,7 +176,9 @@ impl TruncatingMultiplier {
             ("DROP_LOWER", Generic::Integer(self.drop_lower.into())),
             ("OUT_WIDTH", Generic::Integer(self.narrowing.to.width().into())),
             ("SATURATE", Generic::Boolean(self.narrowing.overflow == Overflow::Saturate)),
-        ]
+        ];
+        all.extend(self.narrowing.rounding.told(&[ROUNDING]));
+        all
     }
 }
 
@@ -188,7 +199,8 @@ impl Configured for TruncatingMultiplier {
         let whole = given.word("OUT_WIDTH")?.saturating_sub(i32::from(signed));
         let out = given.format(signed, whole.saturating_sub(frac), frac)?;
         let overflow = if given.is("SATURATE") { Overflow::Saturate } else { Overflow::Wrap };
-        Self::new(a, b, out, overflow)
+        let rounding = given.field(&[ROUNDING], Rounding::Truncate)?;
+        Ok(Self::new(a, b, out, overflow)?.rounding(rounding))
     }
 }
 
@@ -197,6 +209,12 @@ impl Listed for TruncatingMultiplier {
         let format = |signed, int, frac| Format::new(signed, int, frac).expect("at most 48 bits");
         let (unsigned, signed, byte) = (Format::unsigned(12), Format::signed(12), Format::unsigned(8));
         let (fine, fine_signed) = (format(false, 4, 8), format(true, 3, 8));
+        // Products of a few bits, so that ties of either sign are met.
+        let (small, smaller) = (Format::signed(6), Format::unsigned(5));
+        let rounded = |rounding, overflow| {
+            let out = format(true, 8, -3);
+            Ok(Self::new(small, smaller, out, overflow)?.rounding(rounding))
+        };
         Ok(vec![
             ("full", Self::full(unsigned, unsigned)?),
             ("drop_upper", Self::drop_upper(unsigned, unsigned, 12)?),
@@ -212,6 +230,14 @@ impl Listed for TruncatingMultiplier {
             ("extend", Self::new(byte, Format::signed(8), Format::signed(24), Overflow::Wrap)?),
             ("uneven", Self::drop_lower(Format::signed(18), byte, 20)?),
             ("wide", Self::drop_lower(format(true, 35, 12), format(true, 27, 12), 64)?),
+            ("toward_zero", rounded(Rounding::TowardZero, Overflow::Wrap)?),
+            ("nearest_up", rounded(Rounding::NearestUp, Overflow::Saturate)?),
+            ("nearest_down", rounded(Rounding::NearestDown, Overflow::Wrap)?),
+            ("nearest_away", rounded(Rounding::NearestAway, Overflow::Saturate)?),
+            ("nearest_inward", rounded(Rounding::NearestInward, Overflow::Wrap)?),
+            ("nearest_even", rounded(Rounding::NearestEven, Overflow::Saturate)?),
+            ("nearest_odd", rounded(Rounding::NearestOdd, Overflow::Wrap)?),
+            ("nearest_even_unsigned", Self::drop_lower(byte, smaller, 6)?.rounding(Rounding::NearestEven)),
         ])
     }
 }

@@ -1,7 +1,7 @@
 //! Blocks that the catalogue lists: built from the generics of their entities, and in the configurations of their
 //! tests.
 
-use hpu_signal::Format;
+use hpu_signal::{Format, Rounding};
 
 use crate::base::block::renamed;
 use crate::base::config::ConfigError;
@@ -174,6 +174,20 @@ impl Field for bool {
 
     fn given(given: &Given, generics: &[&'static str], _: &Self) -> Made<Self> {
         Ok(given.is(generics[0]))
+    }
+}
+
+/// The way in which a block rounds, by its number.
+impl Field for Rounding {
+    fn told(self, generics: &[&'static str]) -> Vec<(&'static str, Generic)> {
+        vec![(generics[0], Generic::Integer(self.number().into()))]
+    }
+
+    fn given(given: &Given, generics: &[&'static str], _: &Self) -> Made<Self> {
+        let all = || Self::ALL.map(|one| format!("{} {}", one.number(), one.name())).join(", ");
+        let number: i64 = given.whole(generics[0], "a number of 64 bits")?;
+        let found = Self::ALL.into_iter().find(|one| i64::from(one.number()) == number);
+        found.ok_or_else(|| ConfigError::new(given.name, format!("{} is {number}", generics[0]), all()))
     }
 }
 

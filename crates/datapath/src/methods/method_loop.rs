@@ -84,7 +84,12 @@ impl<L: Law> MethodLoop<L> {
             let accepted = format!("the {torque_width} bits of the law's torque");
             return Err(ConfigError::new(L::LOOP, format!("PWM_WIDTH is {}", pwm.width), accepted));
         }
-        let shaper = InputShaperConfig { torque_width, period_width: widths.period_width, shaping };
+        let shaper = InputShaperConfig {
+            torque_width,
+            period_width: widths.period_width,
+            shaping,
+            ..InputShaperConfig::default()
+        };
         let circuit = MethodCircuit {
             paces: Paces::default(),
             config,

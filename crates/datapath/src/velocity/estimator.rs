@@ -107,9 +107,13 @@ impl Velocity {
                 let config = VelocityConfig { width, period_width, out_width: width, ..VelocityConfig::default() };
                 Self::Difference(VelocityRegister::new(config)?, Whole::new(out_frac))
             }
-            Estimator::Filtered => {
-                Self::Filtered(FilteredDifference::new(FilteredConfig { width, period_width, shift, out_frac })?)
-            }
+            Estimator::Filtered => Self::Filtered(FilteredDifference::new(FilteredConfig {
+                width,
+                period_width,
+                shift,
+                out_frac,
+                ..FilteredConfig::default()
+            })?),
             Estimator::Window => {
                 Self::Window(WindowDifference::new(width, period_width, window)?, Whole::new(out_frac))
             }

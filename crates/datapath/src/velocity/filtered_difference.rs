@@ -1,17 +1,17 @@
 //! Backward difference of the position through a first-order low pass whose factor is a power of two: no multiplier.
 //!
 //! - **Equation**: `d(k) = position(k) - position(k-1)`, modulo `2^WIDTH` as two's complement;
-//!   `v(k) = v(k-1) + floor((d(k) * 2^OUT_FRAC - v(k-1)) / 2^SHIFT)`: `alpha = 2^-SHIFT`, a time constant of about
-//!   `2^SHIFT - 1/2` sample periods.
+//!   `v(k) = v(k-1) + rounded((d(k) * 2^OUT_FRAC - v(k-1)) / 2^SHIFT)`, rounded as `ROUNDING` says, down unless it says
+//!   otherwise: `alpha = 2^-SHIFT`, a time constant of about `2^SHIFT - 1/2` sample periods.
 //! - **Ports**: `position` (0,WIDTH,0), `period` (0,PERIOD_WIDTH,0) in clocks, 0 acts as 1, in; `velocity`
 //!   (1,WIDTH-1,OUT_FRAC) out, in counts per sample.
 //! - **Latency**: 1 edge after a sample edge, up to `period`, beside that of the filter.
 //! - **Edge**: with the countdown at 0, `velocity` and the previous position are loaded and the countdown restarts at
 //!   `max(period,1) - 1`; else it counts down. A new period takes effect at the next sample edge.
 //! - **Reset**: countdown, previous position and velocity 0; the first edge samples.
-//! - **Overflow**: none; the new velocity is between the previous velocity and the difference, which both fit. Every
-//!   floor is carried on: the velocity is less than `2^SHIFT` of its LSBs below that of the exact filter, and after
-//!   motion back it comes to rest up to `2^SHIFT - 1` LSBs below 0.
+//! - **Overflow**: none; the new velocity is between the previous velocity and the difference, which both fit. With
+//!   `ROUNDING` 0 every floor is carried on: the velocity is less than `2^SHIFT` of its LSBs below that of the exact
+//!   filter, and after motion back it comes to rest up to `2^SHIFT - 1` LSBs below 0.
 //! - **VHDL twin**: `hdl/filtered_difference.vhd`.
 //! - **Source**: the first-order filter that haptic controllers put behind their difference (Colgate and Brown 1994).
 //! - **Differs from the hardware**: none known.
@@ -47,6 +47,8 @@ crate::base::listed::configuration! {
         shift: u32 = 3, ["SHIFT"];
         /// Number of fraction bits of the velocity.
         out_frac: u32 = 8, ["OUT_FRAC"];
+        /// The rounding of a step of the velocity.
+        rounding: Rounding = Rounding::Truncate, ["ROUNDING"];
     }
 }
 
@@ -73,7 +75,7 @@ impl FilteredDifference {
     /// Returns an error unless position and velocity have 2 to 62 bits, the velocity has 0 to 30 fraction bits, the
     /// period has 2 to 30 bits, and the shift is 0 to 16.
     pub fn new(config: FilteredConfig) -> Result<Self, ConfigError> {
-        let FilteredConfig { width, period_width, shift, out_frac } = config;
+        let FilteredConfig { width, period_width, shift, out_frac, .. } = config;
         within(Self::NAME, "WIDTH", width, WORD)?;
         within(Self::NAME, "PERIOD_WIDTH", period_width, COUNTER)?;
         within(Self::NAME, "SHIFT", shift, 0..=16)?;
@@ -114,6 +116,10 @@ impl FilteredDifference {
     #[inline]
     fn moved<W: Word>(&self, position: W, previous: W, last: W) -> W {
         let input = (position - previous).wrap(self.difference).shl(self.config.out_frac);
+        if self.config.rounding != Rounding::Truncate {
+            let step = (input - last).round(self.config.rounding, self.config.shift.cast_signed());
+            return (last + step).wrap(self.narrowing.to);
+        }
         // This is v + floor((d - v) / 2^SHIFT), over the common denominator.
         (last.shl(self.config.shift) + input - last).narrow(&self.narrowing)
     }
@@ -189,13 +195,17 @@ impl Block for FilteredDifference {
 impl Listed for FilteredDifference {
     fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
         let filtered = |[width, period_width, shift, out_frac]: [u32; 4]| {
-            Self::new(FilteredConfig { width, period_width, shift, out_frac })
+            Self::new(FilteredConfig { width, period_width, shift, out_frac, ..FilteredConfig::default() })
         };
+        let rounded =
+            |rounding| Self::new(FilteredConfig { width: 5, period_width: 4, shift: 2, out_frac: 3, rounding });
         Ok(vec![
             ("unfiltered", filtered([8, 6, 0, 0])?),
             ("5_bit", filtered([5, 4, 2, 3])?),
             ("slow", filtered([10, 6, 16, 16])?),
             ("wide", filtered([40, 4, 5, 22])?),
+            ("nearest_up", rounded(Rounding::NearestUp)?),
+            ("toward_zero", rounded(Rounding::TowardZero)?),
         ])
     }
 }

@@ -2,10 +2,11 @@
 
 use hpu_datapath::{Biquad, BiquadConfig, Block, DividerConfig, SequentialDivider, SquareRoot};
 use hpu_datapath::{biquad, sequential_divider, square_root};
-use hpu_signal::Format;
+use hpu_signal::{Format, Rounding};
 use proptest::prelude::*;
 
 use crate::cases::cases;
+use crate::oracle::rounded;
 
 fn divider(num_width: u32, den_width: u32, frac: u32, out_width: u32) -> SequentialDivider {
     SequentialDivider::new(DividerConfig { num_width, den_width, frac, out_width }).unwrap()
@@ -140,7 +141,7 @@ fn widths_beyond_the_data_sheet_are_refused() {
     assert!(Biquad::new(narrow).unwrap_err().to_string().contains("65536"));
 }
 
-/// The section in rational numbers over one denominator, `2^60`: it adds half a unit of `y`, then floors, then clamps.
+/// The section in rational numbers over one denominator, `2^60`: it rounds to a unit of `y`, then clamps.
 struct Rational {
     config: BiquadConfig,
     x: [i128; 2],
@@ -153,7 +154,7 @@ impl Rational {
     }
 
     fn sample(&mut self, x: i64) -> i64 {
-        let BiquadConfig { input, output, coefficient, b, a, .. } = self.config;
+        let BiquadConfig { input, output, coefficient, b, a, rounding, .. } = self.config;
         // Numerators over 2^60 of a product whose words have these fraction bits.
         let over = |product: i128, frac: i32| product * 2i128.pow((60 - coefficient.frac() - frac).unsigned_abs());
         let x = i128::from(x);
@@ -163,7 +164,7 @@ impl Rational {
             .chain([(a[0], self.y[0]), (a[1], self.y[1])].map(|(word, y)| -over(i128::from(word) * y, output.frac())))
             .sum();
         let unit = 2i128.pow((60 - output.frac()).unsigned_abs());
-        let y = (2 * sum + unit).div_euclid(2 * unit).clamp(output.min(), output.max());
+        let y = rounded(sum, unit, rounding).clamp(output.min(), output.max());
         self.x = [x, self.x[0]];
         self.y = [y, self.y[0]];
         y.try_into().unwrap()
@@ -192,6 +193,25 @@ fn every_short_history_of_a_small_section_is_that_of_the_rationals() {
             for sample in 0..5 {
                 let x = (history >> (3 * sample) & 7) - 4;
                 assert_eq!(block.tick(biquad::In { x, period: 1 }).y, rational.sample(x), "history {history:o}");
+            }
+        }
+    }
+}
+
+#[test]
+fn every_short_history_of_a_small_section_is_rounded_in_every_way() {
+    for rounding in Rounding::ALL {
+        let [input, output, coefficient] = [(1, 1), (2, 1), (1, 3)].map(|(int, frac)| format(int, frac));
+        let (b, a) = ([5, -7, 3], [-13, 6]);
+        let config = BiquadConfig { input, output, coefficient, b, a, rounding, ..BiquadConfig::default() };
+        let mut block = Biquad::new(config).unwrap();
+        for history in 0..1i64 << 12 {
+            block.reset();
+            let mut rational = Rational::new(config);
+            for sample in 0..4 {
+                let x = (history >> (3 * sample) & 7) - 4;
+                let y = block.tick(biquad::In { x, period: 1 }).y;
+                assert_eq!(y, rational.sample(x), "{rounding:?}, history {history:o}");
             }
         }
     }

@@ -7,6 +7,7 @@ use hpu_datapath::{
     AnyBlock, Block, EdgeTimer, FilteredConfig, FilteredDifference, Foaw, FoawConfig, LevantConfig,
     LevantDifferentiator, WindowDifference, edge_timer, foaw, levant_differentiator,
 };
+use hpu_signal::Rounding;
 use proptest::prelude::*;
 
 /// The velocity after all positions sampled so far, the latest last.
@@ -36,8 +37,18 @@ fn every_history(block: &mut dyn AnyBlock, model: Model, samples: u32, width: u3
 #[test]
 fn the_filter_answers_every_short_history_as_the_recursion_says() {
     for (shift, out_frac) in [(0, 0), (0, 2), (1, 0), (2, 3), (5, 1)] {
-        let config = FilteredConfig { width: 4, period_width: 4, shift, out_frac };
+        let config = FilteredConfig { width: 4, period_width: 4, shift, out_frac, ..FilteredConfig::default() };
         every_history(&mut FilteredDifference::new(config).unwrap(), &filtered_model(config), 4, 4);
+    }
+}
+
+#[test]
+fn the_filter_rounds_its_steps_in_every_way_as_the_recursion_says() {
+    for rounding in Rounding::ALL {
+        for (shift, out_frac) in [(1, 0), (2, 3)] {
+            let config = FilteredConfig { width: 4, period_width: 4, shift, out_frac, rounding };
+            every_history(&mut FilteredDifference::new(config).unwrap(), &filtered_model(config), 3, 4);
+        }
     }
 }
 
@@ -77,7 +88,7 @@ proptest! {
     fn the_filter_follows_the_recursion(
         positions in walk(40, 60), shift in 0u32..17, out_frac in 0u32..23, period in 0i64..4
     ) {
-        let config = FilteredConfig { width: 40, period_width: 4, shift, out_frac };
+        let config = FilteredConfig { width: 40, period_width: 4, shift, out_frac, ..FilteredConfig::default() };
         samples_like(&mut FilteredDifference::new(config).unwrap(), &filtered_model(config), &positions, period);
     }
 

@@ -4,16 +4,22 @@
 use std::f64::consts::{PI, SQRT_2, TAU};
 
 use hpu_datapath::{Block, InputShaper, InputShaperConfig, Shaping, input_shaper};
+use hpu_signal::Rounding;
 use proptest::prelude::*;
 
 use crate::cases::cases;
+use crate::oracle::rounded;
 
 fn shaper(torque_width: u32, period_width: u32, shaping: Shaping) -> InputShaper {
-    InputShaper::new(InputShaperConfig { torque_width, period_width, shaping: Some(shaping) }).unwrap()
+    rounding(torque_width, period_width, shaping, Rounding::Truncate)
+}
+
+fn rounding(torque_width: u32, period_width: u32, shaping: Shaping, rounding: Rounding) -> InputShaper {
+    InputShaper::new(InputShaperConfig { torque_width, period_width, shaping: Some(shaping), rounding }).unwrap()
 }
 
 /// Returns the shaped torque after a history of torques and periods, one pair for each edge.
-fn expected(torque_width: u32, shaping: Shaping, history: &[(i64, i64)]) -> i64 {
+fn expected(torque_width: u32, shaping: Shaping, history: &[(i64, i64)], rounding: Rounding) -> i64 {
     let [b0, b1, b2, a1, a2] = [shaping.b[0], shaping.b[1], shaping.b[2], shaping.a[0], shaping.a[1]].map(i128::from);
     let most = (1i128 << (torque_width + 2 + 16)) - 1;
     // The two latest samples and outputs of the filter, in units of 2^-16.
@@ -27,15 +33,26 @@ fn expected(torque_width: u32, shaping: Shaping, history: &[(i64, i64)]) -> i64 
         [h, before_h] = [nearest, h];
         edge += period.max(1) as usize;
     }
-    (u - h.max(0)).div_euclid(1 << 16).max(0) as i64
+    rounded(u - h.max(0), 1 << 16, rounding).max(0) as i64
 }
 
 fn follows(torque_width: u32, shaping: Shaping, history: &[(i64, i64)], block: &mut InputShaper) {
+    follows_rounding(torque_width, (shaping, Rounding::Truncate), history, block);
+}
+
+fn follows_rounding(
+    torque_width: u32,
+    (shaping, rounding): (Shaping, Rounding),
+    history: &[(i64, i64)],
+    block: &mut InputShaper,
+) {
     assert_eq!(block.reset().shaped, 0);
     for edge in 0..history.len() {
         let (torque, period) = history[edge];
         let shaped = block.tick(input_shaper::In { torque, period }).shaped;
-        assert_eq!(shaped, expected(torque_width, shaping, &history[..=edge]), "{shaping:?} {:?}", &history[..=edge]);
+        let history = &history[..=edge];
+        let expected = expected(torque_width, shaping, history, rounding);
+        assert_eq!(shaped, expected, "{shaping:?} {rounding:?} {history:?}");
     }
 }
 
@@ -57,6 +74,19 @@ fn every_short_history_is_shaped_as_the_equation_says() {
         for words in 0..1i64 << 16 {
             let history = [0, 4, 8, 12].map(|place| ((words >> place & 15) - 8, 1));
             follows(2, shaping, &history, &mut block);
+        }
+    }
+}
+
+#[test]
+fn every_short_history_is_rounded_in_every_way() {
+    // Quarters and sixteenths of a torque: ties, and values on either side of them.
+    let shaping = Shaping { phase: 0, b: [1 << 28, -1 << 28, 3 << 26], a: [0, 0] };
+    for one in Rounding::ALL {
+        let mut block = rounding(2, 2, shaping, one);
+        for words in 0..1i64 << 12 {
+            let history = [0, 4, 8].map(|place| ((words >> place & 15) - 8, 1));
+            follows_rounding(2, (shaping, one), &history, &mut block);
         }
     }
 }

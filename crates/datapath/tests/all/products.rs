@@ -2,7 +2,9 @@
 
 use hpu_datapath::TruncatingMultiplier;
 use hpu_datapath::truncating_multiplier::In;
-use hpu_signal::{Format, Overflow};
+use hpu_signal::{Format, Overflow, Rounding};
+
+use crate::oracle::rounded;
 
 /// A multiplier, the bits of the exact product that it keeps, and its treatment of values out of range.
 struct Mode {
@@ -40,6 +42,33 @@ fn holds_for_all(mode: &Mode, a_signed: bool, b_signed: bool) {
                 mode.width,
                 mode.drop
             );
+        }
+    }
+}
+
+#[test]
+fn every_small_product_is_rounded_in_every_way() {
+    for (a_signed, b_signed) in [(false, false), (true, false), (true, true)] {
+        let word = |signed: bool| Format::new(signed, 2, 3 - i32::from(signed)).unwrap();
+        let (a, b) = (word(a_signed), word(b_signed));
+        let signed = a_signed || b_signed;
+        for (rounding, frac) in Rounding::ALL.into_iter().flat_map(|one| [1, 0, -2].map(|frac| (one, frac))) {
+            for overflow in Overflow::ALL {
+                let to = Format::new(signed, 4 - i32::from(signed) - frac, frac).unwrap();
+                let block = TruncatingMultiplier::new(a, b, to, overflow).unwrap().rounding(rounding);
+                let (unit, span) = (1i128 << (a.frac() + b.frac() - frac), 16i128);
+                let low = if signed { -8 } else { 0 };
+                let words = |format: Format| (format.min() as i64)..=(format.max() as i64);
+                for (a, b) in words(a).flat_map(|x| words(b).map(move |y| (x, y))) {
+                    let whole = rounded((a * b).into(), unit, rounding);
+                    let word = match overflow {
+                        Overflow::Saturate => whole.clamp(low, low + span - 1),
+                        Overflow::Wrap => (whole - low).rem_euclid(span) + low,
+                    };
+                    let got = block.eval(In { a, b });
+                    assert_eq!(i128::from(got.word), word, "{a} * {b} into {to}, {rounding:?}, {overflow:?}");
+                }
+            }
         }
     }
 }

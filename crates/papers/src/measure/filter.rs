@@ -82,7 +82,7 @@ pub fn words(forces: impl Iterator<Item = i64>) -> impl Iterator<Item = f64> {
     let [b0, b1, b2, a1, a2] = high_pass(CUTOFF_HZ, PERIOD_S).map(word);
     let output = Format::new(true, FORCE_BITS as i32 + 2, 16).expect("35 bits");
     let input = Format::signed(FORCE_BITS + 2);
-    let config = BiquadConfig { input, output, coefficient, b: [b0, b1, b2], a: [a1, a2], period_width: 24 };
+    let config = BiquadConfig { input, output, coefficient, b: [b0, b1, b2], a: [a1, a2], ..BiquadConfig::default() };
     let mut filter = Biquad::new(config).expect("as in the shaper");
     // One sample at every clock cycle.
     forces.map(move |x| x as f64 - output.to_f64(filter.tick(biquad::In { x, period: 1 }).y))

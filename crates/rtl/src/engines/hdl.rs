@@ -127,7 +127,8 @@ mod tests {
     #[test]
     fn the_vhdl_of_every_block_is_carried_and_it_is_that_of_the_folder() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../hdl");
-        let carried: BTreeSet<_> = carried().map(|(name, _)| name.to_string()).collect();
+        let all: BTreeSet<_> = carried().map(|(name, _)| name.to_string()).collect();
+        let carried: BTreeSet<_> = all.iter().filter(|name| !name.ends_with("_pkg")).cloned().collect();
         let blocks: BTreeSet<_> = hpu_datapath::block_names().iter().map(|name| (*name).to_string()).collect();
         assert_eq!(carried, blocks);
         let files =
@@ -137,7 +138,8 @@ mod tests {
         let files: BTreeSet<_> = names.filter(|name| !name.ends_with("_pkg")).collect();
         assert_eq!(carried, files);
         let of_folder = Hdl::Folder(folder);
-        for name in carried {
+        assert!(all.contains("rounding_pkg"));
+        for name in all {
             assert_eq!(Hdl::Carried.text(&name).expect("carried"), of_folder.text(&name).expect("a file"), "{name}");
         }
     }

@@ -12,16 +12,17 @@ mod wires;
 use std::time::Instant;
 
 use hpu_cosim::dut::{Asked, Change, Design, Port};
+use hpu_cosim::named_block;
 use hpu_cosim::scene::{self, BesideFile, Dut, DutClock, Engine, Identifier, Registers, SourceFile, Standard};
-use hpu_datapath::{AnyBlock, Generic, block_names, configured, variants_of};
+use hpu_datapath::{AnyBlock, Generic, block_names, variants_of};
 use hpu_signal::Clock;
 
-use crate::check::all_stimuli;
+use crate::check::{all_stimuli, generics_label};
 use crate::dut::{Model, Names, Prepared, Simulators, is_vhdl};
 use crate::engines::error::Error;
 use crate::engines::tool::Tool;
 use crate::vectors::report::{CheckRow, Tally};
-use crate::vectors::vector::{Vectors, literal};
+use crate::vectors::vector::Vectors;
 use block_comparison::BlockComparison;
 use ours::Ours;
 use wires::{What, Wire, not_taken, same, there_are};
@@ -61,8 +62,9 @@ pub struct Entity {
     /// Labels of the configurations of ours to compare with. If empty, the configurations that differ in generics that
     /// theirs has too.
     pub variants: Vec<String>,
-    /// Generics of ours. If there are any, a single configuration is compared; its other generics have their defaults.
-    pub set: Vec<(String, Generic)>,
+    /// Generics of ours, as text. If there are any, a single configuration is compared; its other generics have their
+    /// defaults.
+    pub set: Vec<(String, String)>,
     /// Clock cycles by which its outputs come later than ours.
     pub latency: i64,
     /// For a proof: its registers or other signals, and the registers of ours that they equal. Registers with the same
@@ -150,10 +152,8 @@ impl Entity {
         }
         let listed = || variants_of(|block| block == name).into_iter();
         if !self.set.is_empty() {
-            let set: Vec<_> = self.set.iter().map(|(name, value)| (name.as_str(), *value)).collect();
-            let block = configured(name, &set).expect("it is known")?;
-            let label: Vec<_> = set.iter().map(|&(name, value)| format!("{name}={}", literal(value))).collect();
-            return Ok(vec![(label.join(","), block)]);
+            let block = named_block(name, &self.set).map_err(Error::usage)?;
+            return Ok(vec![(generics_label(&self.set), block)]);
         }
         if !self.variants.is_empty() {
             let labels: Vec<_> = listed().map(|(label, _)| label).collect();

@@ -124,7 +124,8 @@ impl Entity {
         if !is_number && width != format.width() {
             let theirs = format.width();
             return refused(format!(
-                "{way} `{name}` of `{top}` has {theirs} bits, {} of {own_name} has {width}; map a generic (--generic)",
+                "{way} `{name}` of `{top}` has {theirs} bits, {} of {own_name} has {width}; map a generic (--generic), \
+                 or set one of {own_name} (--set NAME=VALUE)",
                 own.name
             ));
         }

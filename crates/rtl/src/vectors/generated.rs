@@ -10,7 +10,7 @@ use crate::engines::temporary::{self, Temporary, sweep_files};
 use crate::vectors::around_law::around_a_law;
 use crate::vectors::package::package;
 use crate::vectors::stimuli;
-use crate::vectors::testbench::testbench;
+use crate::vectors::testbench::{committed_vectors, testbench};
 use crate::vectors::vector::Vectors;
 
 /// Rows of a committed set: as many as a person can read.
@@ -22,7 +22,8 @@ pub fn generated() -> Vec<(PathBuf, String)> {
     for block in registry() {
         let name = block.name();
         files.push((format!("hdl/generated/{name}_pkg.vhd"), package(&*block)));
-        files.push((format!("testbench/vhdl/generated/tb_{name}.vhd"), testbench(&*block)));
+        files
+            .push((format!("testbench/vhdl/generated/tb_{name}.vhd"), testbench(&*block, &committed_vectors(&*block))));
         if let Some(vhdl) = around_a_law(&*block) {
             files.push((format!("hdl/generated/{name}.vhd"), vhdl));
         }

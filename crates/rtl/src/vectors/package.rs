@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use hpu_datapath::{AnyBlock, Generic};
+use hpu_datapath::{AnyBlock, Generic, block_by_name};
 
 use crate::vectors::vector::{Header, literal};
 
@@ -32,12 +32,14 @@ pub(crate) fn lines<'a>(text: &'a str, separator: &str, width: usize) -> Vec<&'a
     lines
 }
 
-/// Returns the text of `hdl/generated/<block>_pkg.vhd`.
+/// Returns the text of `<block>_pkg.vhd`, with the constants of the block's configuration.
 pub fn package(block: &dyn AnyBlock) -> String {
     let name = block.name();
+    let is_default = block_by_name(name).is_some_and(|default| default.generics() == block.generics());
+    let which = if is_default { "its default configuration" } else { "one configuration" };
     let format = format!("  constant FORMAT : string := \"{}\";", Header::of(block));
     let mut text = format!(
-        "{GENERATED}--\n-- Constants of {name} in its default configuration: line 1 of its vector files, its\n\
+        "{GENERATED}--\n-- Constants of {name} in {which}: line 1 of its vector files, its\n\
          -- generics, and the format of each port.\n\npackage {name}_pkg is\n\n{}\n",
         lines(&format, " ", 112).join("\" &\n    \"")
     );

@@ -36,8 +36,14 @@ pub(crate) fn port_type(signal: &Signal) -> String {
     }
 }
 
-/// Returns the text of `testbench/vhdl/generated/tb_<block>.vhd`. The block must be in its default configuration.
-pub fn testbench(block: &dyn AnyBlock) -> String {
+/// Returns the path of the vectors that the committed testbench of a block reads unless it is told of others.
+pub(crate) fn committed_vectors(block: &dyn AnyBlock) -> String {
+    format!("vectors/{}/default-directed.txt", block.name())
+}
+
+/// Returns the text of `tb_<block>.vhd`, whose generics have the values of the block's package, and which reads these
+/// vectors unless it is told of others.
+pub fn testbench(block: &dyn AnyBlock, vectors: &str) -> String {
     let name = block.name();
     let (inputs, outputs) = (block.inputs(), block.outputs());
     let clock =
@@ -69,7 +75,7 @@ use work.vector_reader.all;
 entity tb_{name} is
   generic (
 {generics}    FORMAT : string := work.{name}_pkg.FORMAT;
-    VECTORS : string := \"vectors/{name}/default-directed.txt\"
+    VECTORS : string := \"{vectors}\"
   );
 end entity;
 

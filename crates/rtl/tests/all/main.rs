@@ -16,5 +16,6 @@ mod phantom_loops;
 mod read_back;
 mod synthesis;
 mod testbench;
+mod thresholds;
 mod vectors;
 mod wave_ghdl;

@@ -21,7 +21,7 @@ fn run(vectors: &str) -> Result<String, String> {
         ("position_counter_pkg.vhd".to_string(), package(&*block)),
     ];
     let hdl = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../hdl");
-    let benches = [("tb_position_counter.vhd".to_string(), testbench(&*block))];
+    let benches = [("tb_position_counter.vhd".to_string(), testbench(&*block, "none.txt"))];
     let library = Library::analyse(&packages, &Setup::from(hdl), ["position_counter"], &benches)
         .unwrap_or_else(|error| panic!("{error}"));
     library.write("v.txt", vectors).unwrap_or_else(|error| panic!("{error}"));

@@ -76,44 +76,75 @@ fn every_small_value_is_narrowed_as_rational_arithmetic_says() {
     }
 }
 
-/// Returns `value / 2^drop`, rounded as the documents of en_cl_fix say: a constant is added that depends on the mode,
-/// on the sign and on the least significant bit that is kept, then the lower bits are dropped.
-fn by_en_cl_fix(mode: &str, value: i128, drop: u32) -> i128 {
-    let (half, lsb) = (1i128 << drop >> 1, 1);
-    let (is_negative, is_even) = (value < 0, (value >> drop) & 1 == 0);
-    let less_when = |less: bool| if less { half - lsb } else { half };
-    let added = match mode {
-        "Trunc_s" => 0,
-        "NonSymPos_s" => half,
-        "NonSymNeg_s" => half - lsb,
-        "SymInf_s" => less_when(is_negative),
-        "SymZero_s" => less_when(!is_negative),
-        "ConvEven_s" => less_when(is_even),
-        "ConvOdd_s" => less_when(!is_even),
-        _ => panic!("{mode}"),
+/// The table of the rounding modes in the README of en_cl_fix (github.com/enclustra/en_cl_fix): what -1.5, -0.5, 0.5
+/// and 1.5 become. Of other values it says that truncation is `floor(x)` and that all other modes are `floor(x + 0.5)`.
+const BY_EN_CL_FIX: [(&str, Rounding, [i128; 4]); 7] = [
+    ("Trunc_s", Rounding::Truncate, [-2, -1, 0, 1]),
+    ("NonSymPos_s", Rounding::NearestUp, [-1, 0, 1, 2]),
+    ("NonSymNeg_s", Rounding::NearestDown, [-2, -1, 0, 1]),
+    ("SymInf_s", Rounding::NearestAway, [-2, -1, 1, 2]),
+    ("SymZero_s", Rounding::NearestInward, [-1, 0, 0, 1]),
+    ("ConvEven_s", Rounding::NearestEven, [-2, 0, 0, 2]),
+    ("ConvOdd_s", Rounding::NearestOdd, [-1, -1, 1, 1]),
+];
+
+/// Returns `value / 2^drop` as that table and its text say. A tie is treated as the one of the table that has its sign,
+/// and that lies above an even number as it does, or above an odd one.
+fn by_en_cl_fix((mode, _, ties): (&str, Rounding, [i128; 4]), value: i128, drop: u32) -> i128 {
+    let (unit, floor) = (1i128 << drop, value >> drop);
+    let rest = value - floor * unit;
+    if mode == "Trunc_s" || rest == 0 {
+        return floor;
+    } else if 2 * rest != unit {
+        return (2 * value + unit).div_euclid(2 * unit);
+    }
+    let place = match (value < 0, floor % 2 == 0) {
+        (true, true) => 0,
+        (true, false) => 1,
+        (false, true) => 2,
+        (false, false) => 3,
     };
-    (value + added) >> drop
+    let floors = [-2, -1, 0, 1];
+    floor + ties[place] - floors[place]
+}
+
+/// Returns the word of a number in this format: clamped by `Sat_s`, else with its upper bits discarded (`None_s`).
+fn fitted(number: i128, to: Format, overflow: Overflow) -> i128 {
+    let bits = to.width();
+    let (least, most) =
+        if to.is_signed() { (-(1i128 << (bits - 1)), (1i128 << (bits - 1)) - 1) } else { (0, (1i128 << bits) - 1) };
+    match overflow {
+        Overflow::Saturate => number.max(least).min(most),
+        Overflow::Wrap if number & (1 << (bits - 1)) != 0 && to.is_signed() => (number & most) + least,
+        Overflow::Wrap => number & most,
+    }
 }
 
 #[test]
-fn roundings_are_those_of_en_cl_fix() {
-    let names = [
-        (Rounding::Truncate, "Trunc_s"),
-        (Rounding::NearestUp, "NonSymPos_s"),
-        (Rounding::NearestDown, "NonSymNeg_s"),
-        (Rounding::NearestAway, "SymInf_s"),
-        (Rounding::NearestInward, "SymZero_s"),
-        (Rounding::NearestEven, "ConvEven_s"),
-        (Rounding::NearestOdd, "ConvOdd_s"),
-    ];
-    for (rounding, name) in names {
-        for drop in 1..7 {
-            for value in -600..600 {
-                let expected = by_en_cl_fix(name, value, drop);
-                assert_eq!(rounding.shift(value, drop), expected, "{value} / 2^{drop}, {name}");
+fn every_word_of_up_to_6_bits_is_narrowed_into_every_narrower_format_as_by_en_cl_fix() {
+    let formats = |frac: i32, most_int: i32| {
+        let of = move |signed: bool| {
+            (1..=6).filter_map(move |width| Format::new(signed, width - i32::from(signed) - frac, frac).ok())
+        };
+        of(false).chain(of(true)).filter(move |format| format.int() <= most_int)
+    };
+    let mut narrowed = 0;
+    for from_frac in [-2, 0, 3, 6] {
+        for from in formats(from_frac, 64) {
+            for to in (from_frac - 7..=from_frac).flat_map(|frac| formats(frac, from.int())) {
+                for (mode, overflow) in BY_EN_CL_FIX.iter().flat_map(|mode| Overflow::ALL.map(|one| (mode, one))) {
+                    let rule = Narrowing { from_frac, to, rounding: mode.1, overflow };
+                    for value in from.min()..=from.max() {
+                        let whole = by_en_cl_fix(*mode, value, (from_frac - to.frac()).unsigned_abs());
+                        let word = to.value(rule.apply(value).word);
+                        assert_eq!(word, fitted(whole, to, overflow), "{value} of {from} into {to}, {}", mode.0);
+                        narrowed += 1;
+                    }
+                }
             }
         }
     }
+    assert!(narrowed > 400_000, "{narrowed}");
 }
 
 proptest! {

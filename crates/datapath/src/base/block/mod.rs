@@ -20,6 +20,10 @@ pub enum Generic {
     Boolean(bool),
 }
 
+/// The name of the generic that says how a block rounds: the number of a [`Rounding`](hpu_signal::Rounding). Wirings
+/// leave it at the block's default.
+pub const ROUNDING: &str = "ROUNDING";
+
 /// A lookup table inside a block, as the constant of its VHDL twin holds it.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Rom {

@@ -2,7 +2,7 @@
 
 use hpu_signal::Signal;
 
-use super::AnyBlock;
+use super::{AnyBlock, ROUNDING};
 
 /// One port of an instance, and the net of the wiring that it is connected to.
 pub struct Connection {
@@ -28,10 +28,12 @@ pub struct Instance {
 }
 
 impl Instance {
-    /// States the generics. Each is the wiring's generic of the same name, except for those given here.
+    /// States the generics. Each is the wiring's generic of the same name, except for those given here; `ROUNDING` is
+    /// left at the block's default.
     #[must_use]
     pub(crate) fn mapped(mut self, others: &[(&'static str, &'static str)]) -> Self {
-        self.generics = self.model.generics().into_iter().map(|(name, _)| (name, renamed(name, others))).collect();
+        let stated = self.model.generics().into_iter().filter(|(name, _)| *name != ROUNDING);
+        self.generics = stated.map(|(name, _)| (name, renamed(name, others))).collect();
         self
     }
 }

@@ -1,6 +1,9 @@
-//! The velocity estimators as functions of all positions sampled so far, in plain integers.
+//! The velocity estimators as functions of all positions sampled so far, in plain integers; and the ways to round.
+
+use std::cmp::Ordering;
 
 use hpu_datapath::{FilteredConfig, FoawConfig, LevantConfig};
+use hpu_signal::Rounding;
 
 /// Returns the difference of two counter words as a motion of less than half a turn.
 pub fn motion(to: i64, from: i64, turn: i64) -> i64 {
@@ -12,6 +15,29 @@ fn ago(positions: &[i64], back: usize) -> i64 {
     (positions.len() - 1).checked_sub(back).map_or(0, |at| positions[at])
 }
 
+/// Returns `value / unit`, rounded by the definition of each way.
+pub fn rounded(value: i128, unit: i128, rounding: Rounding) -> i128 {
+    let (below, rest) = (value.div_euclid(unit), value.rem_euclid(unit));
+    let above = below + i128::from(rest > 0);
+    let (inward, outward) = if value < 0 { (above, below) } else { (below, above) };
+    let (even, odd) = if below % 2 == 0 { (below, above) } else { (above, below) };
+    let tie = match rounding {
+        Rounding::Truncate => return below,
+        Rounding::TowardZero => return inward,
+        Rounding::NearestUp => above,
+        Rounding::NearestDown => below,
+        Rounding::NearestAway => outward,
+        Rounding::NearestInward => inward,
+        Rounding::NearestEven => even,
+        Rounding::NearestOdd => odd,
+    };
+    match (2 * rest).cmp(&unit) {
+        Ordering::Less => below,
+        Ordering::Equal => tie,
+        Ordering::Greater => above,
+    }
+}
+
 /// Returns the recursion of the low pass as a model.
 pub fn filtered_model(config: FilteredConfig) -> impl Fn(&[i64]) -> i64 {
     move |positions| {
@@ -19,7 +45,7 @@ pub fn filtered_model(config: FilteredConfig) -> impl Fn(&[i64]) -> i64 {
             let past = &positions[..sampled];
             let difference = motion(ago(past, 0), ago(past, 1), 1 << config.width);
             let error = i128::from(difference) * 2i128.pow(config.out_frac) - velocity;
-            velocity + error.div_euclid(2i128.pow(config.shift))
+            velocity + rounded(error, 2i128.pow(config.shift), config.rounding)
         }) as i64
     }
 }

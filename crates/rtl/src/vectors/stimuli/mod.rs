@@ -3,6 +3,7 @@
 mod gimbal;
 pub(crate) mod postures;
 mod sequences;
+mod thresholds;
 mod walls;
 
 use std::ops::Range;
@@ -12,6 +13,7 @@ use hpu_datapath::{AnyBlock, Generic};
 use hpu_signal::{Format, Signal};
 
 use self::sequences::{computations, is_estimator, motions, strobed};
+use self::thresholds::{climbs, noises, thresholds};
 use self::walls::{Walker, gain, grounded, is_law};
 use crate::Stimulus;
 use crate::vectors::stimuli::postures::{is_posed, pose};
@@ -64,13 +66,17 @@ fn product(lists: &[Vec<i64>]) -> Vec<Vec<i64>> {
     })
 }
 
-/// Returns the corner cases of a block. The first hundred rows are a test by themselves; the rest takes more rows
-/// (whole periods of a PWM).
+/// The most edges for which directed rows wait: for a period of a PWM, or for a decoder to settle. Of a block with
+/// wider words they see a part.
+const LONGEST: i64 = 1 << 16;
+
+/// Returns the corner cases of a block, then those at its thresholds, whatever its generics. The first hundred rows are
+/// a test by themselves; the rest takes more rows (whole periods of a PWM).
 pub fn directed(block: &dyn AnyBlock) -> Vec<Stimulus> {
     let inputs = block.inputs();
     let rows = match block.name() {
-        "synchronizer" | "quadrature_decoder" => transitions(generic(block, "SETTLE").unwrap_or(2)),
-        "pwm" => modulation(inputs[0].format),
+        "synchronizer" | "quadrature_decoder" => transitions(generic(block, "SETTLE").unwrap_or(2).min(LONGEST)),
+        "pwm" => modulation(inputs[0].format, generic(block, "DEAD_TIME").unwrap_or(0)),
         _ if !block.clocked() => combinations(&inputs),
         "input_shaper" => [walls::steps(&inputs), samples(&inputs)].concat(),
         "energy_bounding" => [walls::motions(&inputs), walls::haul(block, &inputs)].concat(),
@@ -79,7 +85,7 @@ pub fn directed(block: &dyn AnyBlock) -> Vec<Stimulus> {
         _ if let Some(width) = generic(block, "PWM_WIDTH")
             && inputs[0].name == "a_pin" =>
         {
-            [strolls(&inputs), retreat(&inputs, 1 << width)].concat()
+            [strolls(&inputs), retreat(&inputs, (1 << width).min(LONGEST))].concat()
         }
         _ if lines(&inputs) > 0 => walks(&inputs),
         _ if block.first_shown().is_some() => results(&inputs),
@@ -92,7 +98,7 @@ pub fn directed(block: &dyn AnyBlock) -> Vec<Stimulus> {
         _ => samples(&inputs),
     };
     let resets = if block.clocked() { interrupted(&rows) } else { Vec::new() };
-    grounded(block, [rows, resets].concat())
+    grounded(block, [rows, resets, thresholds(block), climbs(block), noises(block)].concat())
 }
 
 /// Lengths of the resets in the midst of activity, in edges.
@@ -211,17 +217,21 @@ fn transitions(settle: i64) -> Vec<Stimulus> {
 }
 
 /// Returns rows for a PWM: every corner of the command from reset, a few edges each; then whole periods in which the
-/// command changes.
-fn modulation(command: Format) -> Vec<Stimulus> {
+/// command changes; and those commands whose pulses are just longer than the dead time, if there is one.
+fn modulation(command: Format, dead_time: i64) -> Vec<Stimulus> {
     let mut rows = Vec::new();
     for &word in &corners(command) {
         rows.push(reset(vec![word]));
         rows.extend(vec![edge(vec![word]); 11]);
     }
-    let period = command.max() as usize + 1;
+    let period = (command.max() as usize + 1).min(LONGEST as usize);
     rows.push(reset(vec![0]));
     for &word in &corners(command) {
         rows.extend(vec![edge(vec![word]); period + period / 3]);
+    }
+    let pulses = [1, 2].map(|more| i128::from(dead_time + more)).into_iter().flat_map(|pulse| [pulse, -pulse]);
+    for word in pulses.filter(|&pulse| dead_time > 0 && command.holds(pulse)) {
+        rows.extend(vec![edge(vec![command.wrap(word)]); period + period / 3]);
     }
     rows
 }

@@ -155,7 +155,7 @@ pub(super) fn haul(block: &dyn AnyBlock, inputs: &[Signal]) -> Vec<Stimulus> {
     // A torque is slightly less than 2^torque, and a motion slightly less than 2^motion. An eighth more captures, and
     // two, make up for it.
     let motion = i64::from(inputs[1].format.width()) - 1;
-    let captures = (1 << (energy - torque - motion)) * 9 / 8 + 2;
+    let captures = (1 << (energy - torque - motion).clamp(0, 12)) * 9 / 8 + 2;
     let rows = (0..between * captures).map(|turn| {
         words[0] = inputs[0].format.wrap(i128::from(turn) * stride);
         edge(words.clone())

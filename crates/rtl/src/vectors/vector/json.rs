@@ -5,6 +5,7 @@
 //! their least significant bit. A reader must not read them as floats.
 
 use hpu_datapath::Generic;
+use hpu_signal::Format;
 use serde_json::{Map, Value, json};
 use sha2::{Digest, Sha256};
 
@@ -118,12 +119,16 @@ impl Vectors {
         format!("{said}{DIGEST}: \"{sha}\"\n}}\n")
     }
 
-    /// Reads a JSON file. Its header must be one of `headers`.
+    /// Reads a JSON file. Its header must be one of those that `headers` returns for the name of its block and for its
+    /// generics, each a name and a value.
     ///
     /// # Errors
     ///
     /// [`VectorError`] when the file was changed after it was written, or does not describe a set.
-    pub fn from_json(text: &str, headers: impl IntoIterator<Item = Header>) -> Result<Self, VectorError> {
+    pub fn from_json<H: IntoIterator<Item = Header>>(
+        text: &str,
+        headers: impl FnOnce(&str, &[(String, String)]) -> Result<H, String>,
+    ) -> Result<Self, VectorError> {
         let told: Vec<_> = text.lines().filter(|line| line.contains(DIGEST)).collect();
         let told = match told[..] {
             [line] => line.trim().strip_prefix(DIGEST).and_then(|rest| rest.strip_prefix(": \"")?.strip_suffix('"')),
@@ -141,7 +146,14 @@ impl Vectors {
         let no_json = |error: serde_json::Error| VectorError::at(error.line(), format!("no JSON: {error}"));
         let json: Value = serde_json::from_str(text).map_err(no_json)?;
         let same = |header: &Header| described(header).iter().all(|(key, value)| json[*key] == *value);
-        let header = headers.into_iter().find(same).ok_or_else(|| {
+        let generics = json["generics"].as_object().into_iter().flatten();
+        let generics: Vec<_> = generics.map(|(name, value)| (name.clone(), value.to_string())).collect();
+        let block = json["block"].as_str().unwrap_or_default();
+        let headers = headers(block, &generics).map_err(|why| VectorError::at(of("\"block\""), why))?;
+        let columns = json["columns"].as_array().into_iter().flatten();
+        let formats: Vec<_> = columns.filter_map(format_of).collect();
+        let mut headers = headers.into_iter().map(|header| header.with_formats(&formats));
+        let header = headers.find(same).ok_or_else(|| {
             let block = &json["block"];
             let why = format!("no configuration of a block {block} has these columns and generics; see hpu block NAME");
             VectorError::at(of("\"block\""), why)
@@ -164,6 +176,13 @@ impl Vectors {
         let rows = (1..).zip(rows).map(read).collect::<Result<_, _>>()?;
         Ok(Self { header, rows })
     }
+}
+
+/// Returns the name and the format of a column.
+fn format_of(column: &Value) -> Option<(&str, Format)> {
+    let part = |index: usize| column["format"][index].as_i64().and_then(|part| i32::try_from(part).ok());
+    let format = Format::new(part(0)? == 1, part(1)?, part(2)?).ok()?;
+    Some((column["name"].as_str()?, format))
 }
 
 /// Returns a list with one element a line.

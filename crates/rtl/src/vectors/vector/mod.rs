@@ -17,13 +17,24 @@ mod refusal;
 
 use std::fmt::{self, Write as _};
 
-use hpu_datapath::{AnyBlock, Generic, Rom};
+use hpu_datapath::{AnyBlock, Generic, ROUNDING, Rom, block_by_name};
 use hpu_signal::{Format, Signal};
 use hpu_wave::Column;
 
 pub use json::{Origin, Source, row_line};
 pub use memory::Memory;
 pub use refusal::VectorError;
+
+/// Returns the generics of a block that a header tells: all but a rounding that is the block's default. Blocks had no
+/// other one before, and files from then stay as they are.
+fn told(block: &dyn AnyBlock) -> Vec<(&'static str, Generic)> {
+    let mut all = block.generics();
+    if all.iter().any(|(name, _)| *name == ROUNDING) {
+        let default = block_by_name(block.name()).map_or(Vec::new(), |default| default.generics());
+        all.retain(|generic| generic.0 != ROUNDING || !default.contains(generic));
+    }
+    all
+}
 
 /// The contents of line 1 of a vector file. [`Display`](fmt::Display) writes that line.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -36,7 +47,7 @@ pub struct Header {
     pub inputs: Vec<Column>,
     /// Outputs.
     pub outputs: Vec<Column>,
-    /// Generics of the configuration.
+    /// Generics of the configuration, without a `ROUNDING` at its default.
     pub generics: Vec<(&'static str, Generic)>,
 }
 
@@ -76,8 +87,22 @@ impl Header {
             clocked: block.clocked(),
             inputs: rst.into_iter().chain(block.inputs().iter().map(column)).collect(),
             outputs: block.outputs().iter().map(column).collect(),
-            generics: block.generics(),
+            generics: told(block),
         }
+    }
+
+    /// Returns the header with these formats, by the names of columns, where they have as many bits and the same sign.
+    /// A multiplier's generics tell no fraction bits, so that a file may place them elsewhere.
+    #[must_use]
+    pub fn with_formats(mut self, formats: &[(&str, Format)]) -> Self {
+        for column in self.inputs.iter_mut().chain(&mut self.outputs) {
+            let is_alike = |format: Format| {
+                (format.width(), format.is_signed()) == (column.format.width(), column.format.is_signed())
+            };
+            let told = formats.iter().find(|(name, format)| *name == column.name && is_alike(*format));
+            column.format = told.map_or(column.format, |(_, format)| *format);
+        }
+        self
     }
 
     /// Returns all columns, inputs first.
@@ -137,7 +162,7 @@ impl Vectors {
             clocked: false,
             inputs: vec![Column { name: "address", format: Format::unsigned(bits), unit: "1" }],
             outputs: vec![Column { name: rom.name, format: rom.format, unit: "1" }],
-            generics: block.generics(),
+            generics: told(block),
         };
         Self { header, rows: (0..).zip(&rom.words).map(|(address, &word)| vec![address, word]).collect() }
     }
