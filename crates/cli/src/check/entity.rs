@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use hpu_cosim::scene::{Identifier, Language, SourceFile, Standard, beside};
+use hpu_cosim::scene::{Identifier, Language, Part, SourceFile, Standard, beside};
 use hpu_cosim::{excerpt, read_plain};
 use hpu_rtl::CheckReport;
 use hpu_rtl::entity::{Entity, Link};
@@ -26,7 +26,8 @@ pub struct Theirs {
     #[arg(long = "as", id = "as_block", value_name = "BLOCK", requires = "entity")]
     as_block: Option<String>,
     /// Connect a port of it: THEIRS=OURS, an input also THEIRS=NUMBER, an output also THEIRS=open; open=OURS for an
-    /// output that it does not have; ports of the same name need none; may be repeated
+    /// output that it does not have; ports of the same name need none; bits of one are 'p(7 downto 0)' or 'p[7:0]'; may
+    /// be repeated
     #[arg(long, value_name = "THEIRS=OURS", value_parser = values::pair, requires = "entity")]
     port: Vec<(String, String)>,
     /// Set a generic or parameter of it: THEIRS=OURS takes the value of ours, THEIRS=VALUE stays; --set NAME=VALUE is a
@@ -125,7 +126,14 @@ pub fn entity(args: &Args) -> Result<Entity, Failure> {
         reset: reset.transpose()?,
         ports: ports
             .iter()
-            .map(|(theirs, ours)| Ok((name("port", theirs)?, link(ours))))
+            .map(|(theirs, ours)| {
+                let refused = || {
+                    let accepted = language.identifiers();
+                    Failure::usage(format!("--port: `{}` is no identifier: {accepted}", excerpt(theirs)))
+                };
+                let (port, part) = Part::of_name(language, theirs).ok_or_else(refused)?;
+                Ok((port, part, link(ours)))
+            })
             .collect::<Result<_, Failure>>()?,
         without: without.iter().map(|(_, ours)| ours.clone()).collect(),
         generics: generic

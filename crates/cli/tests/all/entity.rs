@@ -302,6 +302,50 @@ const UNKNOWN: [(&str, &str, &str); 11] = [
 ];
 
 #[test]
+fn parts_of_ports_are_compared_and_their_errors_found() {
+    let dir = scratch("packed_blocks");
+    let hdl = shipped("quad_x4.v")
+        + "module packed_x4 #(parameter WAIT = 3) (input c, clear, input [3:0] pins, output [7:0] told);
+             wire [1:0] move; wire lost; assign told = {3'b101, move, ~lost, lost, 1'b0};
+             quad_x4 #(.WAIT(WAIT)) u (.c(c), .clear(clear), .ch_a(pins[2]), .ch_b(pins[1]), .move(move), .lost(lost));
+           endmodule\n";
+    let parts = [
+        "--as=quadrature_decoder",
+        "--entity=packed_x4",
+        "--port=pins[2]=a",
+        "--port=pins[1]=b",
+        "--port=pins[0]=1",
+        "--port=pins[3]=0",
+        "--port=told[4:3]=step",
+        "--port=told(1)=error",
+        "--generic=WAIT=SETTLE",
+        "--clock=c",
+        "--reset=clear",
+        "--variant=default",
+    ];
+    let (ended, value) = checked(&dir, "packed.v", &hdl, &parts);
+    assert_eq!((ended, &value["blocks"][0]["variants"][0]["first"]), (0, &serde_json::Value::Null), "{value}");
+    let swapped = parts.map(|arg| arg.replace("pins[2]=a", "pins[1]=a").replace("pins[1]=b", "pins[2]=b"));
+    let swapped: Vec<_> = swapped.iter().map(String::as_str).collect();
+    assert_eq!(checked(&dir, "packed.v", &hdl, &swapped).0, 1, "the lines are swapped");
+    let inverted = parts.map(|arg| if arg == "--port=told(1)=error" { "--port=told[2]=error" } else { arg });
+    let (ended, value) = checked(&dir, "packed.v", &hdl, &inverted);
+    let signal = value["blocks"][0]["variants"][0]["first"]["signal"].as_str().expect("a difference");
+    assert_eq!((ended, signal), (1, "error (their told[2])"));
+    let path = dir.join("packed.v");
+    let with = |from: &str, to: &str| {
+        let args: Vec<_> =
+            parts.iter().map(|arg| if *arg == from { to } else { arg }).filter(|arg| !arg.is_empty()).collect();
+        run(&[&["check"], &args[..], &[text(&path)]].concat())
+    };
+    refused(&with("--port=pins[3]=0", "--port=pins[1]=0"), 2, "some bits of `pins` are connected twice");
+    refused(&with("--port=pins[3]=0", ""), 2, "not all bits of input `pins` are connected");
+    refused(&with("--port=pins[3]=0", "--port=pins[4]=0"), 2, "`pins` of `packed_x4` has 4 bits, from 3 down to 0");
+    let output = with("--variant=default", "--formal");
+    assert!((stdout(&output) + &stderr(&output)).contains("is a part of a port, which is compared by vectors alone"));
+}
+
+#[test]
 fn an_output_that_may_be_unknown_is_no_more_equal_by_vectors_than_by_a_proof() {
     let dir = scratch("unknown_blocks");
     let right = wall("assign contact = ~delta[W-1]; assign penetration = p;");

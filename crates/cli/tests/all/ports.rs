@@ -146,3 +146,35 @@ fn ports_that_no_word_is_are_refused_with_their_type() {
         assert_refused(&run(&["run", &path]), 4, &["kind.toml:", &format!("dut.ports.x: {told}")]);
     }
 }
+
+#[test]
+fn bits_of_vectors_are_connected_by_names_of_the_scene() {
+    let dir = scratch("bundles");
+    let source = "module bundles(input clk, rst, ena, input [7:0] ui_in, output [7:0] uo_out);
+      reg [7:0] n; always @(posedge clk) if (rst) n <= 0; else n <= n + 1;
+      assign uo_out = {n[3:0], ena, ui_in[7], n[7], ui_in[0] & ~ui_in[1]}; endmodule\n";
+    let pins = "pins = { a = 'ui_in[0]', b = 'ui_in[1]', mode = 'ui_in[7:2]', pwm = 'uo_out[1]', way = 'uo_out[2]' }";
+    let ports = "mode = 33\nway = 'bridge.direction'\nena = 1\n";
+    let path = scene(&dir, ("bundles.v", source), pins, ports);
+    let [given, told] = shown(&path, &[], ["ui_in", "uo_out"]);
+    for ((given, told), edge) in given.iter().zip(&told).zip(1..) {
+        assert_eq!(given >> 2, 33, "the mode");
+        assert_eq!(told & 1, given & 1 & !(given >> 1), "of the lines");
+        assert_eq!(told >> 1, (edge & 15) << 3 | 4 | 2 | (edge >> 7 & 1), "after edge {edge}");
+    }
+    for bit in [1, 2] {
+        assert!(given.iter().any(|word| word & bit == 0) && given.iter().any(|word| word & bit != 0));
+    }
+    let value = json(&run(&["run", &path, "--json"]));
+    let connections = value["dut"].to_string();
+    assert!(connections.contains("[2] bridge.direction, [1] bridge.pwm"), "{connections}");
+    for (wrong, told) in [
+        (pins.replace("way", "stray"), "dut.pins.stray: connect `stray` in [dut.ports], or call it as its line: a, b"),
+        (pins.replace("uo_out[2]", "uo_out[8]"), "dut.ports.way: uo_out (out, 8 bits) has no such bits"),
+        (pins.replace("uo_out[1]", "uo[1]"), "dut.pins.pwm: `bundles` has no port `uo`"),
+        (pins.replace("uo_out[1]", "uo-out[1]"), "dut.pins.pwm: `uo-out[1]` is no name of a port"),
+    ] {
+        let path = scene(&dir, ("bundles.v", source), &wrong, ports);
+        assert_refused(&run(&["run", &path]), 4, &["bundles.toml:", told]);
+    }
+}

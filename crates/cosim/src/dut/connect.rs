@@ -179,7 +179,7 @@ impl Wires {
             line(scene, "dut.reset.port", find("dut.reset.port", &reset.port)?)?;
         }
         for connected in &dut.ports {
-            let key = format!("dut.ports.{}", connected.key);
+            let key = connected.path();
             let parts = ports.iter().filter(|port| !port.is_inside);
             let mut parts = parts.filter_map(|port| Some((port, part_of(connected, port)?)));
             // A port that no part is of has no such name.
@@ -443,13 +443,13 @@ fn pieces<'a>(
     all: impl Iterator<Item = (&'a Connected, Part)>,
 ) -> Result<Vec<Piece>, SceneError> {
     let mut pieces: Vec<Piece> = Vec::new();
-    for (Connected { connection, key, .. }, part) in all {
-        let Some((shift, width)) = bits(port, part) else { continue };
+    for (connected @ Connected { connection, .. }, part) in all {
+        let Some((shift, width)) = part.bits(port.format.width()) else { continue };
         if let Some(other) =
             pieces.iter().find(|piece| piece.shift < shift + width && shift < piece.shift + piece.width)
         {
             let reason = format!("these bits of {} are connected to {} too", shown(port), other.connection.name());
-            return Err(scene.error(&format!("dut.ports.{key}"), reason));
+            return Err(scene.error(&connected.path(), reason));
         }
         if *connection != Connection::Open {
             pieces.push(Piece { shift, width, connection: *connection });
@@ -459,24 +459,10 @@ fn pieces<'a>(
     Ok(pieces)
 }
 
-/// Returns the bits of a part of a port: the number of those to the right, and the part's own; `None` for bits that the
-/// port does not have.
-fn bits(port: &Port, part: Part) -> Option<(u32, u32)> {
-    let width = port.format.width();
-    match part {
-        Part::Whole => Some((0, width)),
-        Part::Bits(one, other) => {
-            let (low, high) = (u32::try_from(one.min(other)).ok()?, u32::try_from(one.max(other)).ok()?);
-            (high < width).then_some((low, high - low + 1))
-        }
-        Part::InList { before, of } => (of == width).then(|| (width - 1 - before, 1)),
-    }
-}
-
 /// Checks that a port, or a part of it, can have a connection.
 fn check(scene: &DutScene, key: &str, port: &Port, part: Part, connection: Connection) -> Result<(), SceneError> {
     let refused = |reason: String| Err(scene.error(key, reason));
-    let Some((_, width)) = bits(port, part) else {
+    let Some((_, width)) = part.bits(port.format.width()) else {
         return refused(match part {
             Part::InList { of, .. } => format!("{} has not the {of} bit(s) of the list", shown(port)),
             _ => format!("{} has no such bits", shown(port)),

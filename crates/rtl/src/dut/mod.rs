@@ -92,7 +92,7 @@ pub fn at(error: Error, scene: &DutScene) -> Fault {
     if let Reason::Port(name, why) = error.reason() {
         let of_port = |port: &str| port.split(['.', '(', '[']).next().is_some_and(|own| own.eq_ignore_ascii_case(name));
         let connected = scene.dut.ports.iter().find(|connected| of_port(&connected.port));
-        let key = connected.map_or("dut.ports".to_string(), |connected| format!("dut.ports.{}", connected.key));
+        let key = connected.map_or("dut.ports".to_string(), hpu_cosim::scene::Connected::path);
         return scene.error(&key, why.clone()).into();
     }
     let Reason::Generic(name, why) = error.reason() else { return error.into() };

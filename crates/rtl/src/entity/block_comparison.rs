@@ -29,9 +29,10 @@ pub(super) struct BlockComparison<'a> {
 }
 
 impl<'a> BlockComparison<'a> {
-    pub(super) fn new(ours: &'a Ours, wires: &'a [Wire], beside: &'static str) -> Self {
+    /// Begins to compare the answers at these connections of so many ports.
+    pub(super) fn new(ours: &'a Ours, (wires, ports): (&'a [Wire], usize), beside: &'static str) -> Self {
         let around = Around { beside, ..around::of_block(&ours.vectors.header) };
-        let (now, last) = (vec![None; wires.len()], VecDeque::new());
+        let (now, last) = (vec![None; ports], VecDeque::new());
         let coverage = Coverage::of_block(&ours.vectors.header);
         Self { ours, wires, now, compared: 0, mismatches: 0, first: None, around, last, coverage }
     }
@@ -63,7 +64,8 @@ impl<'a> BlockComparison<'a> {
             self.coverage.row(header.clocked, rows[row][..inputs].iter().chain(own).copied());
         }
         let mut got: Vec<_> = header.outputs.iter().zip(own).map(|(column, &word)| hex(column.format, word)).collect();
-        for (wire, &bits) in self.wires.iter().zip(&self.now) {
+        for wire in self.wires {
+            let bits = self.now[wire.place].map(|word| wire.bits(word));
             let What::Output(index) = wire.what else { continue };
             let (column, expected) = (&header.outputs[index], own[index]);
             let answer = Answer::of(wire, bits, column.format);

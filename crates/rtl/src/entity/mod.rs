@@ -13,7 +13,7 @@ use std::time::Instant;
 
 use hpu_cosim::dut::{Asked, Change, Design, Port};
 use hpu_cosim::named_block;
-use hpu_cosim::scene::{self, BesideFile, Dut, DutClock, Engine, Identifier, Registers, SourceFile, Standard};
+use hpu_cosim::scene::{self, BesideFile, Dut, DutClock, Engine, Identifier, Part, Registers, SourceFile, Standard};
 use hpu_datapath::{AnyBlock, Generic, block_names, variants_of};
 use hpu_signal::Clock;
 
@@ -49,9 +49,9 @@ pub struct Entity {
     pub clock: Option<Identifier>,
     /// Its reset, and whether the reset is active at 0. Without a name it is the port `rst`, if there is one.
     pub reset: Option<(Identifier, bool)>,
-    /// Its ports, and the ports of ours that they correspond to. A port with the same name as one of ours may be left
-    /// out.
-    pub ports: Vec<(Identifier, Link)>,
+    /// Its ports or parts of them, and the ports of ours that they correspond to. A port with the same name as one of
+    /// ours may be left out.
+    pub ports: Vec<(String, Part, Link)>,
     /// Outputs of ours that theirs does not have.
     pub without: Vec<String>,
     /// Its generics and their values: a value is the name of a generic of ours, such as `WIDTH`, or is written as in
@@ -91,6 +91,9 @@ pub enum Link {
 
 /// The ports of a design, connected to those of a block of ours.
 struct Connected {
+    /// The ports without the clock.
+    ports: Vec<Port>,
+    /// The connections of each port, in the order of the ports.
     wires: Vec<Wire>,
     has_clock: bool,
 }
@@ -110,17 +113,23 @@ fn refused<T>(why: String) -> Result<T, Error> {
 }
 
 /// Returns the bits at the ports of theirs in a row.
-fn given(ours: &Ours, wires: &[Wire], row: usize) -> Vec<u64> {
-    wires.iter().map(|wire| wire.given(ours, row)).collect()
+fn given(ours: &Ours, connected: &Connected, row: usize) -> Vec<u64> {
+    words(connected, |wire| wire.given(ours, row))
 }
 
 /// Returns the bits at the ports of theirs while it settles: in reset, whatever the first row asks for.
-fn settling(ours: &Ours, wires: &[Wire]) -> Vec<u64> {
-    let bits = |wire: &Wire| match wire.what {
+fn settling(ours: &Ours, connected: &Connected) -> Vec<u64> {
+    words(connected, |wire| match wire.what {
         What::Reset { active_low } => u64::from(!active_low),
         _ => wire.given(ours, 0),
-    };
-    wires.iter().map(bits).collect()
+    })
+}
+
+/// Returns the bits at the ports of theirs from those of each connection.
+fn words(Connected { ports, wires, .. }: &Connected, bits: impl Fn(&Wire) -> u64) -> Vec<u64> {
+    let mut words = vec![0; ports.len()];
+    wires.iter().for_each(|wire| words[wire.place] |= bits(wire) << wire.shift);
+    words
 }
 
 /// A configuration of a block, and its label.
@@ -180,10 +189,11 @@ impl Entity {
         let began = Instant::now();
         let Prepared { dut, names } = simulators.prepared(&self.dut(&**block))?;
         let design = simulators.of_model(&model(&dut, &names))?;
-        let Connected { wires, has_clock } = self.connected(&**block, &dut, design.ports())?;
+        let connected = self.connected(&**block, &dut, design.ports())?;
+        let has_clock = connected.has_clock;
         let shift = self.shift(&**block, has_clock)?;
 
-        let has_reset = wires.iter().any(|wire| matches!(wire.what, What::Reset { .. }));
+        let has_reset = connected.wires.iter().any(|wire| matches!(wire.what, What::Reset { .. }));
         let stimuli = all_stimuli(&**block, label, self.rows, self.seed);
         let stimuli: Vec<_> = stimuli.into_iter().filter(|stimulus| has_reset || !stimulus.rst).collect();
         let resets: Vec<bool> = stimuli.iter().map(|stimulus| stimulus.rst).collect();
@@ -193,15 +203,15 @@ impl Entity {
         let version = || Tool::Icarus.version(simulators.setup.timeout);
         let in_icarus = if self.is_vhdl() { None } else { Some(version()?) };
         let compared = match in_icarus {
-            Some(version) => self.twice(&*design, (simulators, &dut, &version), &ours, (&wires, has_clock)),
-            None => self.simulate(&*design, &ours, &wires).map(|tally| (tally, design.engine().to_string())),
+            Some(version) => self.twice(&*design, (simulators, &dut, &version), &ours, &connected),
+            None => self.simulate(&*design, &ours, &connected).map(|tally| (tally, design.engine().to_string())),
         };
         let (comparison, engine) = match compared {
             Ok((tally, engine)) => (Ok(tally), engine),
             Err(fault) => (Err(fault.to_string()), design.engine().to_string()),
         };
         found.add(comparison, has_clock, began.elapsed().as_secs_f64());
-        Ok(Compared { row: found, not_taken: not_taken(&**block, &wires), engine, has_reset })
+        Ok(Compared { row: found, not_taken: not_taken(&**block, &connected.wires), engine, has_reset })
     }
 
     /// Compares the answers of theirs in Icarus Verilog, to which a bit may be X or Z, and where they are equal, in
@@ -211,15 +221,15 @@ impl Entity {
         design: &dyn Design,
         (simulators, dut, version): (&Simulators, &Dut, &str),
         ours: &Ours,
-        (wires, has_clock): (&[Wire], bool),
+        connected: &Connected,
     ) -> Result<(Tally, String), Error> {
         let engine = design.engine();
-        let engine = match self.in_icarus(simulators, dut, ours, (wires, has_clock))? {
+        let engine = match self.in_icarus(simulators, dut, ours, connected)? {
             Some(tally) if tally.mismatches > 0 => return Ok((tally, format!("Icarus Verilog {version}"))),
             Some(_) => format!("{engine} and Icarus Verilog {version}"),
             None => format!("{engine} alone: Icarus Verilog, which knows X and Z, does not take it"),
         };
-        Ok((self.simulate(design, ours, wires)?, engine))
+        Ok((self.simulate(design, ours, connected)?, engine))
     }
 
     /// Simulates theirs in Icarus Verilog, and compares the answers. Returns `None` if it does not take the design.
@@ -228,18 +238,18 @@ impl Entity {
         simulators: &Simulators,
         dut: &Dut,
         ours: &Ours,
-        (wires, has_clock): (&[Wire], bool),
+        connected: &Connected,
     ) -> Result<Option<Tally>, Error> {
-        let ports: Vec<_> = wires.iter().map(|wire| wire.port.clone()).collect();
-        let rows: Vec<_> = [settling(ours, wires)]
+        let Connected { ports, wires, has_clock } = connected;
+        let rows: Vec<_> = [settling(ours, connected)]
             .into_iter()
-            .chain((0..ours.vectors.rows.len()).map(|row| given(ours, wires, row)))
+            .chain((0..ours.vectors.rows.len()).map(|row| given(ours, connected, row)))
             .collect();
-        let Some(answers) = simulators.answers(&model(dut, Names::NONE), (&ports, has_clock), &rows)? else {
+        let Some(answers) = simulators.answers(&model(dut, Names::NONE), (ports, *has_clock), &rows)? else {
             return Ok(None);
         };
         let outputs: Vec<_> = (0..ports.len()).filter(|port| !ports[*port].is_input).collect();
-        let mut comparison = BlockComparison::new(ours, wires, "verilog");
+        let mut comparison = BlockComparison::new(ours, (wires, ports.len()), "verilog");
         for (number, answer) in answers.into_iter().enumerate() {
             let change = |(&port, bits)| Change { edge: u64::from(number > 0), port, bits };
             let changes: Vec<_> = outputs.iter().zip(answer).map(change).collect();
@@ -259,18 +269,19 @@ impl Entity {
             return refused(format!("`{}` has no clock `{clock}`; {}", self.top, there_are(&ports)));
         }
         let wires = self.wires(block, &ports)?;
-        Ok(Connected { wires, has_clock: !clocks.is_empty() })
+        Ok(Connected { ports, wires, has_clock: !clocks.is_empty() })
     }
 
     /// Simulates theirs on the rows that ours was given, and compares the answers.
-    fn simulate(&self, design: &dyn Design, ours: &Ours, wires: &[Wire]) -> Result<Tally, Error> {
+    fn simulate(&self, design: &dyn Design, ours: &Ours, connected: &Connected) -> Result<Tally, Error> {
         let beside = if self.is_vhdl() { "vhdl" } else { "verilog" };
-        let mut comparison = BlockComparison::new(ours, wires, beside);
+        let count_of_ports = connected.ports.len();
+        let mut comparison = BlockComparison::new(ours, (&connected.wires, count_of_ports), beside);
         let count = ours.vectors.rows.len();
-        let bits = |row: usize| given(ours, wires, row);
-        let words = settling(ours, wires);
+        let bits = |row: usize| given(ours, connected, row);
+        let words = settling(ours, connected);
         let mut changes = Vec::new();
-        let mut running = design.start(&words, &vec![false; wires.len()], &mut changes)?;
+        let mut running = design.start(&words, &vec![false; count_of_ports], &mut changes)?;
         comparison.begin(&changes);
         let mut row = 0;
         while row < count {

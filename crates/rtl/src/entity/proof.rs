@@ -32,7 +32,12 @@ impl Entity {
         let Some(equations) = block.equations() else { return Ok(Verdict::Open(NOT_STRAIGHT.to_string())) };
         let Prepared { dut, names } = simulators.prepared(&self.dut(&**block))?;
         let ports = simulators.ports_of_model(&model(&dut, &names))?;
-        let Connected { wires, has_clock } = self.connected(&**block, &dut, &ports)?;
+        let Connected { ports, wires, has_clock } = self.connected(&**block, &dut, &ports)?;
+        if let Some(Wire { port, .. }) = wires.iter().find(|wire| wire.port.name != ports[wire.place].name) {
+            let why =
+                format!("`{}` is a part of a port, which is compared by vectors alone (without --formal)", port.name);
+            return Ok(Verdict::Refused(why));
+        }
         self.shift(&**block, has_clock)?;
         let latency = match (block.clocked(), usize::try_from(self.latency)) {
             (false, Ok(latency)) => latency,
@@ -100,7 +105,7 @@ impl Entity {
         let registers = state.map(|(ours, theirs)| (ours, names.path(&theirs))).collect();
         let mut links = Links { registers, ..Links::default() };
         let (inputs, outputs) = (equations.inputs(), equations.outputs());
-        for Wire { port, what } in wires {
+        for Wire { port, what, .. } in wires {
             let net = names.own(&port.name).to_string();
             match *what {
                 What::Input(index) => links.ports.push((inputs[index].name.to_string(), net)),

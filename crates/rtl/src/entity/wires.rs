@@ -1,16 +1,22 @@
 //! Connects the ports of somebody else's block to those of ours.
 
 use hpu_cosim::dut::Port;
+use hpu_cosim::scene::Part;
 use hpu_datapath::AnyBlock;
-use hpu_signal::Signal;
+use hpu_signal::{Format, Signal};
 
 use super::ours::Ours;
 use super::{Entity, Link, refused};
 use crate::engines::error::Error;
 
-/// A port of theirs and its counterpart.
+/// A port of theirs, or a part of its bits, and its counterpart.
 pub(super) struct Wire {
+    /// The port; of a part of its bits, a port of their own.
     pub(super) port: Port,
+    /// The place of the whole port among theirs.
+    pub(super) place: usize,
+    /// The number of the port's bits to the right.
+    pub(super) shift: u32,
     pub(super) what: What,
 }
 
@@ -27,6 +33,11 @@ pub(super) enum What {
 }
 
 impl Wire {
+    /// Returns its own bits among those of the whole port.
+    pub(super) fn bits(&self, word: u64) -> u64 {
+        word >> self.shift & (u64::MAX >> (64 - self.port.format.width()))
+    }
+
     /// Returns the bits at the port in a row, if it is an input.
     pub(super) fn given(&self, ours: &Ours, row: usize) -> u64 {
         match self.what {
@@ -42,13 +53,26 @@ impl Entity {
     /// Returns each port of theirs with its counterpart. Each output of ours must have a counterpart, or be declared to
     /// have none.
     pub(super) fn wires(&self, block: &dyn AnyBlock, ports: &[Port]) -> Result<Vec<Wire>, Error> {
-        for name in self.ports.iter().map(|(name, _)| name).chain(self.reset.iter().map(|(name, _)| name)) {
-            if !ports.iter().any(|port| same(&port.name, name)) {
-                return refused(format!("`{}` has no port `{name}`; {}", self.top, there_are(ports)));
+        let none = |name: &str| refused(format!("`{}` has no port `{name}`; {}", self.top, there_are(ports)));
+        let has = |name: &str, part: Part| ports.iter().any(|port| part.within(name, &port.name, true).is_some());
+        if let Some((name, ..)) = self.ports.iter().find(|(name, part, _)| !has(name, *part)) {
+            return none(name);
+        }
+        if let Some((name, _)) = self.reset.as_ref().filter(|(name, _)| !has(name, Part::Whole)) {
+            return none(name);
+        }
+        let mut wires = Vec::new();
+        for (place, port) in ports.iter().enumerate() {
+            let links = self.ports.iter();
+            let links = links.filter_map(|(name, part, link)| Some((part.within(name, &port.name, true)?, link)));
+            let links: Vec<_> = links.collect();
+            if links.iter().all(|(part, _)| *part == Part::Whole) {
+                let what = self.what(block, port, links.first().map(|(_, link)| *link))?;
+                wires.push(Wire { port: port.clone(), place, shift: 0, what });
+            } else {
+                self.parts(block, (place, port), &links, &mut wires)?;
             }
         }
-        let wire = |port: &Port| Ok(Wire { port: port.clone(), what: self.what(block, port)? });
-        let wires = ports.iter().map(wire).collect::<Result<Vec<_>, Error>>()?;
         let outputs = block.outputs();
         if let Some(name) = self.without.iter().find(|name| !outputs.iter().any(|output| same(output.name, name))) {
             return refused(format!("{} has no output `{name}`; it has {}", self.block, names(&outputs)));
@@ -78,11 +102,44 @@ impl Entity {
         Ok(wires)
     }
 
-    fn what(&self, block: &dyn AnyBlock, port: &Port) -> Result<What, Error> {
+    /// Adds the connected parts of a port.
+    fn parts(
+        &self,
+        block: &dyn AnyBlock,
+        (place, port): (usize, &Port),
+        links: &[(Part, &Link)],
+        wires: &mut Vec<Wire>,
+    ) -> Result<(), Error> {
+        let (name, all) = (&port.name, port.format.width());
+        if self.reset.as_ref().is_some_and(|(reset, _)| same(reset, name)) {
+            return refused(format!("port `{name}` is the reset and something else"));
+        }
+        let mut taken = 0;
+        for (part, link) in links {
+            let Some((shift, width)) = part.bits(all) else {
+                return refused(format!("`{name}` of `{}` has {all} bits, from {} down to 0", self.top, all - 1));
+            };
+            let bits = u64::MAX >> (64 - width) << shift;
+            if taken & bits != 0 {
+                return refused(format!("some bits of `{name}` are connected twice"));
+            }
+            taken |= bits;
+            let own =
+                if width == 1 { format!("{name}[{shift}]") } else { format!("{name}[{}:{shift}]", shift + width - 1) };
+            let port = Port { name: own, format: Format::unsigned(width), is_number: false, ..port.clone() };
+            let what = self.what(block, &port, Some(link))?;
+            wires.push(Wire { port, place, shift, what });
+        }
+        if port.is_input && taken != u64::MAX >> (64 - all) {
+            return refused(format!("not all bits of input `{name}` are connected; a number holds the others"));
+        }
+        Ok(())
+    }
+
+    fn what(&self, block: &dyn AnyBlock, port: &Port, link: Option<&Link>) -> Result<What, Error> {
         let Port { name, is_input, format, is_number, .. } = port;
         let (top, own_name) = (&self.top, &self.block);
         let way = if *is_input { "input" } else { "output" };
-        let link = self.ports.iter().find(|(theirs, _)| same(theirs, name)).map(|(_, link)| link);
         let is_reset = match &self.reset {
             Some((reset, _)) => same(reset, name),
             None => block.clocked() && *is_input && link.is_none() && same(name, "rst"),

@@ -1,6 +1,7 @@
 //! A design of the user's own: its files, and the connections of its ports.
 
 pub(crate) mod beside;
+mod part;
 pub(crate) mod read;
 pub(crate) mod rows;
 
@@ -21,6 +22,7 @@ use crate::head::setup::Setup;
 use crate::schema::identifier::Identifier;
 use crate::schema::source::SceneError;
 pub use beside::{BesideFile, beside};
+pub use part::Part;
 
 /// One experiment of an axis whose loop is closed by a design of the user's own; in SI units.
 #[derive(Clone, PartialEq, Debug)]
@@ -286,6 +288,11 @@ hpu_signal::named! {
 }
 
 impl Line {
+    /// Returns its name without its owner, as in `plus_high`.
+    pub fn own_name(self) -> &'static str {
+        self.name().rsplit('.').next().unwrap_or_default()
+    }
+
     /// Returns whether it is an input of the design, driven by the world.
     pub fn is_given(self) -> bool {
         matches!(self, Self::A | Self::B | Self::Index)
@@ -301,43 +308,23 @@ pub struct Connected {
     pub part: Part,
     /// Their connection.
     pub connection: Connection,
-    /// The key below `dut.ports`, for messages.
+    /// The key below `dut.ports`, or below `dut.pins`, for messages.
     pub key: String,
+    /// Whether the key stands in `dut.pins`.
+    pub is_pin: bool,
 }
 
 impl Connected {
     /// Returns the part of a port of this name that is connected, if one is. The port may be a word of an array.
     pub fn part_of(&self, port: &str, ignores_case: bool) -> Option<Part> {
-        let same = |one: &str| {
-            let (one, two) = (round(one), round(port));
-            if ignores_case { one.eq_ignore_ascii_case(&two) } else { one == two }
-        };
-        match self.part {
-            Part::Bits(one, other) if one == other && same(&format!("{}({one})", self.port)) => Some(Part::Whole),
-            part => same(&self.port).then_some(part),
-        }
+        self.part.within(&self.port, port, ignores_case)
     }
-}
 
-/// Returns a name with its indices in round brackets.
-fn round(name: &str) -> String {
-    name.replace('[', "(").replace(']', ")")
-}
-
-/// The bits of a port that a connection is about.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Part {
-    /// All of them.
-    Whole,
-    /// Those from one index to another, as the design's language numbers them.
-    Bits(i64, i64),
-    /// Those behind this many from the left, in a list for all of the port's bits.
-    InList {
-        /// Bits before this part.
-        before: u32,
-        /// Bits of the whole list.
-        of: u32,
-    },
+    /// Returns the path of its key in the scene.
+    pub fn path(&self) -> String {
+        let section = if self.is_pin { "pins" } else { "ports" };
+        format!("dut.{section}.{}", self.key)
+    }
 }
 
 /// The connection of a port.
@@ -426,6 +413,7 @@ impl Dut {
             part: Part::Whole,
             connection: Connection::Line(line, false),
             key: name.to_string(),
+            is_pin: false,
         };
         let pins = [
             ("a_pin", Line::A),

@@ -89,8 +89,8 @@ pub(crate) fn scene(file: &str, source: &Source, kind: Kind, load: Load) -> Resu
         )?;
     }
     let of_wall = scene.dut.ports.iter().find(|connected| connected.connection == Connection::Wall);
-    if let (Some(Connected { key, .. }), None) = (of_wall, scene.wall_rad) {
-        return Err(scene.error(&format!("dut.ports.{key}"), "the scene has no wall; write [wall] with its position"));
+    if let (Some(of_wall), None) = (of_wall, scene.wall_rad) {
+        return Err(scene.error(&of_wall.path(), "the scene has no wall; write [wall] with its position"));
     }
     if driving == Driving::Duty {
         scene.model.bridge = BridgeModel::Averaged;
@@ -159,7 +159,10 @@ fn dut(s: &Section, load: Load) -> Result<Dut, SceneError> {
         clocks: clocks(s, language)?,
         reset: if s.has("reset") { Some(reset(&s.section("reset")?, language)?) } else { None },
         generics,
-        ports: ports(&s.section("ports")?, language)?,
+        ports: {
+            let named = s.section("pins")?;
+            ports(&s.section("ports")?, (&named, &pins(&named, language)?), language)?
+        },
         formats: formats(&s.section("formats")?)?,
         files,
         beside,
@@ -183,25 +186,6 @@ fn port_of(s: &Section, key: &Key<Text>, language: Language) -> Result<Identifie
 /// Returns a key as the name of a clock or a generic.
 fn named(s: &Section, key: &str, language: Language) -> Result<Identifier, SceneError> {
     Identifier::new(language, key).ok_or_else(|| s.key_error(key, no_identifier(key, language)))
-}
-
-/// Returns the name of a port, or of a word in a port: identifiers with dots and indices, as in `enc.a` or
-/// `gains(2).x`.
-fn word(s: &Section, key: &str, name: &str, language: Language) -> Result<String, SceneError> {
-    // An extended identifier may have dots and brackets of its own.
-    let is_identifier = |name: &str| Identifier::new(language, name).is_some();
-    if is_identifier(name) {
-        return Ok(name.to_string());
-    }
-    for part in name.split('.') {
-        let of = |open: char, close: char| part.strip_suffix(close)?.split_once(open);
-        let (own, indices) = of('(', ')').or_else(|| of('[', ']')).unwrap_or((part, "0"));
-        let is_index = |index: &str| index.parse::<i64>().is_ok();
-        if !is_identifier(own) || !indices.split([')', '(', ']', '[']).filter(|index| !index.is_empty()).all(is_index) {
-            return Err(s.key_error(key, no_identifier(name, language)));
-        }
-    }
-    Ok(name.to_string())
 }
 
 fn no_identifier(text: &str, language: Language) -> String {
@@ -343,11 +327,31 @@ fn formats(s: &Section) -> Result<Vec<(String, Format)>, SceneError> {
     Ok(all)
 }
 
-fn ports(s: &Section, language: Language) -> Result<Vec<Connected>, SceneError> {
+/// A name of the scene's own for a port or a part of one.
+struct Pin {
+    name: String,
+    port: String,
+    part: Part,
+}
+
+fn pins(s: &Section, language: Language) -> Result<Vec<Pin>, SceneError> {
+    let pin = |name: &str| {
+        let text = s.get(name).and_then(Item::as_str).ok_or_else(|| s.error(name, format!("write {}", keys::PIN)))?;
+        let refused = || s.error(name, format!("`{}` is no name of a port; write {}", excerpt(text), keys::PIN));
+        let (port, part) = Part::of_name(language, text).ok_or_else(refused)?;
+        s.note(name, ParameterValue::Text(text.to_string()), "", Origin::Scene);
+        Ok(Pin { name: name.to_string(), port, part })
+    };
+    s.keys().map(pin).collect()
+}
+
+/// Reads the connections, by the names of ports and of pins. A pin without one has the line of its name.
+fn ports(s: &Section, pins: (&Section, &[Pin]), language: Language) -> Result<Vec<Connected>, SceneError> {
     let mut all = Vec::new();
     for key in s.keys() {
-        let (name, part) = part(key);
-        let port = word(s, key, name, language)?;
+        let pin = pins.1.iter().find(|pin| pin.name == key).map(|pin| (pin.port.clone(), pin.part));
+        let named = pin.or_else(|| Part::of_name(language, key));
+        let (port, part) = named.ok_or_else(|| s.key_error(key, no_identifier(key, language)))?;
         if let Some(list) = s.get(key).and_then(Item::as_array) {
             if part != Part::Whole {
                 return Err(s.error(key, "a list is for all bits of a port; write the port's name without an index"));
@@ -357,21 +361,18 @@ fn ports(s: &Section, language: Language) -> Result<Vec<Connected>, SceneError> 
         }
         let (connection, shown) = connection(s, key)?;
         s.note(key, ParameterValue::Text(shown), "", Origin::Scene);
-        all.push(Connected { port, part, connection, key: key.to_string() });
+        all.push(Connected { port, part, connection, key: key.to_string(), is_pin: false });
+    }
+    for Pin { name, port, part } in pins.1.iter().filter(|pin| !s.has(&pin.name)) {
+        let Some(line) = Line::ALL.into_iter().find(|line| line.own_name() == name) else {
+            let lines = Line::ALL.map(Line::own_name).join(", ");
+            let reason = format!("connect `{name}` in [dut.ports], or call it as its line: {lines}");
+            return Err(pins.0.error(name, reason));
+        };
+        let connection = Connection::Line(line, false);
+        all.push(Connected { port: port.clone(), part: *part, connection, key: name.clone(), is_pin: true });
     }
     Ok(all)
-}
-
-/// Returns the name of a key's port, and its part: `ab(1)` and `ab[1]` are one bit, `ab(7 downto 4)`, `ab(4 to 7)` and
-/// `ab[7:4]` are four.
-fn part(key: &str) -> (&str, Part) {
-    let of = |open: char, close: char| {
-        let (name, inside) = key.trim_end().strip_suffix(close)?.rsplit_once(open)?;
-        let range =
-            [" downto ", " to ", ":"].iter().find_map(|word| inside.split_once(word)).unwrap_or((inside, inside));
-        Some((name.trim_end(), Part::Bits(range.0.trim().parse().ok()?, range.1.trim().parse().ok()?)))
-    };
-    of('(', ')').or_else(|| of('[', ']')).unwrap_or((key, Part::Whole))
 }
 
 /// Reads the connections of all bits of a port, from the highest index down.
@@ -397,7 +398,7 @@ fn list_of_bits(s: &Section, key: &str, port: &str, list: &Array) -> Result<Vec<
     s.note(key, ParameterValue::Text(names.join(", ")), "", Origin::Scene);
     let connected = |((connection, key), before)| {
         let part = Part::InList { before, of };
-        Connected { port: port.to_string(), part, connection, key }
+        Connected { port: port.to_string(), part, connection, key, is_pin: false }
     };
     Ok(all.into_iter().zip(0..).map(connected).collect())
 }
@@ -480,12 +481,15 @@ fn accepted() -> String {
 fn one_use(s: &Section, dut: &Dut) -> Result<(), SceneError> {
     let clocks = dut.clocks.iter().map(|clock| &clock.port);
     for port in clocks.chain(dut.reset.iter().map(|reset| &reset.port)) {
-        if dut.ports.iter().any(|connected| connected.port == **port) {
-            return Err(s.error(&format!("ports.{port}"), "it is a clock or the reset already; leave it out here"));
+        if let Some(connected) = dut.ports.iter().find(|connected| connected.port == **port) {
+            return Err(s.error(
+                connected.path().trim_start_matches("dut."),
+                "it is a clock or the reset already; leave it out here",
+            ));
         }
     }
     let drivers = dut.ports.iter().enumerate().filter(|(_, connected)| connected.connection.drives());
-    for (index, Connected { connection, key, .. }) in drivers {
+    for (index, connected @ Connected { connection, key, .. }) in drivers {
         let same = |other: &Connection| match (other, connection) {
             (Connection::Line(one, _), Connection::Line(two, _)) => one == two,
             (one, two) => std::mem::discriminant(one) == std::mem::discriminant(two),
@@ -493,7 +497,7 @@ fn one_use(s: &Section, dut: &Dut) -> Result<(), SceneError> {
         if let Some(other) = dut.ports[..index].iter().find(|other| same(&other.connection)) {
             let (one, name) = (&other.key, connection.name());
             let reason = format!("two drivers: `{one}` and `{key}` are both connected to {name}");
-            return Err(s.error(&format!("ports.{key}"), reason));
+            return Err(s.error(connected.path().trim_start_matches("dut."), reason));
         }
     }
     Ok(())

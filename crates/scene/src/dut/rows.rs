@@ -13,6 +13,9 @@ pub(crate) const FILES: &str =
 /// The forms of a format.
 pub(crate) const FORMAT: &str = "a format, as in \"(1,7,8)\", \"Q7.8\" or \"sfixed(7 downto -8)\"";
 
+/// The forms of a port or a part of one.
+pub(crate) const PIN: &str = "a port or a part of one, as in \"ui_in[0]\", \"ab(7 downto 4)\" or \"enc.a\"";
+
 /// The forms of a constant.
 const CONSTANT: &str = "a number, true, false or a text";
 
@@ -46,8 +49,10 @@ keys! { dut: "dut" of [];
     generics: Own = Own::section(Said("the design's"));
     /// Parameters of a Verilog module.
     parameters: Own = Own::section(Said("the design's"));
+    /// Names of ports' parts, by which they are connected.
+    pins: Own = Own::section(Said("none"));
     /// Ports, and what each is connected to.
-    ports: Own = Own::section(Required);
+    ports: Own = Own::section(Said("the pins'"));
     /// Formats of words that the design's types do not say, of ports and of signals inside.
     formats: Own = Own::section(Said("the types'"));
     /// State of the bridge while `bridge.pwm` is 0: it shorts the motor, or opens all switches.
@@ -82,6 +87,13 @@ keys! { dut_parameters: "dut.parameters" of [];
 keys! { dut_formats: "dut.formats" of [];
     /// Format of the port of this name, or of the signal inside at this path, as in `"u_vel.vel_r" = "Q7.8"`.
     NAME: Own = Own::new(|| Takes::Own(Shape::Scalar, FORMAT), Said("the type's"));
+}
+
+keys! { dut_pins: "dut.pins" of [];
+    /// Port, or part of one, that this name stands for, as in `a = "ui_in[0]"`. Its connection is the one in
+    /// `[dut.ports]`; without one there, the line of this name: `a`, `b` and `index` of the encoder, `pwm`,
+    /// `direction`, `plus_high` and so on of the bridge.
+    NAME: Own = Own::new(|| Takes::Own(Shape::Scalar, PIN), Said("none"));
 }
 
 keys! { dut_ports: "dut.ports" of [];

@@ -46,6 +46,7 @@ static PARTS: &[Part] = &[
         &dut_generics::GROUP,
         &dut_parameters::GROUP,
         &dut_formats::GROUP,
+        &dut_pins::GROUP,
         &dut_ports::GROUP,
         &dut_port::GROUP,
         &wall::GROUP,
