@@ -10,7 +10,7 @@ mod text;
 mod types;
 mod units;
 
-use hpu_cosim::scene::Dut;
+use hpu_cosim::scene::{Dut, Part};
 
 pub(super) use delays::delays;
 pub(crate) use flat::Names;
@@ -27,8 +27,29 @@ pub(super) fn prepared(dut: &Dut) -> Result<Dut, Error> {
     let mut made = dut.clone();
     let texts: Vec<_> = dut.files.iter().map(|(_, content)| text::plain(content)).collect();
     units::arrange(&mut made, &texts)?;
+    indices_are_places(dut, &texts)?;
     if !made.generics.is_empty() {
         generics::set(&mut made)?;
     }
     Ok(made)
+}
+
+/// Refuses an index or a range of a port whose bits have other indices than their places from the right.
+fn indices_are_places(dut: &Dut, texts: &[String]) -> Result<(), Error> {
+    let types = Types::of(texts.iter().map(String::as_str));
+    let Some(interface) = texts.iter().find_map(|text| interface::of_text(text, &dut.top)) else { return Ok(()) };
+    for connected in dut.ports.iter().filter(|connected| matches!(connected.part, Part::Bits(..))) {
+        let port = interface.ports.iter().find(|port| port.name.eq_ignore_ascii_case(&connected.port));
+        let Some((port, range)) = port.and_then(|port| Some((port, types.range(&port.kind)?))) else { continue };
+        let has_places = range.split_once("downto").map_or(!range.contains(" to "), |(_, right)| right.trim() == "0");
+        if !has_places {
+            let reason = format!(
+                "port `{}` is {}, and hpu takes indices of vectors that end with 0 at the right; connect the whole port, \
+                 or a list of its bits from the left",
+                port.name, port.kind
+            );
+            return Err(Error::key(connected.path(), reason));
+        }
+    }
+    Ok(())
 }

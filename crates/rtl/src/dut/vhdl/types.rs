@@ -52,6 +52,21 @@ impl Types {
         (name, None)
     }
 
+    /// Returns the range of a vector's subtype as written, without brackets; `None` where no text gives one.
+    pub(super) fn range(&self, subtype: &str) -> Option<String> {
+        let mut subtype = subtype.to_string();
+        for _ in 0..16 {
+            if let Some(range) = subtype.trim_end().strip_suffix(')').and_then(|text| text.split_once('(')) {
+                return Some(range.1.trim().to_lowercase());
+            }
+            match self.0.get(&base(&subtype)) {
+                Some((Type::Subtype(other), _)) => subtype.clone_from(other),
+                _ => return None,
+            }
+        }
+        None
+    }
+
     /// Returns the name of a type with the package in the library `work` that declares it.
     pub(super) fn full_name(&self, name: &str) -> String {
         match self.0.get(name) {
