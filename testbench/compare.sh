@@ -43,8 +43,8 @@ icarus_compared=10000000 icarus_timed=1000000
 cocotb_compared=300000 cocotb_timed=300000
 
 files=()
-for block in synchronizer quadrature_decoder position_counter displacement unilateral truncating_multiplier \
-    velocity_register torque_sum command_limiter pwm hybrid_loop; do
+for block in synchronizer quadrature_decoder position_counter displacement unilateral rounding_pkg \
+    truncating_multiplier velocity_register torque_sum command_limiter pwm hybrid_loop; do
     files+=("$hdl/$block.vhd")
 done
 # What the scene changes of the wiring's defaults.

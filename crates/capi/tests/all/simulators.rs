@@ -35,6 +35,7 @@ fn a_testbench_in_vhdl_moves_the_plant_as_the_program_in_c() {
         "position_counter",
         "displacement",
         "unilateral",
+        "rounding_pkg",
         "truncating_multiplier",
         "velocity_register",
         "torque_sum",

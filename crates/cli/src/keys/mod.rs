@@ -2,6 +2,8 @@
 
 mod schema;
 
+use std::collections::HashSet;
+
 use hpu_cosim::did_you_mean;
 use hpu_cosim::scene::keys::{KeyRow, Otherwise, Takes, grouped, markdown, rows};
 use hpu_page::{Cell, Column, Field, Page, Table};
@@ -66,7 +68,8 @@ pub(crate) fn as_data(found: &[KeyRow]) -> Value {
 pub fn matching(word: Option<&str>) -> Result<Vec<KeyRow>, Failure> {
     let Some(word) = word else { return Ok(rows().collect()) };
     let mut sections: Vec<_> = rows().map(|row| row.section).filter(|name| !name.is_empty()).collect();
-    sections.dedup();
+    let mut seen = HashSet::new();
+    sections.retain(|name| seen.insert(*name));
     if sections.contains(&word) {
         return Ok(rows().filter(|row| row.section == word).collect());
     }

@@ -104,7 +104,7 @@ fn a_vector_file_with_a_stale_first_line_is_refused_with_the_line_expected() {
     let file = dir.join("stale.txt");
     fs::write(
         &file,
-        "# position_counter in rst(0,1,0) step(1,1,0) out position(0,11,0) generics WIDTH=11\n# end 0 rows\n",
+        "# position_counter in rst(0,1,0) step(1,1,0) out position(0,11,0) generics WIDTH=12\n# end 0 rows\n",
     )
     .expect("vectors");
     let output = run(&["vectors", "--verify", text(&file)]);

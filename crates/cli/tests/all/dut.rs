@@ -165,6 +165,7 @@ fn own(dir: &Path, engine: &str, stiffness: i64, duration: &str) -> String {
         "position_counter",
         "displacement",
         "unilateral",
+        "rounding_pkg",
         "truncating_multiplier",
         "velocity_register",
         "torque_sum",

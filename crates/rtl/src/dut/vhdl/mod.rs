@@ -41,11 +41,15 @@ fn indices_are_places(dut: &Dut, texts: &[String]) -> Result<(), Error> {
     for connected in dut.ports.iter().filter(|connected| matches!(connected.part, Part::Bits(..))) {
         let port = interface.ports.iter().find(|port| port.name.eq_ignore_ascii_case(&connected.port));
         let Some((port, range)) = port.and_then(|port| Some((port, types.range(&port.kind)?))) else { continue };
+        // An index into an array is that of the design.
+        if matches!(types.find(&port.kind).1, Some(types::Type::Array(..))) {
+            continue;
+        }
         let has_places = range.split_once("downto").map_or(!range.contains(" to "), |(_, right)| right.trim() == "0");
         if !has_places {
             let reason = format!(
-                "port `{}` is {}, and hpu takes indices of vectors that end with 0 at the right; connect the whole port, \
-                 or a list of its bits from the left",
+                "port `{}` is {}, and hpu takes indices of vectors that end with 0 at the right; connect the whole \
+                 port, or a list of its bits from the left",
                 port.name, port.kind
             );
             return Err(Error::key(connected.path(), reason));
