@@ -23,7 +23,7 @@ impl Block {
     ///
     /// [`Status::Refused`] when there is no such block or generic, or no configuration with these values.
     pub fn new(name: &str, generics: &[(String, String)]) -> Result<Self, Error> {
-        let mut block = named_block(name, generics).map_err(|text| Error::new(Status::Refused, text))?;
+        let mut block = named_block(name, generics).map_err(|error| Error::new(Status::Refused, error.to_string()))?;
         block.reset();
         Ok(Self { inputs: block.inputs(), outputs: block.outputs(), block })
     }

@@ -15,7 +15,7 @@ pub use any_simulation::AnySimulation;
 pub use dut::driven_world::{DrivenWorld, Halt, Logic};
 pub use gimbal::{ERROR, FORCE, GIMBAL_REALS, GIMBAL_ROW, GimbalSimulation, RADIUS, STRESSES, stress_error_pa};
 pub use linear::LinearLoop;
-pub use named_block::named_block;
+pub use named_block::{NamedBlockError, named_block};
 pub use phantom::PhantomSimulation;
 pub use result::columns::{ARM_REALS, ARM_ROW, AXIS_ROW, RAIL_ROW, SIGNS, TORQUE_BETWEEN};
 pub use result::contact::judged_window_s;

@@ -1,17 +1,35 @@
 //! A block by its name and its generics, both as text: for commands and for programs that call the library.
 
+use std::fmt;
+
 use hpu_datapath::{AnyBlock, Generic, ROUNDING, block_by_name, block_names, configured};
 use hpu_scene::{did_you_mean, excerpt};
 use hpu_signal::Rounding;
+
+/// Tells why there is no such block, or no such configuration of it.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct NamedBlockError(String);
+
+impl fmt::Display for NamedBlockError {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for NamedBlockError {}
 
 /// Returns the block of this name with these generics, each a name and a value; its other generics have their defaults.
 /// Names of generics are found whatever their case, as in VHDL.
 ///
 /// # Errors
 ///
-/// A text that says what is accepted, when there is no such block or generic, a generic is given twice, or the block
+/// Says what is accepted, when there is no such block or generic, a generic is given twice, or the block
 /// has no configuration with these values.
-pub fn named_block(name: &str, generics: &[(String, String)]) -> Result<Box<dyn AnyBlock>, String> {
+pub fn named_block(name: &str, generics: &[(String, String)]) -> Result<Box<dyn AnyBlock>, NamedBlockError> {
+    found(name, generics).map_err(NamedBlockError)
+}
+
+fn found(name: &str, generics: &[(String, String)]) -> Result<Box<dyn AnyBlock>, String> {
     let default = block_by_name(name).ok_or_else(|| {
         let all = block_names();
         format!("no block `{}`; there are {}{}", excerpt(name), all.join(", "), did_you_mean(name, all))

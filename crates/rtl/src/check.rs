@@ -7,7 +7,7 @@ use std::sync::mpsc;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use hpu_cosim::{Control, named_block};
+use hpu_cosim::{Control, NamedBlockError, named_block};
 use hpu_datapath::{AnyBlock, block_by_name, block_names, variants_of};
 
 use crate::closed_loop::{LoopJob, LoopScene, Loops};
@@ -67,7 +67,12 @@ impl CheckOptions {
     fn wanted(&self) -> Result<Configurations, Error> {
         if !self.generics.is_empty() {
             let made = |name: &String| Ok((generics_label(&self.generics), named_block(name, &self.generics)?));
-            return self.blocks.iter().map(made).collect::<Result<_, String>>().map_err(Error::usage);
+            return self
+                .blocks
+                .iter()
+                .map(made)
+                .collect::<Result<_, NamedBlockError>>()
+                .map_err(|error| Error::usage(error.to_string()));
         }
         let mut all = variants_of(|name| self.blocks.iter().any(|block| block == name));
         all.retain(|(label, _)| self.variants.is_empty() || self.variants.contains(label));

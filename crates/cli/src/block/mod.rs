@@ -101,7 +101,7 @@ impl Args {
 /// Returns the block of that name with these generics.
 pub(crate) fn configured(name: &str, generics: &[(String, String)]) -> Result<Box<dyn AnyBlock>, Failure> {
     known(name)?;
-    named_block(name, generics).map_err(Failure::usage)
+    named_block(name, generics).map_err(|error| Failure::usage(error.to_string()))
 }
 
 /// Returns the block of that name in the configuration with that label.

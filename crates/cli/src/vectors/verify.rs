@@ -60,7 +60,7 @@ fn free_name(file: &Path, block: &str, folder: Option<&Folder>) -> String {
 
 /// Returns the block of this name with these generics, and every table in it. The formats are those that are told.
 fn models(name: &str, generics: &[(String, String)], formats: &[(&str, Format)]) -> Result<Models, String> {
-    let block = named_block(name, generics)?;
+    let block = named_block(name, generics).map_err(|error| error.to_string())?;
     let tables: Vec<_> = block.roms().iter().map(|rom| Vectors::of_rom(&*block, rom)).collect();
     let tables = tables.into_iter().map(|table| (table.header.clone(), Model::Table(table)));
     Ok([(Header::of(&*block).with_formats(formats), Model::Block(block))].into_iter().chain(tables).collect())

@@ -146,7 +146,9 @@ fn ports_that_no_word_is_are_refused_with_their_type() {
         assert_refused(&run(&["run", &path]), 4, &["kind.toml:", &format!("dut.ports.x: {told}")]);
     }
     // The indices of such a vector are not the places of its bits.
-    for kind in ["in std_logic_vector(0 to 1)", "in pair"] {
+    let ranges = ["0 to 1", "0\n to\t1", "8 downto 7", "bit_vector'range"];
+    let vectors = ranges.map(|range| format!("in std_logic_vector({range})"));
+    for kind in vectors.iter().map(String::as_str).chain(["in pair"]) {
         let source = vhdl(kind).replace("end package", "subtype pair is bit_vector(8 downto 7); end package");
         let path = scene(&dir, ("kind.vhd", &source), "", "a = \"encoder.a\"\n\"x(0)\" = \"encoder.b\"\n");
         assert_refused(

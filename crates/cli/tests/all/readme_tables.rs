@@ -505,7 +505,7 @@ pub const EXCEPTED: &[(&str, &str)] = &[
     ),
     ("as in `mode = 0`", SETTING),
     ("`--port 'pins[1:0]=step'`", SETTING),
-    ("does not end with 0 at the right", SETTING),
+    ("is written and ends with `downto 0`", SETTING),
     ("counted from 0 at the right", SETTING),
     ("`--depth 1` leaves out", SETTING),
     ("`--latency 2` says", SETTING),

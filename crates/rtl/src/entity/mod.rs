@@ -161,7 +161,7 @@ impl Entity {
         }
         let listed = || variants_of(|block| block == name).into_iter();
         if !self.set.is_empty() {
-            let block = named_block(name, &self.set).map_err(Error::usage)?;
+            let block = named_block(name, &self.set).map_err(|error| Error::usage(error.to_string()))?;
             return Ok(vec![(generics_label(&self.set), block)]);
         }
         if !self.variants.is_empty() {

@@ -21,7 +21,7 @@ struct Moved {
     by: [i128; 2],
 }
 
-/// What a threshold is.
+/// The operation that has a threshold.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Kind {
     Comparison,
