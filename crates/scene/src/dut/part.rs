@@ -7,7 +7,7 @@ use crate::schema::identifier::{Identifier, Language};
 pub enum Part {
     /// All of them.
     Whole,
-    /// Those from one index to another, as the design's language numbers them.
+    /// Those from one index to another. An index is the number of bits to the right; in an array, that of a word.
     Bits(i64, i64),
     /// Those behind this many from the left, in a list for all of the port's bits.
     InList {
