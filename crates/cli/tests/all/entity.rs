@@ -343,6 +343,15 @@ fn parts_of_ports_are_compared_and_their_errors_found() {
     refused(&with("--port=pins[3]=0", "--port=pins[4]=0"), 2, "`pins` of `packed_x4` has 4 bits, from 3 down to 0");
     let output = with("--variant=default", "--formal");
     assert!((stdout(&output) + &stderr(&output)).contains("is a part of a port, which is compared by vectors alone"));
+    // The indices of such a vector are not the places of its bits.
+    let ascends = dir.join("ascends.vhd");
+    let text_of_it = "library ieee; use ieee.std_logic_1164.all;\nentity ascends is port (clk, rst : in std_logic;\n\
+                      ab : in std_logic_vector(0 to 1); step : out std_logic_vector(1 downto 0));\nend;\n\
+                      architecture r of ascends is begin step <= ab; end;\n";
+    fs::write(&ascends, text_of_it).expect("a design");
+    let ports = ["--port=ab(0)=a", "--port=ab(1)=b", "--port=open=error"];
+    let output = run(&[&["check", "--entity=ascends", "--as=quadrature_decoder", text(&ascends)], &ports[..]].concat());
+    refused(&output, 2, "port `ab` is std_logic_vector(0 to 1), and hpu takes indices of vectors that end with 0");
 }
 
 #[test]

@@ -18,7 +18,7 @@ use hpu_datapath::{AnyBlock, Generic, block_names, variants_of};
 use hpu_signal::Clock;
 
 use crate::check::{all_stimuli, generics_label};
-use crate::dut::{Model, Names, Prepared, Simulators, is_vhdl};
+use crate::dut::{Model, Names, Prepared, Simulators, is_vhdl, without_place};
 use crate::engines::error::Error;
 use crate::engines::tool::Tool;
 use crate::vectors::report::{CheckRow, Tally};
@@ -187,7 +187,12 @@ impl Entity {
     /// difference is a result.
     pub fn compare(&self, (label, block): &mut Labelled, simulators: &Simulators) -> Result<Compared, Error> {
         let began = Instant::now();
-        let Prepared { dut, names } = simulators.prepared(&self.dut(&**block))?;
+        let theirs = self.dut(&**block);
+        let parts = self.ports.iter().map(|(port, part, _)| (&**port, *part));
+        if let Some((_, reason)) = without_place(&theirs, parts).filter(|_| self.is_vhdl()) {
+            return Err(Error::usage(format!("--port: {reason}")));
+        }
+        let Prepared { dut, names } = simulators.prepared(&theirs)?;
         let design = simulators.of_model(&model(&dut, &names))?;
         let connected = self.connected(&**block, &dut, design.ports())?;
         let has_clock = connected.has_clock;

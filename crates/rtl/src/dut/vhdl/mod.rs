@@ -27,33 +27,34 @@ pub(super) fn prepared(dut: &Dut) -> Result<Dut, Error> {
     let mut made = dut.clone();
     let texts: Vec<_> = dut.files.iter().map(|(_, content)| text::plain(content)).collect();
     units::arrange(&mut made, &texts)?;
-    indices_are_places(dut, &texts)?;
+    let parts = dut.ports.iter().map(|connected| (&*connected.port, connected.part));
+    if let Some((place, reason)) = without_place(dut, parts) {
+        return Err(Error::key(dut.ports[place].path(), reason));
+    }
     if !made.generics.is_empty() {
         generics::set(&mut made)?;
     }
     Ok(made)
 }
 
-/// Refuses an index or a range of a port whose bits have other indices than their places from the right.
-fn indices_are_places(dut: &Dut, texts: &[String]) -> Result<(), Error> {
+/// Returns the place among some parts of ports of the first one whose indices are not the places of its bits from the
+/// right, as far as the text tells, and why it is refused.
+pub(crate) fn without_place<'p>(dut: &Dut, parts: impl Iterator<Item = (&'p str, Part)>) -> Option<(usize, String)> {
+    let texts: Vec<_> = dut.files.iter().map(|(_, content)| text::plain(content)).collect();
     let types = Types::of(texts.iter().map(String::as_str));
-    let Some(interface) = texts.iter().find_map(|text| interface::of_text(text, &dut.top)) else { return Ok(()) };
-    for connected in dut.ports.iter().filter(|connected| matches!(connected.part, Part::Bits(..))) {
-        let port = interface.ports.iter().find(|port| port.name.eq_ignore_ascii_case(&connected.port));
-        let Some((port, range)) = port.and_then(|port| Some((port, types.range(&port.kind)?))) else { continue };
-        // An index into an array is that of the design.
-        if matches!(types.find(&port.kind).1, Some(types::Type::Array(..))) {
-            continue;
-        }
-        // Of a range that is a name, nothing is known.
-        if !matches!(range.split_whitespace().collect::<Vec<_>>()[..], [.., "downto", "0"]) {
-            let reason = format!(
-                "port `{}` is {}, and hpu takes indices of vectors that end with 0 at the right; connect the whole \
-                 port, or a list of its bits from the left",
-                port.name, port.kind
-            );
-            return Err(Error::key(connected.path(), reason));
-        }
-    }
-    Ok(())
+    let interface = texts.iter().find_map(|text| interface::of_text(text, &dut.top))?;
+    let refused = |(place, (name, part)): (usize, (&str, Part))| {
+        let port = interface.ports.iter().find(|port| port.name.eq_ignore_ascii_case(name))?;
+        let range = types.range(&port.kind)?;
+        // An index into an array is that of the design. Of a range that is a name, nothing is known.
+        let is_place = matches!(range.split_whitespace().collect::<Vec<_>>()[..], [.., "downto", "0"])
+            || matches!(types.find(&port.kind).1, Some(types::Type::Array(..)));
+        let reason = format!(
+            "port `{}` is {}, and hpu takes indices of vectors that end with 0 at the right; connect the whole port, \
+             or a list of its bits from the left",
+            port.name, port.kind
+        );
+        (matches!(part, Part::Bits(..)) && !is_place).then_some((place, reason))
+    };
+    parts.enumerate().find_map(refused)
 }
