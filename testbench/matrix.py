@@ -115,7 +115,6 @@ ports_of_vhdl(
     "pwm <= c(3) and ab(0); dir <= ab(1);",
     '"ab(0)" = "encoder.a"\n"ab(1)" = "encoder.b"\n' + PD,
     standard="VHDL-93",
-    refused="end with 0 at the right",
 )
 ports_of_vhdl(
     "pulse and direction in a vector",

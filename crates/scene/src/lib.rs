@@ -98,7 +98,7 @@ pub use axis::path::{along, moves_until_s, positions_along};
 pub use axis::rows::{AnalogShaper, Mass};
 pub use axis::words::{COMMAND_BITS, LoopWords, Realised};
 pub use dut::{
-    BesideFile, Connected, Connection, Driving, Dut, DutClock, DutReset, DutScene, Engine, Generic, Line, Part,
+    BesideFile, Connected, Connection, Driving, Dut, DutClock, DutReset, DutScene, Engine, Generic, Layout, Line, Part,
     Registers, SourceFile, Standard, beside,
 };
 pub use experiment::Experiment;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use hpu::{Block, Plant};
 use hpu_cosim::dut::{Asked, Change, Design, Designs, DutSimulation, Fault, Inside, Port, RunningDesign};
-use hpu_cosim::scene::{DutScene, Experiment};
+use hpu_cosim::scene::{DutScene, Experiment, Layout};
 use hpu_cosim::{Control, SceneFile, Simulation};
 use hpu_signal::{Format, Signal};
 
@@ -30,6 +30,7 @@ impl InWords {
             is_inside: false,
             is_number: false,
             is_quantity: false,
+            layout: Layout::vector(signal.format.width()),
         };
         let timing = ["clk", "rst"].map(|name| port(&Signal::bit(name, ""), true));
         let inputs = block.inputs().iter().map(|signal| port(signal, true));

@@ -340,18 +340,22 @@ fn parts_of_ports_are_compared_and_their_errors_found() {
     };
     refused(&with("--port=pins[3]=0", "--port=pins[1]=0"), 2, "some bits of `pins` are connected twice");
     refused(&with("--port=pins[3]=0", ""), 2, "not all bits of input `pins` are connected");
-    refused(&with("--port=pins[3]=0", "--port=pins[4]=0"), 2, "`pins` of `packed_x4` has 4 bits, from 3 down to 0");
+    refused(&with("--port=pins[3]=0", "--port=pins[4]=0"), 2, "`pins` of `packed_x4` is [3:0]");
     let output = with("--variant=default", "--formal");
     assert!((stdout(&output) + &stderr(&output)).contains("is a part of a port, which is compared by vectors alone"));
-    // The indices of such a vector are not the places of its bits.
-    let ascends = dir.join("ascends.vhd");
-    let text_of_it = "library ieee; use ieee.std_logic_1164.all;\nentity ascends is port (clk, rst : in std_logic;\n\
-                      ab : in std_logic_vector(0 to 1); step : out std_logic_vector(1 downto 0));\nend;\n\
-                      architecture r of ascends is begin step <= ab; end;\n";
-    fs::write(&ascends, text_of_it).expect("a design");
-    let ports = ["--port=ab(0)=a", "--port=ab(1)=b", "--port=open=error"];
-    let output = run(&[&["check", "--entity=ascends", "--as=quadrature_decoder", text(&ascends)], &ports[..]].concat());
-    refused(&output, 2, "port `ab` is std_logic_vector(0 to 1), and hpu takes indices of vectors that end with 0");
+    // An index is that of the design. Its left bit is the highest one.
+    let ascends = "library ieee; use ieee.std_logic_1164.all;
+entity ascends is port (delta : in std_logic_vector(1 to 12); told : out std_logic_vector(0 to 12)); end;
+architecture r of ascends is begin
+  told(0) <= not delta(1); told(1 to 12) <= delta when delta(1) = '0' else (others => '0');
+end;\n";
+    let parts = ["--port=told(0)=contact", "--port=told(1 to 12)=penetration", "--port=delta(1 to 12)=delta"];
+    let args = ["--as=unilateral", "--entity=ascends", "--variant=default", parts[0], parts[1], parts[2]];
+    let (ended, value) = checked(&dir, "ascends.vhd", ascends, &args);
+    assert_eq!((ended, &value["blocks"][0]["variants"][0]["first"]), (0, &serde_json::Value::Null), "{value}");
+    let (ended, value) = checked(&dir, "ascends.vhd", &ascends.replace("not delta(1)", "not delta(12)"), &args);
+    let signal = value["blocks"][0]["variants"][0]["first"]["signal"].as_str().expect("a difference");
+    assert_eq!((ended, signal), (1, "contact (their told[0])"));
 }
 
 #[test]

@@ -121,6 +121,57 @@ fn unpacked_arrays_of_systemverilog_are_connected_by_element() {
 }
 
 #[test]
+fn parts_of_packed_types_of_systemverilog_are_connected_by_their_names() {
+    let dir = scratch("packed_ports");
+    // Each output is a part of an input as SystemVerilog reads it.
+    let source = "package p; typedef struct packed { logic a; logic [2:0] n; logic [1:0][3:0] q; } enc_t;
+      typedef union packed { logic [7:0] w; struct packed { logic [3:0] h, l; } f; } both_t;
+      typedef struct packed { logic pwm; logic [1:0] dir; } legs_t; endpackage
+      module packed_parts import p::*; #(parameter W = 8) (input logic clk, rst, input enc_t enc,
+      input logic [1:0][W-1:0] m, input logic [0:7] asc, input logic [8:1] off, input enc_t [2:1] es, input both_t u,
+      input logic x, output logic ea, output logic [2:0] en, output logic [3:0] eq1, eq0, output logic [7:0] m1, m0,
+      output logic a0, output logic [6:0] a1, o8, output logic o1, output logic [11:0] e2, e1, output logic [7:0] uw,
+      output legs_t legs);
+      assign ea = enc.a; assign en = enc.n; assign eq1 = enc.q[1]; assign eq0 = enc.q[0];
+      assign m1 = m[1]; assign m0 = m[0]; assign a0 = asc[0]; assign a1 = asc[1:7]; assign o8 = off[8:2];
+      assign o1 = off[1]; assign e2 = es[2]; assign e1 = es[1]; assign uw = u.w;
+      assign legs.pwm = x; assign legs.dir = 2'b10; endmodule\n";
+    let es = |index: u32, words: [u32; 4]| {
+        let parts = ["a", "n", "q[1]", "q[0]"].into_iter().zip(words);
+        parts.map(|(part, word)| format!("\"es[{index}].{part}\" = {word}\n")).collect::<String>()
+    };
+    let ports = "\"enc.a\" = 1\n\"enc.n\" = 5\n\"enc.q[1]\" = 9\n\"enc.q[0][3]\" = 0\n\"enc.q[0][2:0]\" = 3\n\
+                 \"m[1]\" = 170\n\"m[0][7:4]\" = 12\n\"m[0][3:0]\" = 5\n\"asc[0]\" = 1\n\"asc[1:7]\" = 77\n\
+                 \"off[8:2]\" = 33\n\"off[1]\" = 1\n\"u.f.h\" = 6\n\"u.f.l\" = 11\nx = \"encoder.a\"\n\
+                 \"legs.pwm\" = \"bridge.pwm\"\n\"legs.dir[1]\" = \"bridge.direction\"\n"
+        .to_string()
+        + &es(2, [0, 6, 2, 13])
+        + &es(1, [1, 3, 4, 7]);
+    let path = scene(&dir, ("packed_parts.sv", source), "", &ports);
+    let value = json(&run(&["run", &path, "--json"]));
+    let word = |name: &str| {
+        let signal = value["signals"].as_array().expect("signals").iter().find(|signal| signal["name"] == name);
+        let signal = signal.unwrap_or_else(|| panic!("no {name} in {}", value["signals"]));
+        let [min, max] = ["min", "max"].map(|end| signal[end].as_f64().expect("a number"));
+        assert!((min - max).abs() < 0.5, "{name} changes");
+        max
+    };
+    let names = ["ea", "en", "eq1", "eq0", "m1", "m0", "a0", "a1", "o8", "o1", "e2", "e1", "uw"];
+    let read = [1.0, 5.0, 9.0, 3.0, 170.0, 197.0, 1.0, 77.0, 33.0, 1.0, 1581.0, 2887.0, 107.0];
+    assert_eq!(names.map(word), read);
+    let shown = String::from_utf8(run(&["run", &path]).stdout).expect("text");
+    assert!(shown.contains("[0] 1, [1:7] 77") && shown.contains(".dir[1] bridge.direction"), "{shown}");
+    for (key, reason) in [
+        ("m[2]", "m (in, 16 bits) has no such bits; it is [1:0][7:0]"),
+        ("asc[8]", "has no such bits; it is [0:7]"),
+        ("enc.b", "has no such bits; it is {a[0:0],n[2:0],q[1:0][3:0]}"),
+    ] {
+        let wrong = scene(&dir, ("packed_parts.sv", source), "", &format!("\"{key}\" = 1\n{ports}"));
+        assert_refused(&run(&["run", &wrong]), 4, &["packed_parts.toml:", &format!("dut.ports.{key}: "), reason]);
+    }
+}
+
+#[test]
 fn ports_that_no_word_is_are_refused_with_their_type() {
     let dir = scratch("refused_ports");
     let vhdl = |kind: &str| {
@@ -145,18 +196,44 @@ fn ports_that_no_word_is_are_refused_with_their_type() {
         let path = scene(&dir, (file, &source), "", "a = \"encoder.a\"\nx = \"encoder.b\"\n");
         assert_refused(&run(&["run", &path]), 4, &["kind.toml:", &format!("dut.ports.x: {told}")]);
     }
-    // The indices of such a vector are not the places of its bits.
-    let ranges = ["0 to 1", "0\n to\t1", "8 downto 7", "bit_vector'range"];
-    let vectors = ranges.map(|range| format!("in std_logic_vector({range})"));
-    for kind in vectors.iter().map(String::as_str).chain(["in pair"]) {
-        let source = vhdl(kind).replace("end package", "subtype pair is bit_vector(8 downto 7); end package");
-        let path = scene(&dir, ("kind.vhd", &source), "", "a = \"encoder.a\"\n\"x(0)\" = \"encoder.b\"\n");
-        assert_refused(
-            &run(&["run", &path]),
-            4,
-            &["kind.toml:", "dut.ports.x(0): port `x` is ", "end with 0 at the right"],
-        );
+}
+
+#[test]
+fn bits_of_vectors_of_vhdl_are_connected_by_the_indices_of_the_design() {
+    let dir = scratch("vhdl_indices");
+    // Each output is a part of an input as VHDL reads it.
+    let source = "library ieee; use ieee.std_logic_1164.all;
+package marks is subtype nibble is bit_vector(8 downto 5);
+  type pair is record v : std_logic_vector(4 to 7); end record; end package;
+library ieee; use ieee.std_logic_1164.all; use work.marks.all;
+entity indices is
+  generic (FIRST : natural := 3);
+  port (clk, rst : in std_logic; up : in std_logic_vector(0 to 7); off : in std_logic_vector(FIRST+3 downto FIRST);
+    n : in nibble; p : in pair; plain : in std_logic_vector(3 downto 0); u0, o3 : out std_logic; n8 : out bit;
+    u17 : out std_logic_vector(1 to 7); p46 : out std_logic_vector(4 to 6); word : out std_logic_vector(3 downto 0);
+    legs : out std_logic_vector(1 to 2));
+end entity;
+architecture rtl of indices is begin
+  u0 <= up(0); u17 <= up(1 to 7); o3 <= off(FIRST); n8 <= n(8); p46 <= p.v(4 to 6); word <= plain;
+  legs <= up(0) & '1';
+end architecture;
+";
+    let ports = "\"up(0)\" = \"encoder.a\"\n\"up(1 to 7)\" = 77\n\"off(3)\" = 1\n\"off(6 downto 4)\" = 2\n\"n(8)\" = 1\n\
+                 \"n(7 downto 5)\" = 2\n\"p.v(4 to 6)\" = 6\n\"p.v(7)\" = 0\n\"plain(3)\" = 1\n\
+                 \"plain(2 downto 0)\" = 2\n\"legs(1)\" = \"bridge.pwm\"\n\"legs(2)\" = \"bridge.direction\"\n";
+    let path = scene(&dir, ("indices.vhd", source), "generics = { FIRST = 3 }", ports);
+    let names = ["u0", "legs", "o3", "n8", "u17", "p46", "word", "off", "plain"];
+    let found = shown(&path, &[], names);
+    let [u0, legs, still @ ..] = &found;
+    assert!(u0.contains(&1) && u0.contains(&0), "the encoder has not moved");
+    assert!(u0.iter().zip(legs).all(|(u0, legs)| *legs == 2 * u0 + 1));
+    for ((name, words), expected) in names[2..].iter().zip(still).zip([1, 1, 77, 6, 10, 5, 10]) {
+        assert!(words.iter().all(|word| *word == expected), "{name}: {words:?}");
     }
+    assert_eq!(shown(&path, &["--set", "dut.engine=ghdl"], names), found, "GHDL");
+    let wrong = scene(&dir, ("indices.vhd", source), "", &ports.replace("p.v(7)", "p.v(0)"));
+    let told = "dut.ports.p.v(0): p.v (in, 4 bits) has no such bits; it is [4:7]";
+    assert_refused(&run(&["run", &wrong]), 4, &["indices.toml:", told]);
 }
 
 #[test]

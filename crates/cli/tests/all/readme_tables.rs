@@ -498,6 +498,7 @@ pub const EXCEPTED: &[(&str, &str)] = &[
     ("`\"ab(1)\"`, `\"ab(7 downto 4)\"`, `\"ab[7:4]\"`", SETTING),
     ("`\"gains(2)\"`", SETTING),
     ("`\"g[2]\"`", SETTING),
+    ("`\"g[1][3:0]\"`", SETTING),
     ("the number of the literal, from 0 |", SETTING),
     (
         "{ a = \"ui_in[0]\", b = \"ui_in[1]\", pwm = \"uo_out[0]\", direction = \"uo_out[1]\", mode = \"ui_in[7:2]\" }",
@@ -505,8 +506,6 @@ pub const EXCEPTED: &[(&str, &str)] = &[
     ),
     ("as in `mode = 0`", SETTING),
     ("`--port 'pins[1:0]=step'`", SETTING),
-    ("is written and ends with `downto 0`", SETTING),
-    ("counted from 0 at the right", SETTING),
     ("`--depth 1` leaves out", SETTING),
     ("`--latency 2` says", SETTING),
     ("(Pediredla et al. 2022)", LITERATURE),

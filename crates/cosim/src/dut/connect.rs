@@ -8,7 +8,7 @@ use hpu_signal::{Format, Signal};
 use super::{Design, Fault, Port};
 use crate::world::EncoderState;
 use crate::world::axis_encoder::AxisEncoder;
-use hpu_scene::{Connected, Connection, Driving, DutScene, Line, Part, SceneError, did_you_mean};
+use hpu_scene::{Connected, Connection, Driving, DutScene, Layout, Line, Part, SceneError, did_you_mean};
 
 /// A port with its connections.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -54,14 +54,13 @@ impl Wire {
         self.whole().and_then(Connection::format).unwrap_or(self.port.format)
     }
 
-    /// Returns the names of the connections, from the left; `[3:0]` are bits of the port.
+    /// Returns the names of the connections, from the left, with those of the bits, as in `[3:0]` or `.a`.
     pub fn connection(&self) -> String {
         if let Some(connection) = self.whole() {
             return connection.name();
         }
-        let piece = |Piece { shift, width, connection }: &Piece| match width {
-            1 => format!("[{shift}] {}", connection.name()),
-            _ => format!("[{}:{shift}] {}", shift + width - 1, connection.name()),
+        let piece = |Piece { shift, width, connection }: &Piece| {
+            format!("{} {}", self.port.layout.name(*shift, *width), connection.name())
         };
         self.pieces.iter().map(piece).collect::<Vec<_>>().join(", ")
     }
@@ -142,6 +141,7 @@ impl Wires {
                     is_inside: false,
                     is_number: false,
                     is_quantity: false,
+                    layout: Layout::vector(format.width()),
                 },
                 pieces: vec![Piece { shift: 0, width: format.width(), connection }],
             }
@@ -169,7 +169,7 @@ impl Wires {
                 )
             })
         };
-        let part_of = |connected: &Connected, port: &Port| connected.part_of(&port.name, design.ignores_case());
+        let ignores_case = design.ignores_case();
         for clock in &dut.clocks {
             let key =
                 if dut.clocks.len() == 1 { "dut.clock".to_string() } else { format!("dut.clocks.{}", clock.port) };
@@ -180,11 +180,10 @@ impl Wires {
         }
         for connected in &dut.ports {
             let key = connected.path();
-            let parts = ports.iter().filter(|port| !port.is_inside);
-            let mut parts = parts.filter_map(|port| Some((port, part_of(connected, port)?)));
+            let mut outside = ports.iter().filter(|port| !port.is_inside);
             // A port that no part is of has no such name.
-            match parts.next() {
-                Some((port, part)) => check(scene, &key, port, part, connected.connection)?,
+            match outside.find(|port| connected.is_of(&port.name, ignores_case)) {
+                Some(port) => check(scene, port, connected, ignores_case)?,
                 None => drop(find(&key, &connected.port)?),
             }
         }
@@ -192,8 +191,8 @@ impl Wires {
         let timing: Vec<_> = timing.collect();
         let mut wires = Vec::new();
         for port in ports.iter().filter(|port| !timing.iter().any(|name| same(name, &port.name))) {
-            let own = dut.ports.iter().filter_map(|connected| Some((connected, part_of(connected, port)?)));
-            let pieces = pieces(scene, port, own)?;
+            let own = dut.ports.iter().filter(|connected| connected.is_of(&port.name, ignores_case));
+            let pieces = pieces(scene, port, own, ignores_case)?;
             let connected: u32 = pieces.iter().map(|piece| piece.width).sum();
             if port.is_input && connected < port.format.width() {
                 let which = if pieces.is_empty() { "" } else { "not all bits of " };
@@ -440,11 +439,12 @@ fn line(scene: &DutScene, key: &str, port: &Port) -> Result<(), SceneError> {
 fn pieces<'a>(
     scene: &DutScene,
     port: &Port,
-    all: impl Iterator<Item = (&'a Connected, Part)>,
+    all: impl Iterator<Item = &'a Connected>,
+    ignores_case: bool,
 ) -> Result<Vec<Piece>, SceneError> {
     let mut pieces: Vec<Piece> = Vec::new();
-    for (connected @ Connected { connection, .. }, part) in all {
-        let Some((shift, width)) = part.bits(port.format.width()) else { continue };
+    for connected @ Connected { connection, .. } in all {
+        let Some((shift, width)) = connected.bits((&port.name, &port.layout), ignores_case) else { continue };
         if let Some(other) =
             pieces.iter().find(|piece| piece.shift < shift + width && shift < piece.shift + piece.width)
         {
@@ -460,12 +460,13 @@ fn pieces<'a>(
 }
 
 /// Checks that a port, or a part of it, can have a connection.
-fn check(scene: &DutScene, key: &str, port: &Port, part: Part, connection: Connection) -> Result<(), SceneError> {
-    let refused = |reason: String| Err(scene.error(key, reason));
-    let Some((_, width)) = part.bits(port.format.width()) else {
+fn check(scene: &DutScene, port: &Port, connected: &Connected, ignores_case: bool) -> Result<(), SceneError> {
+    let refused = |reason: String| Err(scene.error(&connected.path(), reason));
+    let Connected { part, connection, .. } = *connected;
+    let Some((_, width)) = connected.bits((&port.name, &port.layout), ignores_case) else {
         return refused(match part {
             Part::InList { of, .. } => format!("{} has not the {of} bit(s) of the list", shown(port)),
-            _ => format!("{} has no such bits", shown(port)),
+            _ => format!("{} has no such bits; it is {}", shown(port), port.layout),
         });
     };
     if connection.is_given() != port.is_input {

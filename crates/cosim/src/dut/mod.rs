@@ -24,7 +24,7 @@ use crate::run::simulation::Simulation;
 use crate::world::actuator::{Actuator, Shaping};
 use crate::world::faults::FaultPlan;
 use crate::world::plant::{Around, Plant};
-use hpu_scene::{Connection, Driving, DutScene, SceneError};
+use hpu_scene::{Connection, Driving, DutScene, Layout, SceneError};
 
 pub use crate::result::heard::{End, Failure, Heard, MOST_FAILURES, MOST_MESSAGES, Said, Severity, Unfit, place};
 pub use connect::{Misdriven, Wire, Wires};
@@ -49,6 +49,8 @@ pub struct Port {
     /// Whether its bits are a number, as far as its type tells: it is no enumeration, no structure and no bits alone.
     /// Waveforms draw such words as curves.
     pub is_quantity: bool,
+    /// The names of its bits, as far as its declaration is known; else they are counted from 0 at the right.
+    pub layout: Layout,
 }
 
 /// The signals inside a design that are to be shown.

@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex};
 
 use hpu_cosim::dut::{Asked, Change, Design, Designs, DutSimulation, Fault, Inside, Port, RunningDesign};
 use hpu_cosim::{ANGLE, Control, Simulation, Summary};
-use hpu_scene::{DutScene, Experiment};
+use hpu_scene::{DutScene, Experiment, Layout};
 use hpu_signal::Format;
 
 /// A design whose outputs have constant bits, and which remembers the bits of its inputs.
@@ -45,7 +45,8 @@ impl RunningDesign for Fixed {
 }
 
 fn port(name: &str, is_input: bool, format: Format) -> Port {
-    Port { name: name.into(), is_input, format, is_inside: false, is_number: false, is_quantity: false }
+    let layout = Layout::vector(format.width());
+    Port { name: name.into(), is_input, format, is_inside: false, is_number: false, is_quantity: false, layout }
 }
 
 /// Runs a design with the inputs `clk`, `ab` (2 bits) and `word` (16 bits, signed) and the output `io` (8 bits), whose

@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 
 use hpu_cosim::dut::Port;
+use hpu_cosim::scene::Layout;
 use hpu_signal::Format;
 
 use super::vhdl::Names;
@@ -45,6 +46,8 @@ pub(super) struct Declared {
     signals: Vec<(String, Kind)>,
     /// Their types by [`folded`] paths; `None` where two signals of different types have the same one.
     by_path: BTreeMap<String, Option<Kind>>,
+    /// The names of the bits of the topmost module's signals, by their own names.
+    layouts: BTreeMap<String, Layout>,
 }
 
 /// The most signals that are kept.
@@ -89,6 +92,11 @@ impl Declared {
 
     /// Gives a port or a signal its declared type, where the simulator's word has the width of it.
     pub(super) fn describe(&self, port: &mut Port) {
+        // The words of an unpacked array are ports of their own.
+        let word = port.name.split('[').next().unwrap_or_default();
+        if let Some(layout) = self.layouts.get(word).filter(|layout| layout.width() == port.format.width()) {
+            port.layout = layout.clone();
+        }
         let Some(kind) = self.of(&port.name) else { return };
         let is_ranged = port.is_number && port.is_inside && kind.format.width() < port.format.width();
         if kind.format.width() == port.format.width() || is_ranged {
@@ -109,7 +117,8 @@ impl Declared {
 /// Returns a signal inside.
 pub(super) fn inside(name: String, kind: Kind) -> Port {
     let Kind { format, is_quantity } = kind;
-    Port { name, is_input: false, format, is_inside: true, is_number: false, is_quantity }
+    let layout = Layout::vector(format.width());
+    Port { name, is_input: false, format, is_inside: true, is_number: false, is_quantity, layout }
 }
 
 /// Returns a path without what tools write differently: the levels of a generate statement are `g(1).u` in GHDL,
@@ -139,13 +148,16 @@ pub(super) fn attribute<'l>(line: &'l str, name: &str) -> Option<&'l str> {
 
 /// A type in Verilator's XML.
 enum Type<'x> {
-    Basic(Kind),
+    /// Bits, with the indices of the left one and the right one.
+    Basic(Kind, (i32, i32)),
     /// Another name of a type.
     Alias(&'x str),
     /// An enumeration of a type.
     Enumeration(&'x str),
-    /// A packed structure (the flag is not set) or union, of members.
-    Structure(bool, Vec<&'x str>),
+    /// A packed structure (the flag is not set) or union, of members with their names.
+    Structure(bool, Vec<(String, &'x str)>),
+    /// An array, packed if the flag is set, of a type, and the ends of its indices as far as they are read.
+    Array(bool, &'x str, Vec<i64>),
 }
 
 /// Signals and instances of a module, by their paths in it.
@@ -158,7 +170,8 @@ struct Module<'x> {
 /// Reads the signals of a design in Verilog from Verilator's XML. Left out are memories, and words of no width that
 /// `hpu` shows.
 pub(super) fn of_xml(xml: &str) -> Declared {
-    let (mut types, mut structure) = (BTreeMap::new(), None);
+    // The type whose members or ends come next.
+    let (mut types, mut open) = (BTreeMap::new(), None);
     let (mut modules, mut top): (BTreeMap<&str, Module>, _) = (BTreeMap::new(), None);
     // The open scopes: the module, then blocks with a name or without one. `None` is a function or a package.
     let (mut module, mut scopes): (Option<&str>, Vec<Option<&str>>) = (None, Vec::new());
@@ -190,14 +203,19 @@ pub(super) fn of_xml(xml: &str) -> Declared {
                 }
             }
             "memberdtype" => {
-                let member = structure.as_ref().and_then(|id| types.get_mut(id)).zip(get("sub_dtype_id"));
+                let member = open.as_ref().and_then(|id| types.get_mut(id)).zip(get("sub_dtype_id"));
                 if let Some((Type::Structure(_, members), member)) = member {
-                    members.push(member);
+                    members.push((get("name").unwrap_or_default().to_string(), member));
+                }
+            }
+            "const" => {
+                if let Some(Type::Array(_, _, ends)) = open.as_ref().and_then(|id| types.get_mut(id)) {
+                    ends.extend(get("name").and_then(number));
                 }
             }
             _ => {
                 if let (Some(id), Some(found)) = (get("id"), type_of(tag, line)) {
-                    structure = matches!(found, Type::Structure(..)).then_some(id);
+                    open = matches!(found, Type::Structure(..) | Type::Array(..)).then_some(id);
                     types.insert(id, found);
                 }
             }
@@ -205,6 +223,9 @@ pub(super) fn of_xml(xml: &str) -> Declared {
     }
     let mut declared = Declared::default();
     if let Some(top) = top {
+        let signals = modules.get(top).map(|module| &module.signals[..]).unwrap_or_default();
+        let named = |(name, id): &(String, &str)| Some((name.clone(), layout(&types, id, 0)?));
+        declared.layouts = signals.iter().filter_map(named).collect();
         walk(&modules, &types, (top, ""), 0, &mut declared);
     }
     declared
@@ -218,13 +239,16 @@ fn type_of<'x>(tag: &str, line: &'x str) -> Option<Type<'x>> {
             let is_word = |name: &str| !["string", "real", "event", "chandle"].contains(&name);
             attribute(line, "name").filter(|name| is_word(name))?;
             let end = |name: &str| attribute(line, name).map_or(Some(0), |end| end.parse::<i32>().ok());
-            let width = end("left")?.abs_diff(end("right")?) + 1;
+            let ends @ (left, right) = (end("left")?, end("right")?);
+            let width = left.abs_diff(right) + 1;
             let signed = attribute(line, "signed") == Some("true");
-            Type::Basic(if width > 1 { Kind::number(signed, width.cast_signed(), 0) } else { Kind::bits(1) }?)
+            let kind = if width > 1 { Kind::number(signed, width.cast_signed(), 0) } else { Kind::bits(1) };
+            Type::Basic(kind?, ends)
         }
         "refdtype" => Type::Alias(sub()?),
         "enumdtype" => Type::Enumeration(sub()?),
         "structdtype" | "uniondtype" => Type::Structure(tag == "uniondtype", Vec::new()),
+        "packarraydtype" | "unpackarraydtype" => Type::Array(tag == "packarraydtype", sub()?, Vec::new()),
         _ => return None,
     })
 }
@@ -235,16 +259,50 @@ fn kind(types: &BTreeMap<&str, Type>, id: &str, depth: u32) -> Option<Kind> {
         return None;
     }
     match types.get(id)? {
-        Type::Basic(kind) => Some(*kind),
+        Type::Basic(kind, _) => Some(*kind),
+        Type::Array(true, ..) => Kind::bits(layout(types, id, depth)?.width()),
+        Type::Array(false, ..) => None,
         Type::Alias(of) => kind(types, of, depth + 1),
         Type::Enumeration(of) => kind(types, of, depth + 1).map(|kind| Kind { is_quantity: false, ..kind }),
         Type::Structure(is_union, members) => {
-            let widths = members.iter().map(|member| Some(kind(types, member, depth + 1)?.format.width()));
+            let widths = members.iter().map(|(_, member)| Some(kind(types, member, depth + 1)?.format.width()));
             let widths = widths.collect::<Option<Vec<_>>>()?;
             let sum = widths.iter().try_fold(0u32, |sum, width| sum.checked_add(*width));
             Kind::bits(if *is_union { widths.into_iter().max()? } else { sum? })
         }
     }
+}
+
+/// Returns the names of the bits of a type; of an unpacked array, those of its words.
+fn layout(types: &BTreeMap<&str, Type>, id: &str, depth: u32) -> Option<Layout> {
+    if depth > 32 {
+        return None;
+    }
+    let of = |id: &str| layout(types, id, depth + 1);
+    Some(match types.get(id)? {
+        Type::Basic(_, (left, right)) => Layout::Vector((*left).into(), (*right).into()),
+        Type::Alias(id) | Type::Enumeration(id) | Type::Array(false, id, _) => of(id)?,
+        Type::Array(true, id, ends) => match ends[..] {
+            [left, right] => Layout::Array(left, right, Box::new(of(id)?)),
+            _ => return None,
+        },
+        Type::Structure(is_union, members) => {
+            let is_plain = |name: &str| name.bytes().all(|letter| letter.is_ascii_alphanumeric() || letter == b'_');
+            let field = |(name, member): &(String, &str)| {
+                Some((Some(name).filter(|name| is_plain(name))?.clone(), of(member)?))
+            };
+            let fields = members.iter().map(field);
+            let fields = fields.collect::<Option<Vec<_>>>()?;
+            if *is_union { Layout::Union(fields) } else { Layout::Structure(fields) }
+        }
+    })
+}
+
+/// Returns an end of a range from its constant in XML, as in `32'sh1f`.
+fn number(text: &str) -> Option<i64> {
+    let (_, digits) = text.rsplit_once('h')?;
+    let bits = u32::from_str_radix(digits, 16).ok()?;
+    Some(bits.cast_signed().into())
 }
 
 /// Adds the signals of a module at a path, and of all instances in it.

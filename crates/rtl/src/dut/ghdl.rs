@@ -107,12 +107,12 @@ impl Simulators {
         let ports = interface.ports.iter().zip(&told);
         let mut ports: Vec<_> = ports
             .map(|(item, &(format, is_number))| {
-                let (name, format) = match model.names.word(&item.name) {
-                    Some(word) => (word.shown.clone(), word.format.unwrap_or(format)),
-                    None => (item.name.clone(), format),
-                };
-                let kind = Kind { format, is_quantity: is_number };
-                Port { is_input: item.mode == "in", is_inside: false, is_number, ..declared::inside(name, kind) }
+                let word = model.names.word(&item.name);
+                let name = word.map_or(&item.name, |word| &word.shown).clone();
+                let kind = Kind { format: word.and_then(|word| word.format).unwrap_or(format), is_quantity: is_number };
+                let port = declared::inside(name, kind);
+                let layout = word.and_then(|word| word.layout.clone()).unwrap_or_else(|| port.layout.clone());
+                Port { is_input: item.mode == "in", is_inside: false, is_number, layout, ..port }
             })
             .collect();
         if told.len() != interface.ports.len() {

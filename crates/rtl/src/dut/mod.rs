@@ -43,7 +43,7 @@ pub(crate) use ghdl::{bench, bridge, simulate};
 pub(crate) use process::{ANSWER, Process};
 use text::delay::{first, left_out};
 pub(crate) use transition::{INVARIANT, Transition};
-pub(crate) use vhdl::{Names, interface, without_place};
+pub(crate) use vhdl::{Names, interface};
 
 use fallback::Fallback;
 

@@ -116,6 +116,9 @@ impl Simulators {
         for (port, _) in &mut ports {
             if let Some(word) = model.names.word(&port.name) {
                 port.name.clone_from(&word.shown);
+                if let Some(layout) = &word.layout {
+                    port.layout = layout.clone();
+                }
             }
         }
         if is_vhdl {
@@ -466,22 +469,23 @@ fn read(path: &Path) -> Result<String, Error> {
 
 /// Returns a port or a signal inside as a line of the file [`PORTS`].
 fn line(port: &Port, is_hidden: bool) -> String {
-    let Port { name, is_input, format, is_inside, is_quantity, .. } = port;
+    let Port { name, is_input, format, is_inside, is_quantity, layout, .. } = port;
     let way = match (is_hidden, is_inside, is_input) {
         (true, ..) => "hidden",
         (_, true, _) => "inside",
         (.., true) => "in",
         _ => "out",
     };
-    format!("{name} {way} {format} {}\n", if *is_quantity { "number" } else { "bits" })
+    format!("{name} {way} {format} {} {layout}\n", if *is_quantity { "number" } else { "bits" })
 }
 
 /// Reads a port or a signal inside from its line, and whether it is hidden.
 fn port(line: &str) -> Option<(Port, bool)> {
-    let [name, way, format, kind] = line.split(' ').collect::<Vec<_>>().try_into().ok()?;
+    let [name, way, format, kind, layout] = line.split(' ').collect::<Vec<_>>().try_into().ok()?;
     let kind = Kind { format: format.parse().ok()?, is_quantity: kind == "number" };
     let is_inside = ["inside", "hidden"].contains(&way);
-    let port = Port { is_input: way == "in", is_inside, ..declared::inside(name.to_string(), kind) };
+    let layout = layout.parse().ok()?;
+    let port = Port { is_input: way == "in", is_inside, layout, ..declared::inside(name.to_string(), kind) };
     Some((port, way == "hidden"))
 }
 

@@ -18,7 +18,7 @@ use hpu_datapath::{AnyBlock, Generic, block_names, variants_of};
 use hpu_signal::Clock;
 
 use crate::check::{all_stimuli, generics_label};
-use crate::dut::{Model, Names, Prepared, Simulators, is_vhdl, without_place};
+use crate::dut::{Model, Names, Prepared, Simulators, is_vhdl};
 use crate::engines::error::Error;
 use crate::engines::tool::Tool;
 use crate::vectors::report::{CheckRow, Tally};
@@ -188,10 +188,6 @@ impl Entity {
     pub fn compare(&self, (label, block): &mut Labelled, simulators: &Simulators) -> Result<Compared, Error> {
         let began = Instant::now();
         let theirs = self.dut(&**block);
-        let parts = self.ports.iter().map(|(port, part, _)| (&**port, *part));
-        if let Some((_, reason)) = without_place(&theirs, parts).filter(|_| self.is_vhdl()) {
-            return Err(Error::usage(format!("--port: {reason}")));
-        }
         let Prepared { dut, names } = simulators.prepared(&theirs)?;
         let design = simulators.of_model(&model(&dut, &names))?;
         let connected = self.connected(&**block, &dut, design.ports())?;
@@ -319,6 +315,13 @@ impl Entity {
             },
         };
         let clock = self.clock.clone().unwrap_or_else(|| Identifier::fixed("clk"));
+        let named = |(port, part, _): &(String, Part, Link)| scene::Connected {
+            port: port.clone(),
+            part: *part,
+            connection: scene::Connection::Open,
+            key: port.clone(),
+            is_pin: false,
+        };
         Dut {
             files: self.files.clone(),
             beside: self.beside.clone(),
@@ -331,7 +334,7 @@ impl Entity {
             clocks: vec![DutClock { port: clock, divide: 1 }],
             reset: None,
             generics: self.generics.iter().map(|(name, text)| (name.clone(), value(text))).collect(),
-            ports: Vec::new(),
+            ports: self.ports.iter().map(named).collect(),
             floats: false,
             formats: Vec::new(),
         }

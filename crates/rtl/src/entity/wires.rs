@@ -54,7 +54,7 @@ impl Entity {
     /// have none.
     pub(super) fn wires(&self, block: &dyn AnyBlock, ports: &[Port]) -> Result<Vec<Wire>, Error> {
         let none = |name: &str| refused(format!("`{}` has no port `{name}`; {}", self.top, there_are(ports)));
-        let has = |name: &str, part: Part| ports.iter().any(|port| part.within(name, &port.name, true).is_some());
+        let has = |name: &str, part: Part| ports.iter().any(|port| part.is_of(name, &port.name, true));
         if let Some((name, ..)) = self.ports.iter().find(|(name, part, _)| !has(name, *part)) {
             return none(name);
         }
@@ -63,10 +63,10 @@ impl Entity {
         }
         let mut wires = Vec::new();
         for (place, port) in ports.iter().enumerate() {
-            let links = self.ports.iter();
-            let links = links.filter_map(|(name, part, link)| Some((part.within(name, &port.name, true)?, link)));
-            let links: Vec<_> = links.collect();
-            if links.iter().all(|(part, _)| *part == Part::Whole) {
+            let links = self.ports.iter().filter(|(name, part, _)| part.is_of(name, &port.name, true));
+            let bits = |name: &str, part: Part| part.bits(name, (&port.name, &port.layout), true);
+            let links: Vec<_> = links.map(|(name, part, link)| (bits(name, *part), link)).collect();
+            if links.iter().all(|(bits, _)| *bits == Some((0, port.format.width()))) {
                 let what = self.what(block, port, links.first().map(|(_, link)| *link))?;
                 wires.push(Wire { port: port.clone(), place, shift: 0, what });
             } else {
@@ -107,7 +107,7 @@ impl Entity {
         &self,
         block: &dyn AnyBlock,
         (place, port): (usize, &Port),
-        links: &[(Part, &Link)],
+        links: &[(Option<(u32, u32)>, &Link)],
         wires: &mut Vec<Wire>,
     ) -> Result<(), Error> {
         let (name, all) = (&port.name, port.format.width());
@@ -115,17 +115,16 @@ impl Entity {
             return refused(format!("port `{name}` is the reset and something else"));
         }
         let mut taken = 0;
-        for (part, link) in links {
-            let Some((shift, width)) = part.bits(all) else {
-                return refused(format!("`{name}` of `{}` has {all} bits, from {} down to 0", self.top, all - 1));
+        for (found, link) in links {
+            let Some((shift, width)) = *found else {
+                return refused(format!("`{name}` of `{}` is {}", self.top, port.layout));
             };
             let bits = u64::MAX >> (64 - width) << shift;
             if taken & bits != 0 {
                 return refused(format!("some bits of `{name}` are connected twice"));
             }
             taken |= bits;
-            let own =
-                if width == 1 { format!("{name}[{shift}]") } else { format!("{name}[{}:{shift}]", shift + width - 1) };
+            let own = name.clone() + &port.layout.name(shift, width);
             let port = Port { name: own, format: Format::unsigned(width), is_number: false, ..port.clone() };
             let what = self.what(block, &port, Some(link))?;
             wires.push(Wire { port, place, shift, what });

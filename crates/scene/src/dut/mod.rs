@@ -1,6 +1,7 @@
 //! A design of the user's own: its files, and the connections of its ports.
 
 pub(crate) mod beside;
+mod layout;
 mod part;
 pub(crate) mod read;
 pub(crate) mod rows;
@@ -22,6 +23,7 @@ use crate::head::setup::Setup;
 use crate::schema::identifier::Identifier;
 use crate::schema::source::SceneError;
 pub use beside::{BesideFile, beside};
+pub use layout::Layout;
 pub use part::Part;
 
 /// One experiment of an axis whose loop is closed by a design of the user's own; in SI units.
@@ -315,9 +317,15 @@ pub struct Connected {
 }
 
 impl Connected {
-    /// Returns the part of a port of this name that is connected, if one is. The port may be a word of an array.
-    pub fn part_of(&self, port: &str, ignores_case: bool) -> Option<Part> {
-        self.part.within(&self.port, port, ignores_case)
+    /// Returns whether it is about a port of this name, or about a part of one. The port may be a word of an array.
+    pub fn is_of(&self, port: &str, ignores_case: bool) -> bool {
+        self.part.is_of(&self.port, port, ignores_case)
+    }
+
+    /// Returns the bits of a port that are connected: the number of those to the right, and its own; `None` where the
+    /// port has no such bits.
+    pub fn bits(&self, port: (&str, &Layout), ignores_case: bool) -> Option<(u32, u32)> {
+        self.part.bits(&self.port, port, ignores_case)
     }
 
     /// Returns the path of its key in the scene.

@@ -1,5 +1,6 @@
 //! Ports and their parts by the names that a design's language gives them.
 
+use super::layout::Layout;
 use crate::schema::identifier::{Identifier, Language};
 
 /// The bits of a port that a connection is about.
@@ -7,7 +8,7 @@ use crate::schema::identifier::{Identifier, Language};
 pub enum Part {
     /// All of them.
     Whole,
-    /// Those from one index to another. An index is the number of bits to the right; in an array, that of a word.
+    /// Those from one index to another, in the port's own indices; in an array, of a word.
     Bits(i64, i64),
     /// Those behind this many from the left, in a list for all of the port's bits.
     InList {
@@ -33,28 +34,32 @@ impl Part {
         is_word(language, name).then(|| (name.to_string(), part))
     }
 
-    /// Returns the part of a port that this part of a port `own` is, if it is one. The port may be a word of an array.
-    pub fn within(self, own: &str, port: &str, ignores_case: bool) -> Option<Self> {
-        let same = |one: &str| {
-            let (one, two) = (round(one), round(port));
-            if ignores_case { one.eq_ignore_ascii_case(&two) } else { one == two }
-        };
-        match self {
-            Self::Bits(one, other) if one == other && same(&format!("{own}({one})")) => Some(Self::Whole),
-            part => same(own).then_some(part),
-        }
+    /// Returns whether this part of a port `own` belongs to a port of this name. The port may be a word of an array, and
+    /// `own` may name a word in the port.
+    pub fn is_of(self, own: &str, port: &str, ignores_case: bool) -> bool {
+        self.path(own, port, ignores_case).is_some()
     }
 
-    /// Returns the bits of a part of a port of this width: the number of those to the right, and the part's own; `None`
-    /// for bits that the port does not have.
-    pub fn bits(self, width: u32) -> Option<(u32, u32)> {
+    /// Returns the bits of a port that this part of `own` has: the number of those to the right, and the part's own;
+    /// `None` for bits that the port does not have.
+    pub fn bits(self, own: &str, (port, layout): (&str, &Layout), ignores_case: bool) -> Option<(u32, u32)> {
+        let (path, part) = self.path(own, port, ignores_case)?;
+        layout.bits(&path, part, ignores_case)
+    }
+
+    /// Returns the path in a port of what is behind its name, and the part of the word there.
+    fn path(self, own: &str, port: &str, ignores_case: bool) -> Option<(String, Self)> {
+        let (own, port) = (round(own), round(port));
+        let same = |one: &str| if ignores_case { one.eq_ignore_ascii_case(&port) } else { one == port };
         match self {
-            Self::Whole => Some((0, width)),
-            Self::Bits(one, other) => {
-                let (low, high) = (u32::try_from(one.min(other)).ok()?, u32::try_from(one.max(other)).ok()?);
-                (high < width).then_some((low, high - low + 1))
+            Self::Bits(one, other) if one == other && same(&format!("{own}({one})")) => {
+                Some((String::new(), Self::Whole))
             }
-            Self::InList { before, of } => (of == width).then(|| (width - 1 - before, 1)),
+            part => {
+                let (name, path) = own.split_at_checked(port.len())?;
+                let is_path = path.is_empty() || path.starts_with(['.', '(']);
+                (same(name) && is_path).then(|| (path.to_string(), part))
+            }
         }
     }
 }

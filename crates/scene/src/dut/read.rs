@@ -375,7 +375,7 @@ fn ports(s: &Section, pins: (&Section, &[Pin]), language: Language) -> Result<Ve
     Ok(all)
 }
 
-/// Reads the connections of all bits of a port, from the highest index down.
+/// Reads the connections of all bits of a port, from the left.
 fn list_of_bits(s: &Section, key: &str, port: &str, list: &Array) -> Result<Vec<Connected>, SceneError> {
     let mut all = Vec::new();
     for (index, value) in list.iter().enumerate() {

@@ -98,7 +98,7 @@ keys! { dut_pins: "dut.pins" of [];
 
 keys! { dut_ports: "dut.ports" of [];
     /// Connection of the port of this name: a line, also after "not "; a count; a constant; open; a word with a format;
-    /// or a list of lines, constants and `open` for its bits, from the highest index down. A key with an index or a
+    /// or a list of lines, constants and `open` for its bits, from the left. A key with an index or a
     /// range, as in `"ab(1)"`, `"ab[7:4]"` or `"ab(7 downto 4)"`, connects these bits alone.
     PORT: Own = Own::new(
         || Takes::Own(

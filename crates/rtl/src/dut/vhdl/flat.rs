@@ -3,7 +3,7 @@
 
 use std::fmt::Write as _;
 
-use hpu_cosim::scene::{Dut, Identifier};
+use hpu_cosim::scene::{Dut, Identifier, Layout, Part};
 use hpu_signal::Format;
 
 use super::interface::{Interface, Item, of_text};
@@ -39,6 +39,8 @@ pub(crate) struct Word {
     pub(crate) shown: String,
     /// Its format, if it has a binary point.
     pub(crate) format: Option<Format>,
+    /// The names of its bits in the design, if it is a vector.
+    pub(crate) layout: Option<Layout>,
 }
 
 impl Names {
@@ -117,7 +119,10 @@ impl Around {
             let (name, declared) = types.find(&port.kind);
             let of_arithmetic = arithmetic && ["unsigned", "signed"].contains(&&*name);
             let shape = shape(&types, &port.kind).map_err(|of| untakable(port, &of))?;
-            let is_plain = declared.is_none() && !name.ends_with("fixed") && !of_arithmetic;
+            let is_plain = declared.is_none()
+                && !name.ends_with("fixed")
+                && !of_arithmetic
+                && (ends_with_0(&types, port) || !is_parted(dut, port));
             shapes.push((!is_plain).then_some(shape));
         }
         let is_needed = shapes.iter().any(Option::is_some);
@@ -188,6 +193,19 @@ impl Around {
         let ports = self.interface.ports.iter().map(|port| port.name.to_lowercase()).collect();
         Ok(Some(Names { words, ports }))
     }
+}
+
+/// Returns whether the indices of a port, if it has any, are the numbers of bits to the right, as far as its text
+/// tells.
+fn ends_with_0(types: &Types, port: &Item) -> bool {
+    let range = types.range(&port.kind);
+    range.is_none_or(|range| matches!(range.split_whitespace().collect::<Vec<_>>()[..], [.., "downto", "0"]))
+}
+
+/// Returns whether bits of a port are connected by their indices.
+fn is_parted(dut: &Dut, port: &Item) -> bool {
+    let is_index = |part| matches!(part, Part::Bits(..));
+    dut.ports.iter().any(|of| is_index(of.part) && of.port.eq_ignore_ascii_case(&port.name))
 }
 
 /// The full name of the type of words.
@@ -263,7 +281,7 @@ impl Flat {
             return too(format!("more than {MOST_WORDS} words"));
         }
         let own = format!("hpu_p{}", self.words.len());
-        let mut format = None;
+        let (mut format, mut layout) = (None, None);
         let (kind, statement) = match shape {
             Shape::Record(elements) => {
                 return elements.iter().try_for_each(|(name, shape)| {
@@ -283,6 +301,7 @@ impl Flat {
                 (kind.to_string(), if is_input { format!("{signal} <= {own};") } else { format!("{own} <= {signal};") })
             }
             Shape::Vector { bounds: (left, right), of_bit, is_signed, is_fixed } => {
+                layout = Some(Layout::Vector(*left, *right));
                 let (low, high) = (*left.min(right), *left.max(right));
                 let width = high.abs_diff(low) + 1;
                 if width > MOST as u64 {
@@ -317,7 +336,7 @@ impl Flat {
         };
         self.ports.push(format!("{own} : {} {kind}", port.mode));
         let _ = writeln!(self.statements, "  {statement}");
-        self.words.push(Word { own, shown: shown.to_string(), format });
+        self.words.push(Word { own, shown: shown.to_string(), format, layout });
         Ok(())
     }
 
