@@ -31,6 +31,7 @@ impl InWords {
             is_number: false,
             is_quantity: false,
             layout: Layout::vector(signal.format.width()),
+            default: None,
         };
         let timing = ["clk", "rst"].map(|name| port(&Signal::bit(name, ""), true));
         let inputs = block.inputs().iter().map(|signal| port(signal, true));

@@ -124,14 +124,19 @@ fn unpacked_arrays_of_systemverilog_are_connected_by_element() {
 fn parts_of_packed_types_of_systemverilog_are_connected_by_their_names() {
     let dir = scratch("packed_ports");
     // Each output is a part of an input as SystemVerilog reads it.
-    let source = "package p; typedef struct packed { logic a; logic [2:0] n; logic [1:0][3:0] q; } enc_t;
+    let source = "`timescale 1ns/1ps
+      package p; typedef enum logic [1:0] { idle, run = 2, stop } mode_t;
+      typedef struct packed { logic a; logic [2:0] n; logic [1:0][3:0] q; } enc_t;
       typedef union packed { logic [7:0] w; struct packed { logic [3:0] h, l; } f; } both_t;
       typedef struct packed { logic pwm; logic [1:0] dir; } legs_t; endpackage
-      module packed_parts import p::*; #(parameter W = 8) (input logic clk, rst, input enc_t enc,
+      module packed_parts import p::*; #(parameter W = 8, parameter mode_t K = idle) (
+      input logic clk, rst, input enc_t enc,
       input logic [1:0][W-1:0] m, input logic [0:7] asc, input logic [8:1] off, input enc_t [2:1] es, input both_t u,
       input logic x, output logic ea, output logic [2:0] en, output logic [3:0] eq1, eq0, output logic [7:0] m1, m0,
       output logic a0, output logic [6:0] a1, o8, output logic o1, output logic [11:0] e2, e1, output logic [7:0] uw,
-      output legs_t legs);
+      output legs_t legs, output logic [1:0] k, output logic [15:0] ns, output logic asked);
+      logic [63:0] last; always @(posedge clk) begin last <= $time; ns <= rst ? 1000 : 16'($time - last); end
+      initial asked = $test$plusargs(\"what\"); assign k = K;
       assign ea = enc.a; assign en = enc.n; assign eq1 = enc.q[1]; assign eq0 = enc.q[0];
       assign m1 = m[1]; assign m0 = m[0]; assign a0 = asc[0]; assign a1 = asc[1:7]; assign o8 = off[8:2];
       assign o1 = off[1]; assign e2 = es[2]; assign e1 = es[1]; assign uw = u.w;
@@ -147,7 +152,7 @@ fn parts_of_packed_types_of_systemverilog_are_connected_by_their_names() {
         .to_string()
         + &es(2, [0, 6, 2, 13])
         + &es(1, [1, 3, 4, 7]);
-    let path = scene(&dir, ("packed_parts.sv", source), "", &ports);
+    let path = scene(&dir, ("packed_parts.sv", source), "parameters = { K = 2 }", &ports);
     let value = json(&run(&["run", &path, "--json"]));
     let word = |name: &str| {
         let signal = value["signals"].as_array().expect("signals").iter().find(|signal| signal["name"] == name);
@@ -159,8 +164,13 @@ fn parts_of_packed_types_of_systemverilog_are_connected_by_their_names() {
     let names = ["ea", "en", "eq1", "eq0", "m1", "m0", "a0", "a1", "o8", "o1", "e2", "e1", "uw"];
     let read = [1.0, 5.0, 9.0, 3.0, 170.0, 197.0, 1.0, 77.0, 33.0, 1.0, 1581.0, 2887.0, 107.0];
     assert_eq!(names.map(word), read);
+    // The second value of an enumeration, a period of 1 MHz, and no argument.
+    assert_eq!(["k", "ns", "asked"].map(word), [2.0, 1000.0, 0.0]);
     let shown = String::from_utf8(run(&["run", &path]).stdout).expect("text");
     assert!(shown.contains("[0] 1, [1:7] 77") && shown.contains(".dir[1] bridge.direction"), "{shown}");
+    let named = scene(&dir, ("packed_parts.sv", source), "parameters = { K = \"run\" }", &ports);
+    let told = "dut.parameters.K: its type is an enumeration; write the number of the value";
+    assert_refused(&run(&["run", &named]), 4, &["packed_parts.toml:", told]);
     for (key, reason) in [
         ("m[2]", "m (in, 16 bits) has no such bits; it is [1:0][7:0]"),
         ("asc[8]", "has no such bits; it is [0:7]"),
@@ -188,6 +198,16 @@ fn ports_that_no_word_is_are_refused_with_their_type() {
         ("kind.vhd", vhdl("inout std_logic"), "port `x` is inout std_logic; hpu takes in and out"),
         ("kind.vhd", vhdl("in pointers"), "port `x` is of the type pointers; hpu takes bits"),
         ("kind.vhd", vhdl("in real"), "port `x` is of the type real; hpu takes bits"),
+        (
+            "kind.vhd",
+            vhdl("in std_logic_vector"),
+            "port `x` is of the type std_logic_vector, without a range: an entity",
+        ),
+        (
+            "kind.vhd",
+            vhdl("in bit_vector(-1 downto 0)"),
+            "port `x` is of the type bit_vector(-1 downto 0), which has no",
+        ),
         ("kind.vhd", vhdl("in time"), "port `x` is of the type time; hpu takes bits"),
         ("kind.sv", verilog("inout x"), "port `x` is inout; hpu takes in and out"),
         ("kind.sv", verilog("input real x"), "port `x` is real; hpu takes in and out"),
@@ -211,27 +231,30 @@ entity indices is
   port (clk, rst : in std_logic; up : in std_logic_vector(0 to 7); off : in std_logic_vector(FIRST+3 downto FIRST);
     n : in nibble; p : in pair; plain : in std_logic_vector(3 downto 0); u0, o3 : out std_logic; n8 : out bit;
     u17 : out std_logic_vector(1 to 7); p46 : out std_logic_vector(4 to 6); word : out std_logic_vector(3 downto 0);
-    legs : out std_logic_vector(1 to 2));
+    legs : out std_logic_vector(1 to 2);
+    en : in std_logic := '1'; given : in std_logic_vector(3 downto 0) := x\"A\"; all_set : in nibble := (others => '1');
+    known : out std_logic_vector(5 downto 0));
 end entity;
 architecture rtl of indices is begin
   u0 <= up(0); u17 <= up(1 to 7); o3 <= off(FIRST); n8 <= n(8); p46 <= p.v(4 to 6); word <= plain;
-  legs <= up(0) & '1';
+  legs <= up(0) & '1'; known <= en & given & to_stdulogic(all_set(8));
 end architecture;
 ";
-    let ports = "\"up(0)\" = \"encoder.a\"\n\"up(1 to 7)\" = 77\n\"off(3)\" = 1\n\"off(6 downto 4)\" = 2\n\"n(8)\" = 1\n\
-                 \"n(7 downto 5)\" = 2\n\"p.v(4 to 6)\" = 6\n\"p.v(7)\" = 0\n\"plain(3)\" = 1\n\
+    let ports = "\"up(0)\" = \"encoder.a\"\n\"up(1 to 7)\" = 77\n\"off(3)\" = 1\n\"off(6 downto 4)\" = 2\n\
+                 \"n(8)\" = 1\n\"n(7 downto 5)\" = 2\n\"p.v(4 to 6)\" = 6\n\"p.v(7)\" = 0\n\"plain(3)\" = 1\n\
                  \"plain(2 downto 0)\" = 2\n\"legs(1)\" = \"bridge.pwm\"\n\"legs(2)\" = \"bridge.direction\"\n";
-    let path = scene(&dir, ("indices.vhd", source), "generics = { FIRST = 3 }", ports);
-    let names = ["u0", "legs", "o3", "n8", "u17", "p46", "word", "off", "plain"];
+    // The ending is that of another system; inputs that have a default are left open.
+    let path = scene(&dir, ("indices.VHD", source), "generics = { FIRST = 3 }", ports);
+    let names = ["u0", "legs", "o3", "n8", "u17", "p46", "word", "off", "plain", "known"];
     let found = shown(&path, &[], names);
     let [u0, legs, still @ ..] = &found;
     assert!(u0.contains(&1) && u0.contains(&0), "the encoder has not moved");
     assert!(u0.iter().zip(legs).all(|(u0, legs)| *legs == 2 * u0 + 1));
-    for ((name, words), expected) in names[2..].iter().zip(still).zip([1, 1, 77, 6, 10, 5, 10]) {
+    for ((name, words), expected) in names[2..].iter().zip(still).zip([1, 1, 77, 6, 10, 5, 10, 0b11_0101]) {
         assert!(words.iter().all(|word| *word == expected), "{name}: {words:?}");
     }
     assert_eq!(shown(&path, &["--set", "dut.engine=ghdl"], names), found, "GHDL");
-    let wrong = scene(&dir, ("indices.vhd", source), "", &ports.replace("p.v(7)", "p.v(0)"));
+    let wrong = scene(&dir, ("indices.VHD", source), "", &ports.replace("p.v(7)", "p.v(0)"));
     let told = "dut.ports.p.v(0): p.v (in, 4 bits) has no such bits; it is [4:7]";
     assert_refused(&run(&["run", &wrong]), 4, &["indices.toml:", told]);
 }

@@ -142,6 +142,7 @@ impl Wires {
                     is_number: false,
                     is_quantity: false,
                     layout: Layout::vector(format.width()),
+                    default: None,
                 },
                 pieces: vec![Piece { shift: 0, width: format.width(), connection }],
             }
@@ -192,7 +193,11 @@ impl Wires {
         let mut wires = Vec::new();
         for port in ports.iter().filter(|port| !timing.iter().any(|name| same(name, &port.name))) {
             let own = dut.ports.iter().filter(|connected| connected.is_of(&port.name, ignores_case));
-            let pieces = pieces(scene, port, own, ignores_case)?;
+            let mut pieces = pieces(scene, port, own, ignores_case)?;
+            if let ([], Some(word)) = (&pieces[..], port.default) {
+                let connection = Connection::Constant(word);
+                pieces.push(Piece { shift: 0, width: port.format.width(), connection });
+            }
             let connected: u32 = pieces.iter().map(|piece| piece.width).sum();
             if port.is_input && connected < port.format.width() {
                 let which = if pieces.is_empty() { "" } else { "not all bits of " };

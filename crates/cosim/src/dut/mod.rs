@@ -51,6 +51,8 @@ pub struct Port {
     pub is_quantity: bool,
     /// The names of its bits, as far as its declaration is known; else they are counted from 0 at the right.
     pub layout: Layout,
+    /// The word of an input that is left open, if the design gives one and it is a literal.
+    pub default: Option<i64>,
 }
 
 /// The signals inside a design that are to be shown.

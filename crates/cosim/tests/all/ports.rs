@@ -46,7 +46,16 @@ impl RunningDesign for Fixed {
 
 fn port(name: &str, is_input: bool, format: Format) -> Port {
     let layout = Layout::vector(format.width());
-    Port { name: name.into(), is_input, format, is_inside: false, is_number: false, is_quantity: false, layout }
+    Port {
+        name: name.into(),
+        is_input,
+        format,
+        is_inside: false,
+        is_number: false,
+        is_quantity: false,
+        layout,
+        default: None,
+    }
 }
 
 /// Runs a design with the inputs `clk`, `ab` (2 bits) and `word` (16 bits, signed) and the output `io` (8 bits), whose

@@ -118,7 +118,8 @@ impl Declared {
 pub(super) fn inside(name: String, kind: Kind) -> Port {
     let Kind { format, is_quantity } = kind;
     let layout = Layout::vector(format.width());
-    Port { name, is_input: false, format, is_inside: true, is_number: false, is_quantity, layout }
+    let default = None;
+    Port { name, is_input: false, format, is_inside: true, is_number: false, is_quantity, layout, default }
 }
 
 /// Returns a path without what tools write differently: the levels of a generate statement are `g(1).u` in GHDL,
@@ -296,6 +297,17 @@ fn layout(types: &BTreeMap<&str, Type>, id: &str, depth: u32) -> Option<Layout> 
             if *is_union { Layout::Union(fields) } else { Layout::Structure(fields) }
         }
     })
+}
+
+/// Returns whether a parameter has the type of an enumeration, by Verilator's XML, which keeps only the type's name.
+pub(super) fn is_enumerated(xml: &str, parameter: &str) -> bool {
+    let lines = || xml.lines().map(str::trim_start);
+    let has = |line: &str, name: &str, value: &str| attribute(line, name) == Some(value);
+    let is_it = |line: &&str| line.starts_with("<var ") && has(line, "name", parameter) && has(line, "param", "true");
+    let kind = lines().find(is_it).and_then(|line| attribute(line, "vartype"));
+    let own =
+        |line: &'_ str| attribute(line, "name").and_then(|name| name.rsplit([':', '.']).next().map(str::to_string));
+    kind.is_some_and(|kind| lines().any(|line| line.starts_with("<enumdtype ") && own(line).as_deref() == Some(kind)))
 }
 
 /// Returns an end of a range from its constant in XML, as in `32'sh1f`.

@@ -102,8 +102,16 @@ impl Simulators {
         };
         let said = said.map_err(say)?;
         let declared = declared::of_rti(&said.out).around(model.names);
-        let told: Vec<(Format, bool)> =
-            said.out.lines().filter_map(|line| format(line.strip_prefix("PORT ")?)).collect();
+        let told = || said.out.lines().filter_map(|line| line.strip_prefix("PORT "));
+        for (told, Item { name, kind, .. }) in told().zip(&interface.ports) {
+            let why = match told.split(' ').next().and_then(|width| width.parse::<u64>().ok()) {
+                Some(0) => format!("port `{name}` is of the type {kind}, which has no bits here"),
+                Some(width) if width > 64 => format!("port `{name}` has {width} bits; hpu takes ports of at most 64"),
+                _ => continue,
+            };
+            return Err(Error::port(name, why));
+        }
+        let told: Vec<(Format, bool)> = told().filter_map(format).collect();
         let ports = interface.ports.iter().zip(&told);
         let mut ports: Vec<_> = ports
             .map(|(item, &(format, is_number))| {
@@ -112,7 +120,8 @@ impl Simulators {
                 let kind = Kind { format: word.and_then(|word| word.format).unwrap_or(format), is_quantity: is_number };
                 let port = declared::inside(name, kind);
                 let layout = word.and_then(|word| word.layout.clone()).unwrap_or_else(|| port.layout.clone());
-                Port { is_input: item.mode == "in", is_inside: false, is_number, layout, ..port }
+                let default = item.default.as_ref().and_then(|text| literal(text, format));
+                Port { is_input: item.mode == "in", is_inside: false, is_number, layout, default, ..port }
             })
             .collect();
         if told.len() != interface.ports.len() {
@@ -183,9 +192,27 @@ fn show_inside(run: &mut Command) {
 /// Reads a port from the line that its bench prints of it: its format, and whether it is a number.
 fn format(told: &str) -> Option<(Format, bool)> {
     let (width, kind) = told.split_once(' ')?;
-    let width = width.parse().ok()?;
+    let width = width.parse().ok().filter(|width| (1..=64).contains(width))?;
     let format = if kind != "unsigned" && width > 1 { Format::signed(width) } else { Format::unsigned(width) };
     Some((format, kind == "number"))
+}
+
+/// Returns the word of a literal of VHDL that is the default of a port.
+fn literal(text: &str, format: Format) -> Option<i64> {
+    let text = text.to_lowercase().replace([' ', '_'], "");
+    let bits = |digits: &str, radix: u32| u64::from_str_radix(digits, radix).ok().map(|bits| format.from_bits(bits));
+    let inside = |open: &str| text.strip_prefix(open)?.strip_suffix('"');
+    match &*text {
+        "'0'" | "false" | "(others=>'0')" => Some(0),
+        "'1'" | "true" => Some(1),
+        "(others=>'1')" => Some(format.from_bits(u64::MAX >> (64 - format.width()))),
+        _ => inside("\"").or_else(|| inside("b\"")).and_then(|digits| bits(digits, 2)).or_else(|| {
+            inside("x\"").and_then(|digits| bits(digits, 16)).or_else(|| {
+                let word = text.parse().ok()?;
+                format.holds(i128::from(word)).then_some(word)
+            })
+        }),
+    }
 }
 
 /// Returns half of a cycle of the fastest clock, in femtoseconds.

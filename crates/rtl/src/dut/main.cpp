@@ -118,6 +118,8 @@ constexpr bool OUTPUTS[] = {@OUTPUTS@};
 constexpr bool MAKES_UP = @MAKES_UP@;
 // Whether the design waits for times of its own, and the frequency of its fastest clock in Hz.
 constexpr bool TIMED = @TIMED@;
+// Whether the model keeps the time, for these or for `$time`.
+constexpr bool KEEPS_TIME = TIMED || @TELLS_TIME@;
 constexpr uint64_t FREQUENCY = @FREQUENCY@;
 // All clocks rise at the halves of a cycle that this divides.
 constexpr uint64_t COMMON = 2 * @COMMON@;
@@ -254,15 +256,18 @@ struct Model {
   Model(Fill fill, int seed, Voice* own) : own(own) {
     context->randReset(fill);
     context->randSeed(seed);
+    // A model that asks for arguments (`$value$plusargs`) finds none.
+    const char* program = "model";
+    context->commandArgs(1, &program);
     top = std::make_unique<Vdut>(context.get(), "top");
   }
-  // Simulates a design with delays up to the begin of a half cycle. As in the bench of GHDL, the clocks rise for the
+  // Simulates a design up to the begin of a half cycle, with its delays if it has some. As in the bench of GHDL, the clocks rise for the
   // first time after a whole cycle, and rest for another one where the reset ends.
   void wait(uint64_t half) {
     unsigned __int128 time = half + rested - (COMMON - 2);
     for (int digit = context->timeprecision(); digit < 0; ++digit) time *= 10;
     const uint64_t end = static_cast<uint64_t>(time / (2 * FREQUENCY));
-    while (top->eventsPending() && top->nextTimeSlot() < end) {
+    while (TIMED && top->eventsPending() && top->nextTimeSlot() < end) {
       context->time(top->nextTimeSlot());
       top->eval();
     }
@@ -279,19 +284,19 @@ struct Model {
   // The clocks come to the second half of a cycle; then the inputs change, if they do; then the next cycle's edge.
   void cycle(const Bits& bits, bool changed, uint64_t half) {
     voice = own;
-    if (TIMED) wait(half - 1);
+    if (KEEPS_TIME) wait(half - 1);
     levels(*top, half - 1);
     top->eval();
     if (changed) {
       put(*top, bits);
       top->eval();
     }
-    if (TIMED) wait(half);
+    if (KEEPS_TIME) wait(half);
     levels(*top, half);
     top->eval();
     // What delays bring is shown up to the end of the edge's half cycle.
     if (TIMED) wait(half + 1);
-    else context->timeInc(2);
+    else if (!KEEPS_TIME) context->timeInc(2);
   }
   Voice* own;
   // The halves for which the clocks have rested.
@@ -312,13 +317,13 @@ void start(Model& one, const Bits& bits) {
   levels(*one.top, COMMON - 1);
   reset(*one.top, false);
   one.top->eval();
-  if (TIMED) one.wait(COMMON - 1);
+  if (KEEPS_TIME) one.wait(COMMON - 1);
   reset(*one.top, true);
   one.top->eval();
   for (uint64_t half = COMMON; half <= BEGIN; half += 2) one.cycle(bits, false, half);
   levels(*one.top, BEGIN + 1);
   one.top->eval();
-  if (TIMED) one.wait(BEGIN + 2);
+  if (KEEPS_TIME) one.wait(BEGIN + 2);
   one.rested = 2;
   reset(*one.top, false);
   one.top->eval();

@@ -47,9 +47,9 @@ const FLAGS: &str = "-std=c++17 -O3 -fno-finite-loops -DVL_USER_FINISH -DVL_USER
                      -DVL_USER_FATAL -DVL_PRINTF=hpu_print -include ../hpu_print.h";
 /// Verilog of the field's practice that Verilator takes for a mistake: blocking and non-blocking assignments of one
 /// register, as in a reset of their own.
-const TAKEN: [&str; 1] = ["-Wno-BLKANDNBLK"];
+const TAKEN: [&str; 2] = ["-Wno-BLKANDNBLK", "-Wno-ENUMVALUE"];
 /// Delays are left out, and told.
-const WITHOUT_DELAYS: [&str; 3] = ["--no-timing", "-Wwarn-ASSIGNDLY", "-Wwarn-STMTDLY"];
+const WITHOUT_DELAYS: [&str; 5] = ["--no-timing", "-Wwarn-ASSIGNDLY", "-Wwarn-STMTDLY", "--timescale", TIMESCALE];
 /// Delays are simulated, by coroutines of C++20.
 const WITH_DELAYS: [&str; 5] = ["--timing", "--timescale", TIMESCALE, "-CFLAGS", "-std=c++20"];
 /// The functions of `main.cpp` that take what the design says, and its end.
@@ -128,6 +128,7 @@ impl Simulators {
                 match elaborated.iter().find(|same| same.name.eq_ignore_ascii_case(&port.name)) {
                     Some(same) if same.format.width() == port.format.width() => {
                         (port.format, port.is_quantity) = (same.format, same.is_quantity);
+                        port.default = same.default;
                     }
                     _ => declared.describe(port),
                 }
@@ -441,20 +442,40 @@ impl Simulators {
         command.args(["-Wno-lint", "-Wno-style", "-Wno-fatal", "-I.", "--top-module", top]);
         command.args(TAKEN).args(timing).args(parameters(dut)).args(sources);
         run(Tool::Verilator, "tell of a design", command, self.limit()).map_err(|error| of_tool(dut, error))?;
-        Ok(declared::of_xml(&read(&folder.join(XML))?))
+        let xml = read(&folder.join(XML))?;
+        for (name, value) in &dut.generics {
+            if matches!(value, Generic::Text(_)) && declared::is_enumerated(&xml, name) {
+                let why = "its type is an enumeration; write the number of the value";
+                return Err(Error::generic(name, why.to_string()));
+            }
+        }
+        Ok(declared::of_xml(&xml))
     }
 }
 
 /// Returns the files that are compiled. Headers are read where they are included.
 pub(super) fn sources(dut: &Dut) -> Vec<PlainName> {
     let names = plain_names(dut).into_iter().map(|(name, _)| name);
-    names.filter(|name| name.ends_with(".v") || name.ends_with(".sv")).collect()
+    let is_compiled = |name: &PlainName| {
+        let name = name.to_ascii_lowercase();
+        name.ends_with(".v") || name.ends_with(".sv")
+    };
+    names.filter(is_compiled).collect()
 }
 
 /// Returns whether a design reads files while it runs, such as the data of a memory.
 fn reads_files(dut: &Dut) -> bool {
     let names_one = |content: &[u8]| content.windows(b"$readmem".len()).any(|word| word == b"$readmem");
     !dut.beside.is_empty() || dut.files.iter().any(|(_, content)| names_one(content))
+}
+
+/// Returns whether a design in Verilog asks for the time.
+fn tells_time(dut: &Dut) -> bool {
+    let asks = |content: &[u8]| {
+        let text = String::from_utf8_lossy(content);
+        ["$time", "$realtime", "$stime"].iter().any(|call| text.contains(call))
+    };
+    dut.files.iter().any(|(_, content)| asks(content)) || dut.beside.iter().any(|file| asks(&file.content))
 }
 
 /// Returns Verilator's options that set the parameters of a design.
@@ -522,7 +543,10 @@ fn without_delays(dropped: &Dropped, clock: Clock) -> (bool, Option<String>) {
 }
 
 fn timed_note(place: &str) -> String {
-    format!("{place}: the design waits for a time or an event, which Verilator simulates as written, but more slowly")
+    format!(
+        "{place}: the design waits for a time or an event, which Verilator simulates as written, but more slowly; only \
+         a pulse that is shorter than the delay of its wire is delayed too, where Verilog swallows it"
+    )
 }
 
 /// A port or an inner signal, as the C++ has it.
@@ -787,6 +811,7 @@ fn main_cpp(model: &Model, fields: &[Field], state: &State, is_timed: bool, synt
         .replace("@OUTPUTS@", &outputs.join(", "))
         .replace("@COMMON@", &common_cycle(dut).to_string())
         .replace("@TIMED@", &is_timed.to_string())
+        .replace("@TELLS_TIME@", &tells_time(dut).to_string())
         .replace("@FREQUENCY@", &model.clock.frequency_hz().to_string())
         .replace("@SETTLE@", &model.settle.to_string())
         .replace("@FATAL@", &fatal(dut))

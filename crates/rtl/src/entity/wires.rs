@@ -64,7 +64,7 @@ impl Entity {
         let mut wires = Vec::new();
         for (place, port) in ports.iter().enumerate() {
             let links = self.ports.iter().filter(|(name, part, _)| part.is_of(name, &port.name, true));
-            let bits = |name: &str, part: Part| part.bits(name, (&port.name, &port.layout), true);
+            let bits = |name: &str, part: Part| port.layout.bits(&port.name, (name, part), true);
             let links: Vec<_> = links.map(|(name, part, link)| (bits(name, *part), link)).collect();
             if links.iter().all(|(bits, _)| *bits == Some((0, port.format.width()))) {
                 let what = self.what(block, port, links.first().map(|(_, link)| *link))?;

@@ -39,9 +39,15 @@ impl Layout {
         }
     }
 
-    /// Returns the bits that a part of the word at a path has: the number of those to the right, and its own. A path
-    /// is `.a` and `(2)`, one behind the other. `None` where there are no such bits.
-    pub(super) fn bits(&self, path: &str, part: Part, ignores_case: bool) -> Option<(u32, u32)> {
+    /// Returns the bits that a part of `own` has in the port of this name: the number of those to the right, and its
+    /// own; `None` where the port has no such bits.
+    pub fn bits(&self, port: &str, (own, part): (&str, Part), ignores_case: bool) -> Option<(u32, u32)> {
+        let (path, part) = part.path(own, port, ignores_case)?;
+        self.at(&path, part, ignores_case)
+    }
+
+    /// Returns the bits of a part of the word at a path. A path is `.a` and `(2)`, one behind the other.
+    fn at(&self, path: &str, part: Part, ignores_case: bool) -> Option<(u32, u32)> {
         if path.is_empty() {
             return match part {
                 Part::Whole => Some((0, self.width())),
@@ -58,11 +64,11 @@ impl Layout {
             let index = index.parse().ok()?;
             let Self::Array(.., word) = self else {
                 // A bit of a vector has no parts.
-                return rest.is_empty().then(|| self.bits("", Part::Bits(index, index), ignores_case)).flatten();
+                return rest.is_empty().then(|| self.at("", Part::Bits(index, index), ignores_case)).flatten();
             };
             (self.between(index, index)?.0, &**word, rest)
         };
-        let (more, width) = inner.bits(rest, part, ignores_case)?;
+        let (more, width) = inner.at(rest, part, ignores_case)?;
         Some((shift + more, width))
     }
 
@@ -105,7 +111,9 @@ impl Layout {
                 let size = word.width().max(1);
                 match (shift / size, last / size) {
                     (at, end) if at == end => range(*left, *right, at, at) + &word.name(shift % size, width),
-                    (at, end) if shift % size == 0 && width % size == 0 => range(*left, *right, at, end),
+                    (at, end) if shift.is_multiple_of(size) && width.is_multiple_of(size) => {
+                        range(*left, *right, at, end)
+                    }
                     _ => range(i64::from(all) - 1, 0, shift, last),
                 }
             }

@@ -324,8 +324,8 @@ impl Connected {
 
     /// Returns the bits of a port that are connected: the number of those to the right, and its own; `None` where the
     /// port has no such bits.
-    pub fn bits(&self, port: (&str, &Layout), ignores_case: bool) -> Option<(u32, u32)> {
-        self.part.bits(&self.port, port, ignores_case)
+    pub fn bits(&self, (port, layout): (&str, &Layout), ignores_case: bool) -> Option<(u32, u32)> {
+        layout.bits(port, (&self.port, self.part), ignores_case)
     }
 
     /// Returns the path of its key in the scene.

@@ -1,6 +1,5 @@
 //! Ports and their parts by the names that a design's language gives them.
 
-use super::layout::Layout;
 use crate::schema::identifier::{Identifier, Language};
 
 /// The bits of a port that a connection is about.
@@ -34,21 +33,14 @@ impl Part {
         is_word(language, name).then(|| (name.to_string(), part))
     }
 
-    /// Returns whether this part of a port `own` belongs to a port of this name. The port may be a word of an array, and
-    /// `own` may name a word in the port.
+    /// Returns whether this part of a port `own` belongs to a port of this name. The port may be a word of an array,
+    /// and `own` may name a word in the port.
     pub fn is_of(self, own: &str, port: &str, ignores_case: bool) -> bool {
         self.path(own, port, ignores_case).is_some()
     }
 
-    /// Returns the bits of a port that this part of `own` has: the number of those to the right, and the part's own;
-    /// `None` for bits that the port does not have.
-    pub fn bits(self, own: &str, (port, layout): (&str, &Layout), ignores_case: bool) -> Option<(u32, u32)> {
-        let (path, part) = self.path(own, port, ignores_case)?;
-        layout.bits(&path, part, ignores_case)
-    }
-
     /// Returns the path in a port of what is behind its name, and the part of the word there.
-    fn path(self, own: &str, port: &str, ignores_case: bool) -> Option<(String, Self)> {
+    pub(super) fn path(self, own: &str, port: &str, ignores_case: bool) -> Option<(String, Self)> {
         let (own, port) = (round(own), round(port));
         let same = |one: &str| if ignores_case { one.eq_ignore_ascii_case(&port) } else { one == port };
         match self {

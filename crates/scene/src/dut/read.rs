@@ -215,8 +215,8 @@ fn files(s: &Section, load: Load) -> Result<Files, SceneError> {
             };
             libraries.push((name.to_string(), Identifier::unit(Language::Vhdl, library).ok_or_else(refused)?));
         }
-        let extension = name.rsplit_once('.').map_or("", |(_, extension)| extension);
-        if !["vhd", "vhdl", "v", "sv", "vh", "svh"].contains(&extension) {
+        let extension = name.rsplit_once('.').map(|(_, extension)| extension.to_ascii_lowercase()).unwrap_or_default();
+        if !["vhd", "vhdl", "v", "sv", "vh", "svh"].contains(&&*extension) {
             let reason = format!("`{name}` is neither VHDL (.vhd, .vhdl) nor Verilog (.v, .sv, .vh, .svh)");
             return Err(s.error(&key, reason));
         }

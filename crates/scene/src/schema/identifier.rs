@@ -15,7 +15,10 @@ pub enum Language {
 impl Language {
     /// Returns the language of a design's files, which have names and contents.
     pub fn of<C>(files: &[(String, C)]) -> Self {
-        let is_vhdl = |name: &str| name.ends_with(".vhd") || name.ends_with(".vhdl");
+        let is_vhdl = |name: &str| {
+            let name = name.to_ascii_lowercase();
+            name.ends_with(".vhd") || name.ends_with(".vhdl")
+        };
         if files.iter().any(|(name, _)| is_vhdl(name)) { Self::Vhdl } else { Self::Verilog }
     }
 

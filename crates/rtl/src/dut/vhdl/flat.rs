@@ -119,6 +119,10 @@ impl Around {
             let (name, declared) = types.find(&port.kind);
             let of_arithmetic = arithmetic && ["unsigned", "signed"].contains(&&*name);
             let shape = shape(&types, &port.kind).map_err(|of| untakable(port, &of))?;
+            if declared.is_none() && matches!(shape, Shape::Vector { .. }) && types.range(&port.kind).is_none() {
+                let why = format!("port `{}` is of the type {}, without a range: {PARTED}", port.name, port.kind);
+                return Err(Error::port(&port.name, why));
+            }
             let is_plain = declared.is_none()
                 && !name.ends_with("fixed")
                 && !of_arithmetic
@@ -261,7 +265,8 @@ struct Flat {
 impl Flat {
     /// Adds a port that stays as it is.
     fn plain(&mut self, port: &Item) {
-        self.ports.push(format!("{} : {} {}", port.name, port.mode, port.kind));
+        let default = port.default.as_ref().map(|default| format!(" := {default}")).unwrap_or_default();
+        self.ports.push(format!("{} : {} {}{default}", port.name, port.mode, port.kind));
         self.map.push(format!("{0} => {0}", port.name));
     }
 
