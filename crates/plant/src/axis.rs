@@ -20,6 +20,7 @@ use std::sync::OnceLock;
 use crate::Bridge;
 use crate::flow::double::Double;
 use crate::flow::guard::Guard;
+use crate::flow::leap::Square;
 use crate::flow::linear::Linear;
 use crate::flow::matrix::{CURRENT, Matrix, SPEED};
 use crate::flow::period::Period;
@@ -303,7 +304,7 @@ impl Axis {
             a[2] = [Double::ZERO; 4];
             a[CURRENT][SPEED] = Double::ZERO;
         }
-        let system = Linear::exact(&a, self.edge_s, self.horizon);
+        let system = Linear::exact(&a, Square::of_axis(), self.edge_s, self.horizon);
         let pick = |index: usize| {
             let mut row = [0.0; 4];
             row[index] = 1.0;

@@ -101,27 +101,27 @@ pub(crate) struct Powers {
 impl Energy {
     /// Accounts for a stretch of `length_s` seconds from `before` to `after`.
     #[inline(always)]
-    pub(crate) fn add<T: Four>(
+    pub(crate) fn add<S: Four, Q: Four<Lanes = S::Lanes>>(
         &mut self,
         powers: &Powers,
         length_s: f64,
         before: &Doubles,
         after: &Doubles,
-        done: &Integrals<T>,
+        done: &Integrals<S, Q>,
     ) {
         self.turned(powers, length_s, after.lane_since(before, ANGLE), &before.hi, &after.hi, done);
     }
 
     /// Accounts for a stretch between states in `f64`, where the angle turned is known better than their difference.
     #[inline(always)]
-    pub(crate) fn turned<T: Four>(
+    pub(crate) fn turned<S: Four, Q: Four<Lanes = S::Lanes>>(
         &mut self,
         powers: &Powers,
         length_s: f64,
         turned: f64,
         before: &State,
         after: &State,
-        done: &Integrals<T>,
+        done: &Integrals<S, Q>,
     ) {
         self.reversed(powers, length_s, (turned, turned.abs()), before, after, done);
     }
@@ -129,14 +129,14 @@ impl Energy {
     /// Accounts for a stretch within which the shaft may turn back. `turned` is the angle between its ends, and `way`
     /// the angle that the shaft turns through.
     #[inline(always)]
-    pub(crate) fn reversed<T: Four>(
+    pub(crate) fn reversed<S: Four, Q: Four<Lanes = S::Lanes>>(
         &mut self,
         powers: &Powers,
         length_s: f64,
         (turned, way): (f64, f64),
         before: &State,
         after: &State,
-        done: &Integrals<T>,
+        done: &Integrals<S, Q>,
     ) {
         let source_j = powers.source_v * done.states.lanes().state()[CURRENT] + powers.source_nm * turned;
         self.spent(powers, source_j, length_s, (turned, way), before, after, done);
@@ -145,7 +145,7 @@ impl Energy {
     /// Accounts for a stretch in which the work of the source and the way of the shaft are known.
     #[inline(always)]
     #[allow(clippy::too_many_arguments, reason = "a stretch has these")]
-    pub(crate) fn spent<T: Four>(
+    pub(crate) fn spent<S: Four, Q: Four<Lanes = S::Lanes>>(
         &mut self,
         powers: &Powers,
         source_j: f64,
@@ -153,7 +153,7 @@ impl Energy {
         (turned, way): (f64, f64),
         before: &State,
         after: &State,
-        done: &Integrals<T>,
+        done: &Integrals<S, Q>,
     ) {
         self.states.add(done.states.lanes());
         let (states, squares) = (done.states.lanes().state(), done.squares.lanes().state());
@@ -176,7 +176,7 @@ impl Energy {
             // Constant speed: the hand bears friction and the motor's torque.
             hand += viscous + coulomb - powers.borne_nm_per_a * before[SPEED] * charge;
         }
-        self.take_by::<T::Lanes>([source_j, hand, copper, diodes, viscous, coulomb]);
+        self.take_by::<S::Lanes>([source_j, hand, copper, diodes, viscous, coulomb]);
     }
 
     #[inline(always)]
@@ -190,6 +190,12 @@ impl Energy {
         let exchanged = a.abs() + b.abs() + c.abs() + d.abs() + e.abs() + f.abs();
         self.flows.add(L::of(&[a, b, c, d]));
         self.others.add(L::of(&[e, f, exchanged, exchanged]));
+    }
+
+    /// Accounts for a stretch of a network, given the integrals of its first four states and its flows.
+    pub(crate) fn passed(&mut self, states: &State, flows: [f64; 6]) {
+        self.states.add(Array::of(states));
+        self.take(flows);
     }
 
     /// Adds what was exchanged from one state to another so many times.

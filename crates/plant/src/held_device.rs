@@ -30,7 +30,7 @@ impl<'a> Map<'a> {
         Self {
             system,
             stride: system.stride(edges),
-            quadrature: Quadrature::of(&Leap::of(system.matrix(), length_s.hi)),
+            quadrature: Quadrature::of(&Leap::of(system.matrix(), &system.squares, length_s.hi)),
             reach: bound[SPEED].map(|size| size * length_s.hi),
         }
     }
@@ -190,7 +190,7 @@ impl<'a> HeldDevice<'a> {
         let change = map.stride.change(&w);
         self.x = plus(&x, &change);
         let mut done = Integrals::default();
-        map.quadrature.add_with::<P>(&x, &w, &mut done);
+        map.quadrature.add_with::<P>(&map.system.squares, &x, &w, &mut done);
         self.energy.turned(&self.powers, self.step_s, change[ANGLE], &x, &self.x, &done);
         true
     }

@@ -12,6 +12,7 @@ mod energy;
 mod excitation;
 mod flow;
 mod held_device;
+pub mod network;
 mod reduced;
 mod shaper;
 mod stepper;

@@ -56,6 +56,7 @@
 //! | a resistance | 1e-6 | 1e6 | Ohm |
 //! | an inductance | 1e-9 | 1e3 | H |
 //! | a torque constant | 1e-6 | 1e3 | N.m/A |
+//! | a force constant | 1e-6 | 1e6 | N/A |
 //! | a length | 1e-12 | 1e4 | m |
 //! | an area | 1e-12 | 1e6 | m2 |
 //! | a speed | 1e-9 | 1e4 | m/s |
@@ -93,6 +94,7 @@ pub mod script;
 mod text;
 
 pub use axis::Scene;
+pub use axis::network::{Compound, Dac};
 pub use axis::parts::{Amplifier, Device, Encoder, Hand, Method, Motor, PathPoint, Push, Ramp, Wall};
 pub use axis::path::{along, moves_until_s, positions_along};
 pub use axis::rows::{AnalogShaper, Mass};

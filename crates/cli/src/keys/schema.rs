@@ -59,7 +59,7 @@ fn section(of: Of, name: &str) -> Value {
         .iter()
         .map(|option| {
             let is = json!({ "properties": { "kind": { "const": option } }, "required": ["kind"] });
-            json!({ "if": is, "then": object(of, name, &[option]) })
+            json!({ "if": is, "then": object(of, name, &kinds_of(name, of.scene, of.device, Some(option))) })
         })
         .collect();
     json!({ "type": "object", "properties": { "kind": options(&kind) }, "required": ["kind"], "allOf": cases })
@@ -94,7 +94,12 @@ fn described(of: Of, row: &KeyRow) -> Value {
 }
 
 fn accepted(of: Of, row: &KeyRow) -> Value {
-    let sizes = |all: &[Sizes]| quantity(if of.device == "mass" { all.last() } else { all.first() });
+    // Each body of a network turns or slides.
+    let sizes = |all: &[Sizes]| match of.device {
+        "network" if all.len() > 1 => json!({ "anyOf": all.iter().map(|one| quantity(Some(one))).collect::<Vec<_>>() }),
+        "mass" => quantity(all.last()),
+        _ => quantity(all.first()),
+    };
     match &row.takes {
         Takes::Quantity(all) => sizes(all),
         Takes::Expected(all) => {

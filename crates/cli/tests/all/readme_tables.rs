@@ -311,6 +311,7 @@ pub const COMMANDS: &[(&str, Form)] = &[
         short("hpu run mine.toml --edges 1000000", "Verilator clocks every edge of a second, which takes seconds"),
     ),
     ("hpu run hybrid-wall --compare --edges 2000000", Form::AsIs),
+    ("hpu run cable.toml", Form::AsIs),
     (
         STUDENT,
         short("hpu limits student.toml --words 2 --phases 1", "the usual stiffnesses in words take half a minute"),
@@ -505,6 +506,7 @@ pub const EXCEPTED: &[(&str, &str)] = &[
         SETTING,
     ),
     ("as in `mode = 0`", SETTING),
+    ("`--set device.joints.cable.stiffness=\"5 kN/m\"`", SETTING),
     ("`--port 'pins[1:0]=step'`", SETTING),
     ("`--depth 1` leaves out", SETTING),
     ("`--latency 2` says", SETTING),
@@ -533,7 +535,10 @@ pub const EXCEPTED: &[(&str, &str)] = &[
     ("the last 16 clock cycles", "the tests of hpu-rtl break a block and count them"),
     ("about 10⁻¹⁶ of the exchange", "rounding of f64; every run's test of energy holds it"),
     ("MIT or Apache-2.0", "names of licences"),
-    // A device beside hpu's four: another program has computed its linear loop.
+    ("a cable on a capstan moves a handle, 6 mm for a radian", SETTING),
+    ("There is room for 12 states", "how many a network may have, and a test of it counts"),
+    ("4.7 % off at 30 degrees", "the sine of an angle against the angle"),
+    // A device beside hpu's own: another program has computed its linear loop.
     ("came out three times too stiff: 126 kN/m, where the real one has 42", OUTSIDE),
     (
         "Its rotor has 50 g.cm2 and moves the handle by 6 mm a radian, so it weighs 139 g there; the handle has 10 g",

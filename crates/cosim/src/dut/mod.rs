@@ -250,6 +250,7 @@ impl<'s> DutSimulation<'s> {
 /// When a parameter is impossible, or the connections name no way to drive the device.
 pub fn plant(scene: &DutScene) -> Result<Plant, Fault> {
     let around = Around {
+        network: None,
         device: &scene.device,
         bridge: scene.bridge,
         hand: &scene.hand,

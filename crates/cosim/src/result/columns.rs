@@ -5,7 +5,7 @@
 //! and greatest current, speed and torque (see [`hpu_plant::Gauge`]), then the hand's angle and torque. A row of an
 //! arm has its outputs, then mean, least and greatest torque of each motor.
 
-use hpu_plant::{Axis, Measured, REALS};
+use hpu_plant::{Measured, REALS};
 use hpu_signal::Real;
 
 use hpu_scene::joined::joined;
@@ -107,8 +107,8 @@ pub(crate) fn three(measured: &Measured, scale: f64) -> [f64; 3] {
 }
 
 /// Appends to a row of an axis the measured current, speed and torque between rows, and the hand's angle and torque.
-pub(crate) fn tell(axis: &Axis, [current, speed]: &[Measured; 2], felt: [f64; 2], row: &mut Vec<f64>) {
-    let torque = three(current, axis.torque_constant_nm_per_a());
+pub(crate) fn tell(torque_constant: f64, [current, speed]: &[Measured; 2], felt: [f64; 2], row: &mut Vec<f64>) {
+    let torque = three(current, torque_constant);
     for values in [three(current, 1.0), three(speed, 1.0), torque] {
         row.extend(values);
     }

@@ -12,13 +12,15 @@ pub(crate) struct TimeConstants {
 }
 
 impl TimeConstants {
-    /// Returns those of a scene. A motor brakes itself through a bridge whose off phase is a brake.
+    /// Returns those of a scene. A motor brakes itself through a bridge whose off phase is a brake; a network counts as
+    /// rigid.
     pub(crate) fn of(scene: &Scene) -> Self {
+        let floats = scene.method.pwm.floating || scene.network.as_ref().is_some_and(|it| it.dac.is_some());
         let (inertia, viscous) = match &scene.device {
             Device::Motor(motor) => {
                 let constant = motor.torque_constant_nm_per_a;
                 let brakes = constant * constant / (motor.resistance_ohm + 2.0 * scene.bridge.on_resistance_ohm);
-                let braked = if scene.method.pwm.floating { 0.0 } else { brakes };
+                let braked = if floats { 0.0 } else { brakes };
                 (motor.inertia_kg_m2(), motor.viscous_friction_nm_s_per_rad + braked)
             }
             Device::Mass(mass) => (mass.mass_kg, mass.damping_n_s_per_m),

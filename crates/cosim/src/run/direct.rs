@@ -129,7 +129,9 @@ impl AxisDirect<'_> {
         let (quantum_n, duty) = match self.plant.actuator {
             Actuator::Amplified { quantum_n, .. } => (quantum_n, 0.0),
             Actuator::Averaged { full_scale, .. } => (0.0, 1.0 / full_scale),
-            Actuator::Switching => unreachable!("scenes refuse it: without a clock nothing switches"),
+            Actuator::Switching | Actuator::Converted { .. } => {
+                unreachable!("scenes refuse it: without a clock nothing switches")
+            }
         };
         LoadedLoop::new(wiring.clone(), input, self.schedule, live, (quantum_n, duty))
     }
@@ -223,7 +225,7 @@ impl<'d, 'p, C: Controller> Course<'d, 'p, C> {
         let (shaping, latch) = match plant.actuator {
             Actuator::Amplified { shaping, .. } => (shaping, None),
             Actuator::Averaged { latch, .. } => (None, latch),
-            Actuator::Switching => (None, None),
+            Actuator::Switching | Actuator::Converted { .. } => (None, None),
         };
         let encoder = Encoder::new(plant.count_rad, x[2]);
         Self {
@@ -264,7 +266,7 @@ impl<'d, 'p, C: Controller> Course<'d, 'p, C> {
     #[inline(always)]
     fn act(&mut self, edge: u64, end: u64) -> u64 {
         let knots = match &self.direct.plant.kind {
-            Kind::Axis { knots, .. } => &knots[..],
+            Kind::Axis { knots, .. } | Kind::Network { knots, .. } => &knots[..],
             Kind::Capture { .. } => &[],
         };
         let mut fed = false;
@@ -438,7 +440,7 @@ impl<'d, 'p, C: Controller> Course<'d, 'p, C> {
         };
         let mut reals = self.axis.reals(&x).to_vec();
         let measured = now.row(row, self.edge_s, &[x[0], x[1]]);
-        tell(self.axis, &measured, self.axis.felt(&x, self.intent_rad_per_s), &mut reals);
+        tell(self.axis.torque_constant_nm_per_a(), &measured, self.axis.felt(&x, self.intent_rad_per_s), &mut reals);
         let controller = &self.controller;
         let count = Encoder::new(self.direct.plant.count_rad, x[2]).count() - self.start_count;
         let word = |net| controller.word(net).unwrap_or_else(|| controller.word_at(net, count));

@@ -5,6 +5,7 @@
 //! the bridge adds the missing part up to the middle of the period.
 
 use hpu_plant::Shaper;
+use hpu_scene::Dac;
 
 /// The actuator that drives the device of a scene.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -24,6 +25,13 @@ pub(crate) enum Actuator {
         quantum_n: f64,
         /// The shaper between the command and the amplifier, if there is one.
         shaping: Option<Shaping>,
+    },
+    /// A drive whose current follows the command after a converter.
+    Converted {
+        /// The converter.
+        dac: Dac,
+        /// Bits of a full command.
+        width: u32,
     },
 }
 

@@ -1,5 +1,6 @@
 //! The device of an axis's world: flowed exactly, or stepped.
 
+use hpu_plant::network::NetworkDevice;
 use hpu_plant::{Device, Drive, Energy, Event, Measured, Pace, Pulses, REALS, State};
 
 use crate::world::encoder::side_of;
@@ -8,26 +9,101 @@ use crate::world::stepped::Stepped;
 /// Index of the angle in a state.
 const ANGLE: usize = 2;
 
-/// A device in motion. Both kinds have the same functions.
+/// A device in motion. All kinds have the same functions.
 #[derive(Clone)]
 #[allow(clippy::large_enum_variant, reason = "one of them exists a run, and the larger is the usual one")]
 pub(crate) enum AnyDevice<'p> {
-    /// Flowed exactly.
+    /// A motor or a mass, flowed exactly: the usual one, which one question tells from all others.
     Exact(Device<'p>),
+    /// Another one.
+    Other(Box<Other<'p>>),
+}
+
+/// A device that is no axis flowed exactly.
+#[derive(Clone)]
+#[allow(clippy::large_enum_variant, reason = "one of them exists a run")]
+pub(crate) enum Other<'p> {
+    /// A network of up to eight states.
+    Eight(NetworkDevice<'p, 8>),
+    /// A network of up to twelve states.
+    Twelve(NetworkDevice<'p, 12>),
     /// In fixed steps.
-    Stepped(Box<Stepped<'p>>),
+    Stepped(Stepped<'p>),
 }
 
 macro_rules! forward {
     ($self:ident, $body:ident => $call:expr) => {
         match $self {
             Self::Exact($body) => $call,
-            Self::Stepped($body) => $call,
+            Self::Other(other) => each!(&**other, $body => $call),
         }
     };
 }
 
+macro_rules! each {
+    ($other:expr, $body:ident => $call:expr) => {
+        match $other {
+            Other::Eight($body) => $call,
+            Other::Twelve($body) => $call,
+            Other::Stepped($body) => $call,
+        }
+    };
+}
+
+/// The functions that a run calls most, out of the way of the usual device's.
+impl Other<'_> {
+    #[inline(never)]
+    fn driven(&mut self, edge: u64, drive: Drive) {
+        each!(self, body => body.driven(edge, drive));
+    }
+
+    #[inline(never)]
+    fn next_event(&mut self, from: u64, to: u64, band: (f64, f64)) -> Option<Event> {
+        each!(self, body => body.next_event(from, to, band))
+    }
+
+    #[inline(never)]
+    fn arrive(&mut self, event: Event) -> f64 {
+        each!(self, body => body.arrive(event)[ANGLE])
+    }
+
+    #[inline(never)]
+    fn step(&mut self, edge: u64) -> f64 {
+        each!(self, body => body.step(edge)[ANGLE])
+    }
+
+    #[inline(never)]
+    fn side_of_band(&mut self, edge: u64, angle_rad: f64, band: (f64, f64)) -> i8 {
+        match self {
+            Self::Eight(body) => body.side_of_band(edge, angle_rad, band),
+            Self::Twelve(body) => body.side_of_band(edge, angle_rad, band),
+            Self::Stepped(_) => side_of(band, angle_rad),
+        }
+    }
+
+    #[inline(never)]
+    fn is_surely_within(&mut self, edge: u64, angle_rad: f64, band: (f64, f64)) -> bool {
+        match self {
+            Self::Eight(body) => body.is_surely_within(edge, angle_rad, band),
+            Self::Twelve(body) => body.is_surely_within(edge, angle_rad, band),
+            Self::Stepped(_) => side_of(band, angle_rad) == 0,
+        }
+    }
+}
+
 impl AnyDevice<'_> {
+    /// Returns the body if it is one in steps.
+    #[inline(always)]
+    pub(crate) fn stepped(&self) -> Option<&Stepped<'_>> {
+        match self {
+            Self::Other(other) => match &**other {
+                Other::Stepped(body) => Some(body),
+                _ => None,
+            },
+            Self::Exact(_) => None,
+        }
+    }
+
     /// Returns the angle at an edge that has not been left yet.
     #[inline]
     pub(crate) fn angle_rad(&self, edge: u64) -> f64 {
@@ -43,7 +119,11 @@ impl AnyDevice<'_> {
     pub(crate) fn exact_state(&self, edge: u64) -> State {
         match self {
             Self::Exact(body) => body.exact_state(edge),
-            Self::Stepped(body) => body.state(edge),
+            Self::Other(other) => match &**other {
+                Other::Eight(body) => body.exact_state(edge),
+                Other::Twelve(body) => body.exact_state(edge),
+                Other::Stepped(body) => body.state(edge),
+            },
         }
     }
 
@@ -56,7 +136,11 @@ impl AnyDevice<'_> {
     pub(crate) fn still(&self, edge: u64) -> Option<[f64; REALS.len()]> {
         match self {
             Self::Exact(body) => body.still(edge),
-            Self::Stepped(_) => None,
+            Self::Other(other) => match &**other {
+                Other::Eight(body) => body.still(edge),
+                Other::Twelve(body) => body.still(edge),
+                Other::Stepped(_) => None,
+            },
         }
     }
 
@@ -66,7 +150,7 @@ impl AnyDevice<'_> {
     pub(crate) fn keeps(&self, edge: u64) -> bool {
         match self {
             Self::Exact(body) => body.keeps(edge),
-            Self::Stepped(_) => false,
+            Self::Other(_) => false,
         }
     }
 
@@ -74,9 +158,9 @@ impl AnyDevice<'_> {
     pub(crate) fn rows(&self, first: u64, stride: u64, rows: &mut [[f64; REALS.len()]]) {
         match self {
             Self::Exact(body) => body.rows(first, stride, rows),
-            Self::Stepped(body) => {
+            Self::Other(_) => {
                 for (row, index) in rows.iter_mut().zip(0..) {
-                    *row = body.reals(first + index * stride);
+                    *row = self.reals(first + index * stride);
                 }
             }
         }
@@ -85,7 +169,10 @@ impl AnyDevice<'_> {
     /// Gathers from now on what [`measured`](Self::measured) returns, with the extremes of current and speed where they
     /// are read.
     pub(crate) fn measure(&mut self, pace: Pace, read: [bool; 2]) {
-        forward!(self, body => body.measure(pace, read));
+        match self {
+            Self::Exact(body) => body.measure(pace, read),
+            Self::Other(other) => each!(&mut **other, body => body.measure(pace, read)),
+        }
     }
 
     /// Returns mean and extremes of current and speed between the row at an edge not left yet, at which the state is
@@ -94,56 +181,80 @@ impl AnyDevice<'_> {
         forward!(self, body => body.measured(edge, x))
     }
 
-    /// Returns the hand's angle and torque in a state.
-    pub(crate) fn felt(&self, x: &State) -> [f64; 2] {
-        forward!(self, body => body.felt(x))
+    /// Returns the hand's angle and torque in the state at an edge; of a network at the body that the hand holds.
+    pub(crate) fn felt(&self, edge: u64, x: &State) -> [f64; 2] {
+        match self {
+            Self::Exact(body) => body.felt(x),
+            Self::Other(other) => match &**other {
+                Other::Eight(body) => body.felt(edge),
+                Other::Twelve(body) => body.felt(edge),
+                Other::Stepped(body) => body.felt(x),
+            },
+        }
     }
 
     /// Sets the angle and the speed that the hand intends from `edge` on.
     pub(crate) fn intend(&mut self, edge: u64, angle_rad: f64, speed_rad_per_s: f64) {
-        forward!(self, body => body.intend(edge, angle_rad, speed_rad_per_s));
+        match self {
+            Self::Exact(body) => body.intend(edge, angle_rad, speed_rad_per_s),
+            Self::Other(other) => each!(&mut **other, body => body.intend(edge, angle_rad, speed_rad_per_s)),
+        }
     }
 
     /// Sets the drive of the device from `edge` on.
     #[inline(always)]
     pub(crate) fn driven(&mut self, edge: u64, drive: Drive) {
-        forward!(self, body => body.driven(edge, drive));
+        match self {
+            Self::Exact(body) => body.driven(edge, drive),
+            Self::Other(other) => other.driven(edge, drive),
+        }
     }
 
     /// Cruises as [`Device::cruise`] does; a body in steps never cruises and returns `None`.
     pub(crate) fn cruise(&mut self, edge: u64, last: u64, band: (f64, f64), pulses: &Pulses) -> Option<u64> {
         match self {
             Self::Exact(body) => body.cruise(edge, last, band, pulses),
-            Self::Stepped(_) => None,
+            Self::Other(_) => None,
         }
     }
 
     /// Returns the first edge in (`from`, `to`] at which the motion changes its mode or the angle leaves a band.
     #[inline]
     pub(crate) fn next_event(&mut self, from: u64, to: u64, band: (f64, f64)) -> Option<Event> {
-        forward!(self, body => body.next_event(from, to, band))
+        match self {
+            Self::Exact(body) => body.next_event(from, to, band),
+            Self::Other(other) => other.next_event(from, to, band),
+        }
     }
 
     /// Returns for how many edges after this one, up to `edges`, nothing happens while the angle is in this band. For a
     /// body in steps it returns 0, which promises nothing.
     #[inline]
     pub(crate) fn idles(&mut self, edge: u64, edges: u64, band: (f64, f64)) -> u64 {
-        match self {
-            Self::Exact(body) => body.next_event(edge, edge + edges, band).map_or(edges, |event| event.0 - edge - 1),
-            Self::Stepped(_) => 0,
-        }
+        let event = match self {
+            Self::Exact(body) => body.next_event(edge, edge + edges, band),
+            Self::Other(other) if matches!(**other, Other::Stepped(_)) => return 0,
+            Self::Other(other) => other.next_event(edge, edge + edges, band),
+        };
+        event.map_or(edges, |event| event.0 - edge - 1)
     }
 
     /// Moves to the edge of an event and returns the angle there.
     #[inline(always)]
     pub(crate) fn arrive(&mut self, event: Event) -> f64 {
-        forward!(self, body => body.arrive(event)[ANGLE])
+        match self {
+            Self::Exact(body) => body.arrive(event)[ANGLE],
+            Self::Other(other) => other.arrive(event),
+        }
     }
 
     /// Moves to the next edge and returns the angle there.
     #[inline(always)]
     pub(crate) fn step(&mut self, edge: u64) -> f64 {
-        forward!(self, body => body.step(edge)[ANGLE])
+        match self {
+            Self::Exact(body) => body.step(edge)[ANGLE],
+            Self::Other(other) => other.step(edge),
+        }
     }
 
     /// Returns on which side of a band the angle lies at an edge, where its `f64` value is `angle_rad`: -1 below, 0
@@ -152,7 +263,7 @@ impl AnyDevice<'_> {
     pub(crate) fn side_of_band(&mut self, edge: u64, angle_rad: f64, band: (f64, f64)) -> i8 {
         match self {
             Self::Exact(body) => body.side_of_band(edge, angle_rad, band),
-            Self::Stepped(_) => side_of(band, angle_rad),
+            Self::Other(other) => other.side_of_band(edge, angle_rad, band),
         }
     }
 
@@ -161,7 +272,7 @@ impl AnyDevice<'_> {
     pub(crate) fn is_surely_within(&mut self, edge: u64, angle_rad: f64, band: (f64, f64)) -> bool {
         match self {
             Self::Exact(body) => body.is_surely_within(edge, angle_rad, band),
-            Self::Stepped(_) => side_of(band, angle_rad) == 0,
+            Self::Other(other) => other.is_surely_within(edge, angle_rad, band),
         }
     }
 
@@ -169,7 +280,53 @@ impl AnyDevice<'_> {
     pub(crate) fn redecided(&self) -> u64 {
         match self {
             Self::Exact(body) => body.redecided(),
-            Self::Stepped(_) => 0,
+            Self::Other(other) => match &**other {
+                Other::Eight(body) => body.redecided(),
+                Other::Twelve(body) => body.redecided(),
+                Other::Stepped(_) => 0,
+            },
+        }
+    }
+
+    /// Returns a number that is the same at two edges of which the device recurs; `None` of a body in steps.
+    #[inline]
+    pub(crate) fn mark(&self, edge: u64) -> Option<u64> {
+        match self {
+            Self::Exact(body) => Some(body.mark(edge)),
+            Self::Other(other) => match &**other {
+                Other::Eight(body) => Some(body.mark(edge)),
+                Other::Twelve(body) => Some(body.mark(edge)),
+                Other::Stepped(_) => None,
+            },
+        }
+    }
+
+    /// Returns whether the device is at `edge`, in every bit that decides how it moves, as an earlier one was at
+    /// `then`.
+    pub(crate) fn recurs(&self, edge: u64, earlier: &Self, then: u64) -> bool {
+        match (self, earlier) {
+            (Self::Exact(now), Self::Exact(earlier)) => now.recurs(edge, earlier, then),
+            (Self::Other(now), Self::Other(earlier)) => match (&**now, &**earlier) {
+                (Other::Eight(now), Other::Eight(earlier)) => now.recurs(edge, earlier, then),
+                (Other::Twelve(now), Other::Twelve(earlier)) => now.recurs(edge, earlier, then),
+                _ => false,
+            },
+            _ => false,
+        }
+    }
+
+    /// Moves on by `times` repetitions of all that has happened between two states, in which `edges` pass altogether.
+    pub(crate) fn repeat(&mut self, edges: u64, states: [&Self; 2], times: u64) {
+        match (self, states) {
+            (Self::Exact(body), [Self::Exact(then), Self::Exact(now)]) => body.repeat(edges, [then, now], times),
+            (Self::Other(body), [Self::Other(then), Self::Other(now)]) => match (&mut **body, &**then, &**now) {
+                (Other::Eight(body), Other::Eight(then), Other::Eight(now)) => body.repeat(edges, [then, now], times),
+                (Other::Twelve(body), Other::Twelve(then), Other::Twelve(now)) => {
+                    body.repeat(edges, [then, now], times);
+                }
+                _ => {}
+            },
+            _ => {}
         }
     }
 
@@ -188,17 +345,11 @@ impl AnyDevice<'_> {
     /// Returns why the motion cannot go on, or `None` if it can.
     #[inline]
     pub(crate) fn over(&self) -> Option<&'static str> {
-        match self {
-            Self::Exact(_) => None,
-            Self::Stepped(body) => body.over(),
-        }
+        self.stepped().and_then(Stepped::over)
     }
 
     /// Returns the steps done; 0 for a body flowed exactly.
     pub(crate) fn steps(&self) -> u64 {
-        match self {
-            Self::Exact(_) => 0,
-            Self::Stepped(body) => body.steps(),
-        }
+        self.stepped().map_or(0, Stepped::steps)
     }
 }

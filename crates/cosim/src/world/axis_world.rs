@@ -4,6 +4,7 @@
 //! [`Plant`] holds the immutable laws of a scene, [`AxisWorld`] its state.
 
 use hpu_datapath::{LoopIn, LoopOut, Repeat};
+use hpu_plant::network::NetworkDevice;
 use hpu_plant::{Band, Device, Drive, Gates, Pace, Pulses, REALS};
 use hpu_signal::{Cycle, Observe, Real};
 
@@ -11,10 +12,10 @@ use crate::result::columns::{AXIS_ROW, CURRENT_BETWEEN, SPEED_BETWEEN, TORQUE_BE
 use crate::result::stays::{Sums, Tally};
 use crate::result::summary::{EnergyAudit, Summary, Unheld};
 use crate::world::actuator::{Actuator, Latch, Shaping};
-use crate::world::any_device::AnyDevice;
+use crate::world::any_device::{AnyDevice, Other};
 use crate::world::encoder::{Encoder, Pins};
 use crate::world::faults::FaultState;
-use crate::world::plant::{Kind, Plant};
+use crate::world::plant::{AnyLaws, Kind, Plant};
 use crate::world::stepped::Stepped;
 use crate::world::{EncoderState, World};
 use hpu_scene::Schedule;
@@ -93,13 +94,17 @@ impl<'p> AxisWorld<'p> {
                 None => AnyDevice::Exact(Device::new(axis, *current_a, *speed_rad_per_s, *angle_rad)),
                 Some(stepping) => {
                     let start = [*current_a, *speed_rad_per_s, *angle_rad];
-                    AnyDevice::Stepped(Box::new(Stepped::new(axis, stepping, plant.edge_s, start)))
+                    AnyDevice::Other(Box::new(Other::Stepped(Stepped::new(axis, stepping, plant.edge_s, start))))
                 }
             });
-            world.encoder = Encoder::new(plant.count_rad, *angle_rad);
-            world.stays = plant.places.tally(world.encoder.count());
-            world.pins = world.encoder.pins();
-            world.over = world.encoder.over();
+            world.begin(*angle_rad);
+        }
+        if let Kind::Network { laws, angle_rad, .. } = &plant.kind {
+            world.device = Some(AnyDevice::Other(Box::new(match laws {
+                AnyLaws::Eight(laws) => Other::Eight(NetworkDevice::new(laws, 0.0)),
+                AnyLaws::Twelve(laws) => Other::Twelve(NetworkDevice::new(laws, 0.0)),
+            })));
+            world.begin(*angle_rad);
         }
         match plant.actuator {
             Actuator::Amplified { shaping, .. } => world.shaping = shaping,
@@ -109,7 +114,7 @@ impl<'p> AxisWorld<'p> {
                     device.driven(0, Drive::Average(latch.map_or(0.0, |latch| latch.given)));
                 }
             }
-            Actuator::Switching => {}
+            Actuator::Switching | Actuator::Converted { .. } => {}
         }
         world.due();
         // What was recorded before is the lines' first levels.
@@ -118,6 +123,14 @@ impl<'p> AxisWorld<'p> {
             world.stays = plant.places.tally(0);
         }
         world
+    }
+
+    /// Sets the encoder to the angle at the start.
+    fn begin(&mut self, angle_rad: f64) {
+        self.encoder = Encoder::new(self.plant.count_rad, angle_rad);
+        self.stays = self.plant.places.tally(self.encoder.count());
+        self.pins = self.encoder.pins();
+        self.over = self.encoder.over();
     }
 
     /// Returns the world whose position counter shows its count in the net of this index.
@@ -155,8 +168,9 @@ impl<'p> AxisWorld<'p> {
     #[inline(always)]
     fn look_at(&mut self, angle_rad: f64) {
         let Band { low, high, .. } = self.encoder.band();
-        let device = self.device.as_mut();
-        if device.is_some_and(|device| !device.is_surely_within(self.edge, angle_rad, (low, high))) {
+        if let Some(device) = &mut self.device
+            && !device.is_surely_within(self.edge, angle_rad, (low, high))
+        {
             self.recount(angle_rad);
         }
     }
@@ -211,7 +225,7 @@ impl<'p> AxisWorld<'p> {
             device.driven(edge, Drive::Average(latch.take()));
         }
         match &self.plant.kind {
-            Kind::Axis { knots, .. } => {
+            Kind::Axis { knots, .. } | Kind::Network { knots, .. } => {
                 while let Some(knot) = knots.get(self.next).filter(|knot| knot.edge <= self.edge) {
                     self.next += 1;
                     let device = self.device.as_mut().expect("an axis has a device");
@@ -281,6 +295,11 @@ impl<'p> AxisWorld<'p> {
                     }
                 }
             }
+            Actuator::Converted { dac, width } => {
+                let word = words[self.command];
+                self.commanded = Some(word);
+                device.driven(edge, Drive::Current(-dac.current_a(word, width)));
+            }
             // As with a bridge, a positive command pushes against the positive direction.
             Actuator::Amplified { quantum_n, .. } => {
                 let word = words[self.command];
@@ -305,12 +324,13 @@ impl<'p> AxisWorld<'p> {
         let last = self.next_due.max(self.edge + 1).min(limit);
         let Band { low, high, .. } = self.encoder.band();
         for _ in 0..GLIDES {
-            let Some(AnyDevice::Stepped(body)) = &mut self.device else { return };
+            let Some(AnyDevice::Other(other)) = &mut self.device else { return };
+            let Other::Stepped(body) = &mut **other else { return };
             let Some(event) = body.passes(last - 1, (low, high)) else { return };
             before(self, event.0);
             self.edge = event.0;
-            if let Some(AnyDevice::Stepped(body)) = &mut self.device {
-                body.arrive(event);
+            if let Some(device) = &mut self.device {
+                device.arrive(event);
             }
         }
     }
@@ -341,7 +361,7 @@ impl<'p> AxisWorld<'p> {
     /// Finds the next edge at which something is due.
     fn plan(&mut self) {
         let outside = match &self.plant.kind {
-            Kind::Axis { knots, .. } => knots.get(self.next).map(|knot| knot.edge),
+            Kind::Axis { knots, .. } | Kind::Network { knots, .. } => knots.get(self.next).map(|knot| knot.edge),
             Kind::Capture { pins } => pins.get(self.next).map(|&(edge, _)| edge),
         };
         // One after the other: the compiler must not compare what an absent part leaves uninitialised, which valgrind
@@ -457,7 +477,7 @@ impl World for AxisWorld<'_> {
 
     #[inline(always)]
     fn glide(&mut self, limit: u64, before: impl FnMut(&Self, u64)) {
-        if let Some(AnyDevice::Stepped(_)) = self.device {
+        if let Some(AnyDevice::Other(_)) = self.device {
             self.pass_steps(limit, before);
         }
     }
@@ -529,23 +549,23 @@ impl World for AxisWorld<'_> {
     }
 
     fn shown(&self, edge: u64, row: &mut Vec<f64>) {
-        let (Kind::Axis { axis, .. }, Some(device)) = (&self.plant.kind, &self.device) else {
+        let (Some((torque_constant, units)), Some(device)) = (self.plant.effort(), &self.device) else {
             return row.resize(AXIS_ROW.len(), 0.0);
         };
         let x = device.exact_state(edge);
         row.extend(device.shown(&x));
         if let Some(measured) = device.measured(edge, &x) {
-            tell(axis, &measured, device.felt(&x), row);
+            // Of a network in the units of the body with the encoder.
+            let [position, effort] = device.felt(edge, &x);
+            tell(torque_constant, &measured, [position / units, effort * units], row);
         }
     }
 
     fn sums(&self, edge: u64) -> Sums {
-        let (Kind::Axis { axis, .. }, Some(device)) = (&self.plant.kind, &self.device) else { return Sums::default() };
-        Sums {
-            energy: device.energy(edge),
-            stays: self.stays.stays(edge),
-            effort_per_a: axis.torque_constant_nm_per_a(),
-        }
+        let (Some((effort_per_a, _)), Some(device)) = (self.plant.effort(), &self.device) else {
+            return Sums::default();
+        };
+        Sums { energy: device.energy(edge), stays: self.stays.stays(edge), effort_per_a }
     }
 
     fn overflowing(&self) -> u64 {
@@ -559,15 +579,13 @@ impl World for AxisWorld<'_> {
     #[inline]
     fn mark(&self) -> Option<u64> {
         match &self.device {
-            Some(AnyDevice::Exact(device)) if self.is_left_alone() => Some(device.mark(self.edge)),
+            Some(device) if self.is_left_alone() => device.mark(self.edge),
             _ => None,
         }
     }
 
     fn recurs(&self, earlier: &Self) -> bool {
-        let (Some(AnyDevice::Exact(now)), Some(AnyDevice::Exact(then))) = (&self.device, &earlier.device) else {
-            return false;
-        };
+        let (Some(now), Some(then)) = (&self.device, &earlier.device) else { return false };
         // All else follows from these, or from the wiring.
         self.is_left_alone()
             && earlier.is_left_alone()
@@ -577,9 +595,7 @@ impl World for AxisWorld<'_> {
 
     fn repeat(&mut self, [then, now]: [&Self; 2], times: u64) {
         let edges = times * (now.edge - then.edge);
-        if let (Some(AnyDevice::Exact(device)), Some(AnyDevice::Exact(before)), Some(AnyDevice::Exact(after))) =
-            (&mut self.device, &then.device, &now.device)
-        {
+        if let (Some(device), Some(before), Some(after)) = (&mut self.device, &then.device, &now.device) {
             device.repeat(edges, [before, after], times);
         }
         self.encoder.edges += times * (now.encoder.edges - then.encoder.edges);

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use hpu_plant::network::NetworkLaws;
 use hpu_plant::{Axis, Bridge, Hand, Motor, Push};
 use hpu_signal::Clock;
 
@@ -10,7 +11,7 @@ use crate::world::actuator::{Actuator, Latch, Shaping};
 use crate::world::encoder::Pins;
 use crate::world::faults::FaultPlan;
 use crate::world::stepped::Stepping;
-use hpu_scene::{self, BridgeModel, COMMAND_BITS, Datapath, Friction, PathPoint, Scene, Winding};
+use hpu_scene::{self, BridgeModel, COMMAND_BITS, Compound, Datapath, Friction, PathPoint, Scene, Winding};
 
 /// The reason why a scene has no plant of this kind.
 #[derive(Clone, PartialEq, Debug)]
@@ -34,8 +35,30 @@ pub(crate) struct Knot {
 
 #[allow(clippy::large_enum_variant, reason = "one of them exists a run")]
 pub(crate) enum Kind {
-    Axis { axis: Axis, current_a: f64, speed_rad_per_s: f64, angle_rad: f64, knots: Vec<Knot> },
-    Capture { pins: Vec<(u64, Pins)> },
+    Axis {
+        axis: Axis,
+        current_a: f64,
+        speed_rad_per_s: f64,
+        angle_rad: f64,
+        knots: Vec<Knot>,
+    },
+    /// `grip_ratio` are the units of the body at the grip for one of the body with the encoder.
+    Network {
+        laws: AnyLaws,
+        angle_rad: f64,
+        grip_ratio: f64,
+        knots: Vec<Knot>,
+    },
+    Capture {
+        pins: Vec<(u64, Pins)>,
+    },
+}
+
+/// The laws of a network, by the registers that its states fill.
+#[allow(clippy::large_enum_variant, reason = "one of them exists a run")]
+pub(crate) enum AnyLaws {
+    Eight(NetworkLaws<8>),
+    Twelve(NetworkLaws<12>),
 }
 
 /// The immutable laws of a scene's world.
@@ -57,6 +80,7 @@ pub struct Plant {
 /// The parts of a scene that make up its world.
 pub(crate) struct Around<'a> {
     pub(crate) device: &'a hpu_scene::Device,
+    pub(crate) network: Option<&'a Compound>,
     pub(crate) bridge: Bridge,
     pub(crate) hand: &'a hpu_scene::Hand,
     pub(crate) friction: Friction,
@@ -83,6 +107,7 @@ impl Plant {
     pub fn new(scene: &Scene) -> Result<Self, PlantError> {
         Self::around(Around {
             device: &scene.device,
+            network: scene.network.as_deref(),
             bridge: scene.bridge,
             hand: &scene.hand,
             friction: scene.model.friction,
@@ -122,6 +147,10 @@ impl Plant {
                 faults,
                 places,
             });
+        }
+        if let Some(compound) = around.network {
+            let kind = network(compound, around.friction, (clock, horizon))?;
+            return Ok(Self { kind, count_rad, actuator, edge_s, modulator, stepping: None, faults, places });
         }
         let (hand, path) = match hand {
             hpu_scene::Hand::ConstantTorque { torque_nm } => (Hand::Torque(*torque_nm), &[][..]),
@@ -178,7 +207,18 @@ impl Plant {
 
     /// Returns whether there is a device, not a recording in its place.
     pub fn has_device(&self) -> bool {
-        matches!(self.kind, Kind::Axis { .. })
+        !matches!(self.kind, Kind::Capture { .. })
+    }
+
+    /// Returns the drive's torque or force for one ampere, and the hand's units for one of the encoder; `None` of a
+    /// recording.
+    pub(crate) fn effort(&self) -> Option<(f64, f64)> {
+        match &self.kind {
+            Kind::Axis { axis, .. } => Some((axis.torque_constant_nm_per_a(), 1.0)),
+            Kind::Network { laws: AnyLaws::Eight(laws), grip_ratio, .. } => Some((laws.effort_per_a(), *grip_ratio)),
+            Kind::Network { laws: AnyLaws::Twelve(laws), grip_ratio, .. } => Some((laws.effort_per_a(), *grip_ratio)),
+            Kind::Capture { .. } => None,
+        }
     }
 }
 
@@ -195,6 +235,9 @@ fn stepping(scene: &Scene) -> Option<Stepping> {
 fn actuator(scene: &Scene) -> Result<Actuator, PlantError> {
     let bits = if scene.model.datapath == Datapath::Law { COMMAND_BITS } else { scene.method.pwm.bits };
     let full_scale = 2f64.powi(bits.cast_signed());
+    if let Some(compound) = scene.network.as_deref() {
+        return Ok(compound.dac.map_or(Actuator::Switching, |dac| Actuator::Converted { dac, width: bits }));
+    }
     match (&scene.device, &scene.amplifier, scene.model.bridge) {
         (hpu_scene::Device::Motor(_), _, BridgeModel::Switching) => Ok(Actuator::Switching),
         (hpu_scene::Device::Motor(_), _, BridgeModel::Averaged) => {
@@ -210,6 +253,25 @@ fn actuator(scene: &Scene) -> Result<Actuator, PlantError> {
         }
         (hpu_scene::Device::Mass(_), None, _) => Err(PlantError("a mass in words needs an amplifier".into())),
     }
+}
+
+/// Returns the laws of a network and the knots of its hand.
+fn network(compound: &Compound, friction: Friction, (clock, horizon): (Clock, u64)) -> Result<Kind, PlantError> {
+    let mut network = compound.network.clone();
+    if friction == Friction::None {
+        for body in &mut network.bodies {
+            (body.coulomb, body.stiction) = (0.0, 0.0);
+        }
+    }
+    let angle_rad = network.bodies[network.seen].position;
+    let reduced = network.reduced().map_err(|error| PlantError(error.to_string()))?;
+    let edge_s = clock.period_s();
+    let laws = if reduced.size() <= 8 {
+        AnyLaws::Eight(NetworkLaws::new(reduced, edge_s, horizon))
+    } else {
+        AnyLaws::Twelve(NetworkLaws::new(reduced, edge_s, horizon))
+    };
+    Ok(Kind::Network { laws, angle_rad, grip_ratio: compound.grip_ratio, knots: knots(&compound.path, clock) })
 }
 
 /// Returns the path as knots on clock edges: one at its start, and one wherever its speed changes.

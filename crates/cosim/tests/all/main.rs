@@ -17,6 +17,7 @@ mod law_words;
 mod less_model;
 mod loaded;
 mod moving_hand;
+mod networks;
 mod phantom_host;
 mod phantom_physics;
 mod phantom_scenes;

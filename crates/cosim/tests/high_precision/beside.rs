@@ -248,10 +248,11 @@ fn command(simulation: &AxisSimulation) -> usize {
     simulation.nets().iter().position(|net| net.name == "command").expect("a haptic loop has a command")
 }
 
-/// Returns the shipped scenes of an axis.
+/// Returns the shipped scenes of a motor or a mass.
 pub fn axis_scenes() -> Vec<Scene> {
     let parsed = |scene: &hpu_cosim::scene::Shipped| scene.parse(&[]).unwrap_or_else(|error| panic!("{error}"));
-    shipped().iter().map(parsed).filter_map(Experiment::axis).collect()
+    let is_alone = |scene: &Scene| scene.network.is_none();
+    shipped().iter().map(parsed).filter_map(Experiment::axis).filter(is_alone).collect()
 }
 
 /// Returns the scene with its start this many counts further on.

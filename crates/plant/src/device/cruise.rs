@@ -28,7 +28,7 @@ use crate::energy::{Energy, Powers};
 use crate::flow::double::{Double, Doubles, Native, Product, versions};
 use crate::flow::gauge::{Extent, blur, reach};
 use crate::flow::guard::{Guard, MotionPoint, dyadic};
-use crate::flow::leap::Integrals;
+use crate::flow::leap::{Integrals, Quadrature};
 use crate::flow::linear::{Linear, Trajectory};
 use crate::flow::matrix::{ANGLE, CURRENT, SPEED, State, plus};
 use crate::flow::period::Period;
@@ -275,7 +275,7 @@ impl<'a> Cruise<'a> {
         let (n, edges) = (periods as f64, self.period.edges);
         let period_s = edges as f64 * system.edge_s();
         let (smooth, end) = motion.integrals::<P>(periods * edges);
-        let smooth = smooth.in_memory();
+        let smooth = Quadrature::<4>::in_memory::<P::Lanes>(&smooth);
         let change = end.since::<P>(&motion.x);
         let w = self.period.inverse.hi.times(&change).map(|sum| sum / n);
         let (path, ..) = system.glide::<P>(&[0.0; 4], &w, edges);

@@ -21,6 +21,7 @@ use crate::flow::course::Course;
 use crate::flow::double::{Double, Doubles, Product, versions};
 use crate::flow::gauge::Whole;
 use crate::flow::guard::{Guard, Limits, Side};
+use crate::flow::leap::Quadrature;
 use crate::flow::linear::Trajectory;
 use crate::flow::matrix::{ANGLE, CURRENT, INTENT, SPEED, State};
 
@@ -94,7 +95,7 @@ impl<'a> Device<'a> {
     fn instants_with<P: Product>(&mut self, edge: u64, sides: [Side; 2], at_edge: &State) {
         let (from, edges, edge_s) = (self.motion.x, edge - 1 - self.anchor, self.motion.system().edge_s());
         let (done, mut x) = self.motion.integrals::<P>(edges);
-        self.tally(edges as f64 * edge_s, &from, &x, &done.in_memory());
+        self.tally(edges as f64 * edge_s, &from, &x, &Quadrature::in_memory::<P::Lanes>(&done));
         let mut passed = self.is_measured().then_some(Whole::NOTHING);
         let mut course = Course::new::<P>(Trajectory::exact_with::<P>(self.motion.system(), x, self.motion.f));
         let mut left_s = Double::from(edge_s);

@@ -2,9 +2,10 @@
 
 use crate::flow::double::{Double, Doubles, Product};
 use crate::flow::guard::Guard;
-use crate::flow::leap::{Integrals, Leap, Quadrature};
+use crate::flow::lanes::{Count, Size};
+use crate::flow::leap::{Integrals, Leap, Quadrature, Square};
 use crate::flow::linear::Trajectory;
-use crate::flow::matrix::{INTENT, State, dot};
+use crate::flow::matrix::{INTENT, State, dot, plus};
 
 /// A course shorter than this share of an edge counts as straight. With (rate τ) at most 1e-3 it bends by less than
 /// 1e-31 of the change over an edge, and the rounding of its slope moves it by about 1e-30, as much as the terms in
@@ -12,23 +13,26 @@ use crate::flow::matrix::{INTENT, State, dot};
 const STRAIGHT: f64 = 1e-14;
 
 /// A motion's Taylor polynomial: `x⁽ᵏ⁾ / k!` for `k` = 1, 2 …, the first terms in double-double.
-struct Series<const WIDE: usize, const REST: usize> {
-    wide: [Doubles; WIDE],
-    rest: [State; REST],
+struct Series<const N: usize, const WIDE: usize, const REST: usize> {
+    wide: [Doubles<N>; WIDE],
+    rest: [State<N>; REST],
 }
 
-impl<const WIDE: usize, const REST: usize> Series<WIDE, REST> {
+impl<const N: usize, const WIDE: usize, const REST: usize> Series<N, WIDE, REST>
+where
+    Count<N>: Size<N>,
+{
     #[inline(always)]
-    fn new<P: Product>(motion: &Trajectory) -> Self {
+    fn new<P: Product>(motion: &Trajectory<N>) -> Self {
         let system = motion.system;
         let mut wide = [motion.w; WIDE];
         wide[1] = system.derived::<P>(&wide[0]).scaled::<P>(SHARES[1]);
-        debug_assert!(wide[1].hi[INTENT] == 0.0);
+        debug_assert!(N > 4 || wide[1].hi[INTENT] == 0.0);
         for k in 2..WIDE {
             // The hand's intention moves at a constant speed: its second derivative is 0.
             wide[k] = system.wide.times_three::<P>(&wide[k - 1]).scaled::<P>(SHARES[k]);
         }
-        let (mut last, mut rest) = (wide[WIDE - 1].hi, [[0.0; 4]; REST]);
+        let (mut last, mut rest) = (wide[WIDE - 1].hi, [[0.0; N]; REST]);
         for (k, term) in rest.iter_mut().enumerate() {
             last = system.wide.hi.times(&last).map(|change| change / (WIDE + k + 1) as f64);
             *term = last;
@@ -38,8 +42,8 @@ impl<const WIDE: usize, const REST: usize> Series<WIDE, REST> {
 
     /// Returns the change of the state over a time.
     #[inline(always)]
-    fn change<P: Product>(&self, tau_s: Double) -> Doubles {
-        let mut small = [0.0; 4];
+    fn change<P: Product>(&self, tau_s: Double) -> Doubles<N> {
+        let mut small = [0.0; N];
         for term in self.rest.iter().rev() {
             small = std::array::from_fn(|r| (small[r] + term[r]) * tau_s.hi);
         }
@@ -52,15 +56,15 @@ impl<const WIDE: usize, const REST: usize> Series<WIDE, REST> {
 
     /// Returns the change of the state over a time, in `f64`.
     #[inline(always)]
-    fn rounded(&self, tau_s: f64) -> State {
+    fn rounded(&self, tau_s: f64) -> State<N> {
         let terms = self.wide.iter().map(|term| &term.hi).chain(&self.rest);
-        terms.rev().fold([0.0; 4], |sum, term| std::array::from_fn(|r| (sum[r] + term[r]) * tau_s))
+        terms.rev().fold([0.0; N], |sum, term| std::array::from_fn(|r| (sum[r] + term[r]) * tau_s))
     }
 
     /// Returns a function of time for value and slope of `row · x` from a given value, by the rounded double-double
     /// terms alone.
     #[inline(always)]
-    fn along(&self, row: &State, before: f64) -> impl Fn(f64) -> (f64, f64) {
+    fn along(&self, row: &State<N>, before: f64) -> impl Fn(f64) -> (f64, f64) {
         let polynomial = self.wide.map(|term| dot(row, &term.hi));
         move |t| {
             let (mut value, mut slope) = (0.0, 0.0);
@@ -74,27 +78,29 @@ impl<const WIDE: usize, const REST: usize> Series<WIDE, REST> {
 }
 
 /// The polynomial, chosen by (rate τ) of one edge.
-#[expect(clippy::large_enum_variant, reason = "nearly every course is short, and one is begun at each end of a mode")]
-enum Terms {
+enum Terms<const N: usize> {
     /// (rate τ) at most 1e-3: the first omitted term is 1e-33 of the first term, and the first term in `f64` is 1e-14
     /// of it.
-    Short(Series<4, 5>),
+    Short(Series<N, 4, 5>),
     /// (rate τ) at most a quarter: these shares are 2e-38 and 2e-19.
-    Long(Box<Series<13, 10>>),
+    Long(Box<Series<N, 13, 10>>),
     /// (rate τ) beyond a quarter: no polynomial, but the exact leap.
     None,
 }
 
 /// The course of a motion within one edge: its Taylor polynomial, or the exact leap if an edge is long for the system.
-pub(crate) struct Course<'a> {
-    motion: Trajectory<'a>,
-    terms: Terms,
+pub(crate) struct Course<'a, const N: usize = 4> {
+    motion: Trajectory<'a, N>,
+    terms: Terms<N>,
 }
 
-impl<'a> Course<'a> {
+impl<'a, const N: usize> Course<'a, N>
+where
+    Count<N>: Size<N>,
+{
     /// Creates the course from a motion's anchor.
     #[inline(always)]
-    pub(crate) fn new<P: Product>(motion: Trajectory<'a>) -> Self {
+    pub(crate) fn new<P: Product>(motion: Trajectory<'a, N>) -> Self {
         let system = motion.system;
         let size = system.rate * system.edge_s;
         let terms = if size < 1e-3 {
@@ -109,7 +115,7 @@ impl<'a> Course<'a> {
 
     /// Returns the state `tau_s` later, at most one clock period.
     #[inline(always)]
-    pub(crate) fn at<P: Product>(&self, tau_s: Double) -> Doubles {
+    pub(crate) fn at<P: Product>(&self, tau_s: Double) -> Doubles<N> {
         match &self.terms {
             Terms::Short(series) => self.motion.x.plus::<P>(&series.change::<P>(tau_s)),
             Terms::Long(series) => self.motion.x.plus::<P>(&series.change::<P>(tau_s)),
@@ -120,7 +126,7 @@ impl<'a> Course<'a> {
     /// Returns whether a function that is at its limit at the start moves outward there: up if `outward` is 1, down if
     /// it is -1.
     #[inline(always)]
-    pub(crate) fn leaves(&self, guard: &Guard, outward: f64) -> bool {
+    pub(crate) fn leaves(&self, guard: &Guard<N>, outward: f64) -> bool {
         outward * guard.value(&self.motion.w.hi) >= 0.0
     }
 
@@ -152,11 +158,11 @@ impl<'a> Course<'a> {
     #[inline(always)]
     pub(crate) fn crossing<P: Product>(
         &self,
-        guard: &Guard,
+        guard: &Guard<N>,
         limit: Double,
         (before, after, outward): (f64, f64, f64),
         left_s: f64,
-    ) -> (Double, Doubles) {
+    ) -> (Double, Doubles<N>) {
         let row = guard.row();
         // From its limit a function moves inward first: the step to begin with is from the end.
         let guess_s = if before == 0.0 { left_s } else { left_s * before / (before - after) };
@@ -195,14 +201,15 @@ impl<'a> Course<'a> {
 
     /// Returns the integrals over `tau_s`, at whose end the state is `end`.
     #[inline(always)]
-    pub(crate) fn integrals(&self, tau_s: f64, end: &State) -> Integrals {
+    pub(crate) fn integrals(&self, tau_s: f64, end: &State<N>) -> Integrals<State<N>> {
+        let squares = &self.motion.system.squares;
         let (x, w) = (&self.motion.x.hi, &self.motion.w.hi);
         match &self.terms {
             Terms::Short(_) => {}
-            Terms::Long(series) => return gauss(x, tau_s, |t| series.rounded(t)),
+            Terms::Long(series) => return gauss(squares, x, tau_s, |t| series.rounded(t)),
             Terms::None => {
-                let mut done = Integrals::default();
-                Quadrature::of(&Leap::of(&self.motion.system.a, tau_s)).add(x, w, &mut done);
+                let mut done = Integrals { states: [0.0; N], squares: [0.0; 4] };
+                Quadrature::of(&Leap::of(&self.motion.system.a, squares, tau_s)).add(squares, x, w, &mut done);
                 return done;
             }
         }
@@ -211,16 +218,25 @@ impl<'a> Course<'a> {
         let (half, twelfth) = (0.5 * tau_s, tau_s * tau_s / 12.0);
         Integrals {
             states: std::array::from_fn(|k| half * (x[k] + end[k]) + twelfth * (w[k] - after[k])),
-            squares: std::array::from_fn(|k| {
-                half * (x[k] * x[k] + end[k] * end[k]) + 2.0 * twelfth * (x[k] * w[k] - end[k] * after[k])
-            }),
+            squares: {
+                let form = |x: &State<N>, y: &State<N>| Square::forms(squares, x, y);
+                let (values, slopes) = ([form(x, x), form(end, end)], [form(x, w), form(end, &after)]);
+                std::array::from_fn(|k| {
+                    half * (values[0][k] + values[1][k]) + 2.0 * twelfth * (slopes[0][k] - slopes[1][k])
+                })
+            },
         }
     }
 }
 
 /// Returns integrals over a time by Gauss's five points, for a motion from `x` with the given change. With (rate τ) at
 /// most a quarter they equal the exact leap's to 2e-13.
-fn gauss(x: &State, tau_s: f64, change: impl Fn(f64) -> State) -> Integrals {
+fn gauss<const N: usize>(
+    squares: &[Square<N>],
+    x: &State<N>,
+    tau_s: f64,
+    change: impl Fn(f64) -> State<N>,
+) -> Integrals<State<N>> {
     // Nodes and weights on [-1, 1], Abramowitz and Stegun, table 25.4.
     const POINTS: [(f64, f64); 5] = [
         (-0.906_179_845_938_664, 0.236_926_885_056_189_1),
@@ -229,15 +245,16 @@ fn gauss(x: &State, tau_s: f64, change: impl Fn(f64) -> State) -> Integrals {
         (0.538_469_310_105_683_1, 0.478_628_670_499_366_5),
         (0.906_179_845_938_664, 0.236_926_885_056_189_1),
     ];
-    let mut done: Integrals = Integrals::default();
+    let mut done = Integrals { states: [0.0; N], squares: [0.0; 4] };
     for (node, weight) in POINTS {
         let change = change(0.5 * tau_s * (1.0 + node));
         let share_s = 0.5 * tau_s * weight;
-        for k in 0..4 {
-            let there = x[k] + change[k];
-            done.states[k] += share_s * there;
-            done.squares[k] += share_s * there * there;
+        let there = plus(x, &change);
+        for (sum, there) in done.states.iter_mut().zip(&there) {
+            *sum += share_s * there;
         }
+        let forms = Square::forms(squares, &there.map(|x| share_s * x), &there);
+        done.squares = plus(&done.squares, &forms);
     }
     done
 }
@@ -306,7 +323,13 @@ mod tests {
             for share in [0.2, 1.0] {
                 let tau_s = share * system.edge_s;
                 let mut exact = Integrals::default();
-                Quadrature::of(&Leap::of(system.matrix(), tau_s)).add(&X, &course.motion.w.hi, &mut exact);
+                let squares = &system.squares;
+                Quadrature::of(&Leap::of(system.matrix(), squares, tau_s)).add(
+                    squares,
+                    &X,
+                    &course.motion.w.hi,
+                    &mut exact,
+                );
                 let found = course.integrals(tau_s, &course.at::<Halves>(tau_s.into()).hi);
                 let same = |found: f64, exact: f64, what: &str| {
                     assert!(

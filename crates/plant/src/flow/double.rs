@@ -5,8 +5,8 @@
 //! whose product is 0 or between 2⁻⁹⁰⁰ and 2⁹⁰⁰, so results do not depend on the processor. Everything else is plain
 //! `f64`, never contracted.
 //!
-//! [`Doubles`] are four such numbers, with highs and lows apart, each computed as four [`Lanes`]. Lanes below [`LEAST`]
-//! count as zero, so that products never leave the range above at its lower end.
+//! [`Doubles`] are four such numbers or more, with highs and lows apart, computed as four [`Lanes`] at a time. Lanes
+//! below [`LEAST`] count as zero, so that products never leave the range above at its lower end.
 
 use std::cmp::Ordering;
 use std::ops::{Add, Mul, Neg, Sub};
@@ -17,7 +17,7 @@ use std::sync::atomic::{AtomicU8, Ordering::Relaxed};
 use crate::flow::lanes::Array;
 #[cfg(target_arch = "x86_64")]
 use crate::flow::lanes::Register;
-use crate::flow::lanes::{Lanes, Pairs};
+use crate::flow::lanes::{Blocks, Count, Lanes, Numbers, Pairs, Size, TwoProduct};
 use crate::flow::matrix::{Columns, Matrix, State};
 
 /// Sizes below this count as zero, 2⁻⁴⁰⁰.
@@ -25,15 +25,9 @@ const LEAST: f64 = f64::from_bits((1023 - 400) << 52);
 
 /// A `Product` multiplies without loss. [`Fused`] and [`Halves`] implement it: the processor decides which is faster,
 /// and both give the same bits.
-pub(crate) trait Product {
-    /// The form in which four numbers are computed.
-    type Lanes: Lanes;
-
+pub trait Product: TwoProduct {
     /// Returns the rounded product, and the error of its rounding.
     fn two(a: f64, b: f64) -> (f64, f64);
-
-    /// Returns the same for each lane.
-    fn two_of(a: Self::Lanes, b: Self::Lanes) -> (Self::Lanes, Self::Lanes);
 
     #[inline(always)]
     fn lanes(state: &State) -> Self::Lanes {
@@ -45,6 +39,30 @@ pub(crate) trait Product {
     fn all(number: f64) -> Self::Lanes {
         Self::Lanes::all(number)
     }
+
+    /// Returns the numbers of a state of any size.
+    #[inline(always)]
+    fn blocks<const N: usize>(state: &State<N>) -> Blocks<Self::Lanes, N>
+    where
+        Count<N>: Size<N>,
+    {
+        Numbers::taken(state)
+    }
+
+    /// Returns the same number in all lanes of a state of any size.
+    #[inline(always)]
+    fn every<const N: usize>(number: f64) -> Blocks<Self::Lanes, N>
+    where
+        Count<N>: Size<N>,
+    {
+        Numbers::same(number)
+    }
+
+    /// Returns `before + M v` of more than four states, by a function of its own: inlined at each place, a large
+    /// system would take minutes to compile.
+    fn times_apart<const N: usize>(m: &Wide<N>, v: &Doubles<N>, before: &Doubles<N>) -> Doubles<N>
+    where
+        Count<N>: Size<N>;
 }
 
 /// Two-product by fused multiply-add: fast where the processor has it. WebAssembly never has it. Four lanes of an x86
@@ -53,17 +71,11 @@ pub(crate) trait Product {
 pub(crate) struct Fused;
 
 #[cfg(not(target_family = "wasm"))]
-impl Product for Fused {
+impl TwoProduct for Fused {
     #[cfg(target_arch = "x86_64")]
     type Lanes = Register;
     #[cfg(not(target_arch = "x86_64"))]
     type Lanes = Array;
-
-    #[inline(always)]
-    fn two(a: f64, b: f64) -> (f64, f64) {
-        let product = a * b;
-        (product, a.mul_add(b, -product))
-    }
 
     #[inline(always)]
     fn two_of(a: Self::Lanes, b: Self::Lanes) -> (Self::Lanes, Self::Lanes) {
@@ -71,6 +83,34 @@ impl Product for Fused {
         return (a * b, a.times_less(b, a * b));
         #[cfg(not(target_arch = "x86_64"))]
         return (a * b, a.join(b, |a, b| Self::two(a, b).1));
+    }
+}
+
+impl Product for Fused {
+    #[inline(always)]
+    fn two(a: f64, b: f64) -> (f64, f64) {
+        let product = a * b;
+        (product, a.mul_add(b, -product))
+    }
+
+    #[inline(always)]
+    fn times_apart<const N: usize>(m: &Wide<N>, v: &Doubles<N>, before: &Doubles<N>) -> Doubles<N>
+    where
+        Count<N>: Size<N>,
+    {
+        #[cfg_attr(target_arch = "x86_64", target_feature(enable = "avx2,fma"))]
+        #[inline(never)]
+        fn apart<const N: usize>(m: &Wide<N>, v: &Doubles<N>, before: &Doubles<N>) -> Doubles<N>
+        where
+            Count<N>: Size<N>,
+        {
+            m.times_here::<Fused>(v, before)
+        }
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: this type is chosen once the processor has been asked.
+        return unsafe { apart(m, v, before) };
+        #[cfg(not(target_arch = "x86_64"))]
+        return apart(m, v, before);
     }
 }
 
@@ -82,17 +122,27 @@ impl Halves {
     const SPLITTER: f64 = 134_217_729.0;
 }
 
-impl Product for Halves {
+impl TwoProduct for Halves {
     type Lanes = Pairs;
 
+    #[inline(always)]
+    fn two_of(a: Pairs, b: Pairs) -> (Pairs, Pairs) {
+        two_by_halves(a, b, Self::all(Self::SPLITTER))
+    }
+}
+
+impl Product for Halves {
     #[inline(always)]
     fn two(a: f64, b: f64) -> (f64, f64) {
         two_by_halves(a, b, Self::SPLITTER)
     }
 
-    #[inline(always)]
-    fn two_of(a: Pairs, b: Pairs) -> (Pairs, Pairs) {
-        two_by_halves(a, b, Self::all(Self::SPLITTER))
+    #[inline(never)]
+    fn times_apart<const N: usize>(m: &Wide<N>, v: &Doubles<N>, before: &Doubles<N>) -> Doubles<N>
+    where
+        Count<N>: Size<N>,
+    {
+        m.times_here::<Self>(v, before)
     }
 }
 
@@ -177,7 +227,7 @@ pub(crate) fn two_sum<T: Copy + Add<Output = T> + Sub<Output = T>>(a: T, b: T) -
 
 /// A number as the sum of two `f64`.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
-pub(crate) struct Double {
+pub struct Double {
     /// The nearest `f64`.
     pub hi: f64,
     /// The rest.
@@ -287,17 +337,20 @@ impl Mul for Double {
     }
 }
 
-/// Four numbers, each the sum of two `f64`.
+/// Four or more numbers, each the sum of two `f64`.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub(crate) struct Doubles {
+pub struct Doubles<const N: usize = 4> {
     /// The nearest `f64` of each.
-    pub hi: State,
+    pub hi: State<N>,
     /// The rest of each.
-    pub lo: State,
+    pub lo: State<N>,
 }
 
-impl Doubles {
-    pub const ZERO: Self = Self { hi: [0.0; 4], lo: [0.0; 4] };
+impl<const N: usize> Doubles<N>
+where
+    Count<N>: Size<N>,
+{
+    pub const ZERO: Self = Self { hi: [0.0; N], lo: [0.0; N] };
 
     #[inline(always)]
     pub fn lane(&self, index: usize) -> Double {
@@ -311,30 +364,30 @@ impl Doubles {
 
     /// Returns the sums of highs and rests as numbers; sums below [`LEAST`] become zero.
     #[inline(always)]
-    pub fn joined<L: Lanes>(hi: L, lo: L) -> Self {
+    pub fn joined<L: Lanes>(hi: Blocks<L, N>, lo: Blocks<L, N>) -> Self {
         let (hi, lo) = two_sum(hi, lo);
-        Self { hi: hi.unless_below(LEAST, hi).state(), lo: lo.unless_below(LEAST, hi).state() }
+        Self { hi: hi.kept(LEAST, hi).numbers(), lo: lo.kept(LEAST, hi).numbers() }
     }
 
     /// Returns the sum.
     #[inline(always)]
     pub fn plus<P: Product>(&self, other: &Self) -> Self {
-        let (sum, error) = two_sum(P::lanes(&self.hi), P::lanes(&other.hi));
-        Self::joined(sum, error + (P::lanes(&self.lo) + P::lanes(&other.lo)))
+        let (sum, error) = two_sum(P::blocks(&self.hi), P::blocks(&other.hi));
+        Self::joined::<P::Lanes>(sum, error + (P::blocks(&self.lo) + P::blocks(&other.lo)))
     }
 
     /// Returns the products with the same factor.
     #[inline(always)]
     pub fn scaled<P: Product>(&self, factor: Double) -> Self {
-        let (hi, lo) = (P::lanes(&self.hi), P::lanes(&self.lo));
-        let (high, low) = (P::all(factor.hi), P::all(factor.lo));
-        let (product, error) = P::two_of(hi, high);
-        Self::joined(product, error + (hi * low + lo * high))
+        let (hi, lo) = (P::blocks(&self.hi), P::blocks(&self.lo));
+        let (high, low) = (P::every::<N>(factor.hi), P::every::<N>(factor.lo));
+        let (product, error) = hi.two::<P>(high);
+        Self::joined::<P::Lanes>(product, error + (hi * low + lo * high))
     }
 
     /// Returns the sum of the lanes, each times a factor.
     #[inline(always)]
-    pub fn dot<P: Product>(&self, row: &State) -> Double {
+    pub fn dot<P: Product>(&self, row: &State<N>) -> Double {
         let mut sum = Double::ZERO;
         for (k, &factor) in row.iter().enumerate() {
             if factor != 0.0 {
@@ -352,9 +405,9 @@ impl Doubles {
 
     /// Returns the differences, rounded.
     #[inline(always)]
-    pub fn since<P: Product>(&self, before: &Self) -> State {
-        let [hi, lo] = [P::lanes(&self.hi) - P::lanes(&before.hi), P::lanes(&self.lo) - P::lanes(&before.lo)];
-        (hi + lo).state()
+    pub fn since<P: Product>(&self, before: &Self) -> State<N> {
+        let [hi, lo] = [P::blocks(&self.hi) - P::blocks(&before.hi), P::blocks(&self.lo) - P::blocks(&before.lo)];
+        (hi + lo).numbers()
     }
 
     /// Returns the difference of a lane, rounded.
@@ -364,76 +417,112 @@ impl Doubles {
     }
 }
 
-impl From<State> for Doubles {
-    fn from(hi: State) -> Self {
-        Self { hi, lo: [0.0; 4] }
+impl<const N: usize> From<State<N>> for Doubles<N> {
+    fn from(hi: State<N>) -> Self {
+        Self { hi, lo: [0.0; N] }
     }
 }
 
+/// The highs of a product of matrix and vector, and what is added to them: the lows, and the errors of the sums.
+type Sums<L, const N: usize> = (Blocks<L, N>, Blocks<L, N>, Blocks<L, N>, Blocks<L, N>);
+
 /// A matrix of double-double numbers, by columns.
 #[derive(Clone, Copy)]
-pub(crate) struct Wide {
-    pub hi: Columns,
-    pub lo: Columns,
+pub struct Wide<const N: usize = 4> {
+    pub hi: Columns<N>,
+    pub lo: Columns<N>,
 }
 
-impl Wide {
-    pub fn of(rows: &[[Double; 4]; 4]) -> Self {
+impl<const N: usize> Wide<N>
+where
+    Count<N>: Size<N>,
+{
+    pub fn of(rows: &[[Double; N]; N]) -> Self {
         let part =
             |pick: fn(Double) -> f64| Columns(std::array::from_fn(|c| std::array::from_fn(|r| pick(rows[r][c]))));
         Self { hi: part(|x| x.hi), lo: part(|x| x.lo) }
     }
 
     #[inline(always)]
-    pub fn from_columns(columns: &[Doubles; 4]) -> Self {
+    pub fn from_columns(columns: &[Doubles<N>; N]) -> Self {
         Self { hi: Columns(columns.map(|column| column.hi)), lo: Columns(columns.map(|column| column.lo)) }
     }
 
     #[inline(always)]
-    pub fn column(&self, index: usize) -> Doubles {
+    pub fn column(&self, index: usize) -> Doubles<N> {
         Doubles { hi: self.hi.0[index], lo: self.lo.0[index] }
     }
 
     /// Returns the rows, rounded.
-    pub fn rows(&self) -> Matrix {
+    pub fn rows(&self) -> Matrix<N> {
         self.hi.rows()
     }
 
     /// Returns `before + M v`, the core of every leap. Products and sums of highs are exact; their errors and the lows
     /// are summed in `f64`, so that the error of the result is about 2⁻¹⁰⁴ of the greatest term.
     #[inline(always)]
-    pub fn times<P: Product>(&self, v: &Doubles, before: &Doubles) -> Doubles {
+    pub fn times<P: Product>(&self, v: &Doubles<N>, before: &Doubles<N>) -> Doubles<N> {
+        if N > 4 { P::times_apart(self, v, before) } else { self.times_here::<P>(v, before) }
+    }
+
+    #[inline(always)]
+    fn times_here<P: Product>(&self, v: &Doubles<N>, before: &Doubles<N>) -> Doubles<N> {
         let (all, lows, halves, whole) = self.sum::<P>(v);
-        let (moved, error) = two_sum(P::lanes(&before.hi), all);
-        Doubles::joined(moved, (lows + (halves + (whole + P::lanes(&before.lo)))) + error)
+        let (moved, error) = two_sum(P::blocks(&before.hi), all);
+        Doubles::joined::<P::Lanes>(moved, (lows + (halves + (whole + P::blocks(&before.lo)))) + error)
     }
 
     /// Returns `M v`.
     #[inline(always)]
-    pub fn image<P: Product>(&self, v: &Doubles) -> Doubles {
+    pub fn image<P: Product>(&self, v: &Doubles<N>) -> Doubles<N> {
+        if N > 4 {
+            return P::times_apart(self, v, &Doubles::ZERO);
+        }
         let (all, lows, halves, whole) = self.sum::<P>(v);
-        Doubles::joined(all, lows + (halves + whole))
+        Doubles::joined::<P::Lanes>(all, lows + (halves + whole))
     }
 
-    /// Returns `M v` where the last lane of `v` is zero.
+    /// Returns `M v` where the fourth lane of `v` is zero.
     #[inline(always)]
-    pub fn times_three<P: Product>(&self, v: &Doubles) -> Doubles {
+    pub fn times_three<P: Product>(&self, v: &Doubles<N>) -> Doubles<N> {
+        if N > 4 {
+            return self.image::<P>(v);
+        }
         let (high0, low0) = self.product::<P>(0, v);
         let (high1, low1) = self.product::<P>(1, v);
         let (high2, low2) = self.product::<P>(2, v);
         let (first, a) = two_sum(high0, high1);
         let (all, b) = two_sum(first, high2);
-        Doubles::joined(all, ((low0 + low1) + low2) + (a + b))
+        Doubles::joined::<P::Lanes>(all, ((low0 + low1) + low2) + (a + b))
     }
 
     /// Returns the sum of the highs of `M v`, and what is to be added to it: the lows, the errors of the sums of two
     /// highs, and that of the sum of both.
     #[inline(always)]
-    fn sum<P: Product>(&self, v: &Doubles) -> (P::Lanes, P::Lanes, P::Lanes, P::Lanes) {
-        let (high0, low0) = self.product::<P>(0, v);
-        let (high1, low1) = self.product::<P>(1, v);
-        let (high2, low2) = self.product::<P>(2, v);
-        let (high3, low3) = self.product::<P>(3, v);
+    fn sum<P: Product>(&self, v: &Doubles<N>) -> Sums<P::Lanes, N> {
+        let mut total = self.sum_of_four::<P>(0, v);
+        if N > 4 {
+            total = Self::sums::<P>(total, self.sum_of_four::<P>(4, v));
+        }
+        if N > 8 {
+            total = Self::sums::<P>(total, self.sum_of_four::<P>(8, v));
+        }
+        total
+    }
+
+    #[inline(always)]
+    fn sums<P: Product>(first: Sums<P::Lanes, N>, next: Sums<P::Lanes, N>) -> Sums<P::Lanes, N> {
+        let (sum, error) = two_sum(first.0, next.0);
+        (sum, first.1 + next.1, first.2 + next.2, (first.3 + next.3) + error)
+    }
+
+    /// Returns the sums over four columns from this one on.
+    #[inline(always)]
+    fn sum_of_four<P: Product>(&self, from: usize, v: &Doubles<N>) -> Sums<P::Lanes, N> {
+        let (high0, low0) = self.product::<P>(from, v);
+        let (high1, low1) = self.product::<P>(from + 1, v);
+        let (high2, low2) = self.product::<P>(from + 2, v);
+        let (high3, low3) = self.product::<P>(from + 3, v);
         let (first, a) = two_sum(high0, high1);
         let (second, b) = two_sum(high2, high3);
         let (all, c) = two_sum(first, second);
@@ -442,17 +531,17 @@ impl Wide {
 
     /// Returns a column times its lane of `v`: the highs of the products, and the rest of each.
     #[inline(always)]
-    fn product<P: Product>(&self, column: usize, v: &Doubles) -> (P::Lanes, P::Lanes) {
-        let (hi, lo) = (P::lanes(&self.hi.0[column]), P::lanes(&self.lo.0[column]));
-        let (high, low) = (P::all(v.hi[column]), P::all(v.lo[column]));
-        let (product, error) = P::two_of(hi, high);
+    fn product<P: Product>(&self, column: usize, v: &Doubles<N>) -> (Blocks<P::Lanes, N>, Blocks<P::Lanes, N>) {
+        let (hi, lo) = (P::blocks(&self.hi.0[column]), P::blocks(&self.lo.0[column]));
+        let (high, low) = (P::every::<N>(v.hi[column]), P::every::<N>(v.lo[column]));
+        let (product, error) = hi.two::<P>(high);
         (product, error + (hi * low + lo * high))
     }
 
     /// Returns the product of two matrices.
     #[inline(always)]
     pub fn after<P: Product>(&self, first: &Self) -> Self {
-        let mut columns = [Doubles::ZERO; 4];
+        let mut columns = [Doubles::ZERO; N];
         for (c, column) in columns.iter_mut().enumerate() {
             *column = self.times::<P>(&first.column(c), &Doubles::ZERO);
         }

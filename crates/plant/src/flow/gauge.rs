@@ -15,6 +15,7 @@
 //! row already has is not searched (`Extent::holds`); the row has the same bits as if it were.
 
 use crate::flow::guard::{Guard, Limits, MotionPoint, dyadic};
+use crate::flow::lanes::{Count, Size};
 use crate::flow::linear::Trajectory;
 use crate::flow::matrix::{CURRENT, SPEED, State, dot, sizes};
 
@@ -224,7 +225,15 @@ impl Whole<2> {
     pub(crate) const NOTHING: Self = Self { integral: [0.0; 2], extent: [Extent::NONE; 2] };
 
     /// Adds a motion within an edge, from one state to another, with its integrals on the way.
-    pub(crate) fn add(&mut self, motion: &Trajectory, length_s: f64, states: [&State; 2], integrals: &State) {
+    pub(crate) fn add<const N: usize>(
+        &mut self,
+        motion: &Trajectory<N>,
+        length_s: f64,
+        states: [&State<N>; 2],
+        integrals: &State<N>,
+    ) where
+        Count<N>: Size<N>,
+    {
         let slopes = states.map(|x| motion.slope(x));
         for (k, of) in [CURRENT, SPEED].into_iter().enumerate() {
             self.integral[k] += integrals[of];
@@ -282,20 +291,26 @@ impl<const N: usize> Stretch<N> for Chord<N> {
 }
 
 /// Current and speed along one motion, from its anchor.
-pub(crate) struct Flow<'m, 'a> {
-    pub(crate) motion: &'m Trajectory<'a>,
+pub(crate) struct Flow<'m, 'a, const N: usize = 4> {
+    pub(crate) motion: &'m Trajectory<'a, N>,
     /// The guards of current and speed.
-    pub(crate) guards: [&'m Guard; 2],
+    pub(crate) guards: [&'m Guard<N>; 2],
     pub(crate) anchor: u64,
 }
 
-impl Flow<'_, '_> {
+impl<const N: usize> Flow<'_, '_, N>
+where
+    Count<N>: Size<N>,
+{
     pub(crate) fn since(&self, edge: Option<u64>) -> u64 {
         edge.map_or(0, |edge| edge - self.anchor)
     }
 }
 
-impl Stretch<2> for Flow<'_, '_> {
+impl<const N: usize> Stretch<2> for Flow<'_, '_, N>
+where
+    Count<N>: Size<N>,
+{
     fn integral(&self, from: Option<u64>, to: Option<u64>) -> [f64; 2] {
         let (from, to) = (self.since(from), self.since(to));
         path(self.motion, from, to)
@@ -311,7 +326,10 @@ impl Stretch<2> for Flow<'_, '_> {
 }
 
 /// Returns the integrals of current and speed between two edges, counted from the anchor.
-fn path(motion: &Trajectory, from: u64, to: u64) -> [f64; 2] {
+fn path<const N: usize>(motion: &Trajectory<N>, from: u64, to: u64) -> [f64; 2]
+where
+    Count<N>: Size<N>,
+{
     let MotionPoint { x, w, .. } = MotionPoint::of(motion, from);
     let states = motion.system().path(&x, &w, to - from);
     [states[CURRENT], states[SPEED]]
@@ -335,14 +353,25 @@ pub(crate) fn reach(values: [f64; 2], slopes: [f64; 2], bend: f64, length_s: f64
 }
 
 /// Returns a bound of the error of a function's values up to an edge of a motion, with a reserve.
-pub(crate) fn blur(motion: &Trajectory, guard: &Guard, edge: u64) -> f64 {
+pub(crate) fn blur<const N: usize>(motion: &Trajectory<N>, guard: &Guard<N>, edge: u64) -> f64
+where
+    Count<N>: Size<N>,
+{
     let dyadic = dyadic(edge).min(motion.system().dyadic() - 1);
     4.0 * guard.noise(motion, dyadic, &Limits::ANY)
 }
 
 /// Includes the stationary values between two points of a motion, whose own values have been included. Values that
 /// certainly lie inside the extent as it is may be left out.
-pub(crate) fn turns(motion: &Trajectory, guard: &Guard, a: MotionPoint, b: MotionPoint, extent: &mut Extent) {
+pub(crate) fn turns<const N: usize>(
+    motion: &Trajectory<N>,
+    guard: &Guard<N>,
+    a: MotionPoint<N>,
+    b: MotionPoint<N>,
+    extent: &mut Extent,
+) where
+    Count<N>: Size<N>,
+{
     let edges = b.edge - a.edge;
     if edges == 0 {
         return;
@@ -409,9 +438,18 @@ const TERMS: u32 = 8;
 ///
 /// [`Guard::derivatives`] bounds the same derivative by sizes of states. Where states all but cancel, as the speeds
 /// of a motor and of a hand that hold each other, that bound is many times too large.
-fn curvature(motion: &Trajectory, guard: &Guard, w: &State, length_s: f64, dyadic: usize) -> (f64, f64) {
+fn curvature<const N: usize>(
+    motion: &Trajectory<N>,
+    guard: &Guard<N>,
+    w: &State<N>,
+    length_s: f64,
+    dyadic: usize,
+) -> (f64, f64)
+where
+    Count<N>: Size<N>,
+{
     let system = motion.system();
-    let after = |w: &State| system.matrix().map(|row| dot(&row, w));
+    let after = |w: &State<N>| system.matrix().map(|row| dot(&row, w));
     let mut derivative = after(w);
     let start = guard.value(&derivative);
     let sums = system.matrix().map(|row| dot(&sizes(&row), &sizes(w)));
@@ -427,7 +465,10 @@ fn curvature(motion: &Trajectory, guard: &Guard, w: &State, length_s: f64, dyadi
 }
 
 /// Returns the value where the slope is 0, given that the slope is monotone and has different signs at the two ends.
-fn turn(motion: &Trajectory, guard: &Guard, mut a: MotionPoint, mut b: MotionPoint) -> f64 {
+fn turn<const N: usize>(motion: &Trajectory<N>, guard: &Guard<N>, mut a: MotionPoint<N>, mut b: MotionPoint<N>) -> f64
+where
+    Count<N>: Size<N>,
+{
     let edge_s = motion.system().edge_s();
     loop {
         let edges = b.edge - a.edge;

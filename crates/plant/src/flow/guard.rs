@@ -38,6 +38,7 @@
 use std::cmp::Ordering;
 
 use crate::flow::double::{Double, Doubles, Product, versions};
+use crate::flow::lanes::{Count, Size};
 use crate::flow::linear::Trajectory;
 use crate::flow::matrix::{Columns, State, dot, plus, row_times, sizes};
 use crate::{Linear, Matrix};
@@ -124,34 +125,37 @@ impl Limits {
 
 /// A state of a motion and its slope, at an edge.
 #[derive(Clone, Copy)]
-pub struct MotionPoint {
+pub struct MotionPoint<const N: usize = 4> {
     /// Edges since the anchor.
     pub edge: u64,
     /// The state.
-    pub x: State,
+    pub x: State<N>,
     /// Its slope.
-    pub w: State,
+    pub w: State<N>,
 }
 
-impl MotionPoint {
+impl<const N: usize> MotionPoint<N>
+where
+    Count<N>: Size<N>,
+{
     /// Returns the point of a motion at an edge.
     #[inline(always)]
-    pub fn of(motion: &Trajectory, edge: u64) -> Self {
+    pub fn of(motion: &Trajectory<N>, edge: u64) -> Self {
         let (x, w) = if edge == 0 { (motion.x.hi, motion.w.hi) } else { motion.at_with_slope(edge) };
         Self { edge, x, w }
     }
 
     /// Returns the point of a motion at an edge, for a function that is compiled for a two-product.
     #[inline(always)]
-    pub(crate) fn of_with<P: Product>(motion: &Trajectory, edge: u64) -> Self {
+    pub(crate) fn of_with<P: Product>(motion: &Trajectory<N>, edge: u64) -> Self {
         let (x, w) = motion.slope_with::<P>(edge);
         Self { edge, x, w }
     }
 }
 
 /// The parameters of a decision: the motion, the band, and the error of the values.
-pub(crate) struct Watch<'m, 'a> {
-    pub motion: &'m Trajectory<'a>,
+pub(crate) struct Watch<'m, 'a, const N: usize = 4> {
+    pub motion: &'m Trajectory<'a, N>,
     pub limits: Limits,
     /// Bound of the error of the values.
     pub noise: f64,
@@ -160,29 +164,29 @@ pub(crate) struct Watch<'m, 'a> {
 }
 
 /// A linear function of the state, with the bounds of its derivatives for one system.
-pub struct Guard {
-    row: State,
+pub struct Guard<const N: usize = 4> {
+    row: State<N>,
     /// Index of the state, if the row picks a single one: then the value is exact.
     pick: Option<usize>,
     /// Coefficients of the second derivative as a function of the slope.
-    bend: State,
+    bend: State<N>,
     /// Coefficients of the third derivative as a function of the slope.
-    third: State,
+    third: State<N>,
     /// Coefficients of the fourth derivative as a function of the slope.
-    fourth: State,
+    fourth: State<N>,
     /// Bounds for each dyadic length.
-    bounds: Vec<Bounds>,
+    bounds: Vec<Bounds<N>>,
 }
 
 /// Coefficients of the slope's sizes that bound the derivatives over an interval, and coefficients of anchor and slope
 /// that bound the error of the values.
-struct Bounds {
+struct Bounds<const N: usize> {
     /// Rows for the first derivative to the fourth.
-    derivatives: Columns,
-    noise_x: State,
-    noise_w: State,
+    derivatives: Columns<N, 4>,
+    noise_x: State<N>,
+    noise_w: State<N>,
     /// The slope's error in the bulge over the interval, wherever the interval lies.
-    noise_bulge: State,
+    noise_bulge: State<N>,
 }
 
 /// Distance to a limit at the start, its slope there, distance at the end, least and greatest second derivative.
@@ -225,10 +229,10 @@ impl Steady {
 /// others follow it.
 pub(crate) const STEADY: u64 = 8;
 
-enum Verdict {
+enum Verdict<const N: usize> {
     Clear,
     Split(u64),
-    At(MotionPoint),
+    At(MotionPoint<N>),
 }
 
 /// Returns the exponent of the least power of two that is not below a number of edges.
@@ -237,20 +241,23 @@ pub(crate) fn dyadic(edges: u64) -> usize {
     if edges <= 1 { 0 } else { (u64::BITS - (edges - 1).leading_zeros()) as usize }
 }
 
-impl Guard {
+impl<const N: usize> Guard<N>
+where
+    Count<N>: Size<N>,
+{
     /// Creates the function `row · x` on a system.
-    pub fn new(row: State, system: &Linear) -> Self {
-        let a: &Matrix = system.matrix();
+    pub fn new(row: State<N>, system: &Linear<N>) -> Self {
+        let a: &Matrix<N> = system.matrix();
         let bend = row_times(&row, a);
         let third = row_times(&bend, a);
         let fourth = row_times(&third, a);
-        let used: Vec<usize> = (0..4).filter(|&k| row[k] != 0.0).collect();
+        let used: Vec<usize> = (0..N).filter(|&k| row[k] != 0.0).collect();
         let pick = (used.len() == 1 && row[used[0]] == 1.0).then(|| used[0]);
         let late = &system.slope_error(system.dyadic() - 1).rows();
         let bounds = (0..system.dyadic()).map(|dyadic| {
             let m = system.bound(dyadic);
-            let bound = |r: &State| row_times(&sizes(r), m);
-            let digits = Linear::digits(dyadic) as f64;
+            let bound = |r: &State<N>| row_times(&sizes(r), m);
+            let digits = Linear::<N>::digits(dyadic) as f64;
             let length_s = (1u64 << dyadic.min(62)) as f64 * system.edge_s();
             let (first, second) = (bound(&row), bound(&bend));
             let (twice, slopes) = (row_times(&first, m), row_times(&first, &system.slope_error(dyadic).rows()));
@@ -267,13 +274,13 @@ impl Guard {
     }
 
     /// Returns the function's coefficients.
-    pub fn row(&self) -> &State {
+    pub fn row(&self) -> &State<N> {
         &self.row
     }
 
     /// Returns the value at a state.
     #[inline(always)]
-    pub fn value(&self, x: &State) -> f64 {
+    pub fn value(&self, x: &State<N>) -> f64 {
         match self.pick {
             Some(index) => x[index],
             None => dot(&self.row, x),
@@ -282,7 +289,7 @@ impl Guard {
 
     /// Returns a bound of the error of the `f64` value at every edge up to 2^`dyadic` after the anchor of a motion.
     #[inline(always)]
-    pub(crate) fn noise(&self, motion: &Trajectory, dyadic: usize, limits: &Limits) -> f64 {
+    pub(crate) fn noise(&self, motion: &Trajectory<N>, dyadic: usize, limits: &Limits) -> f64 {
         let bounds = &self.bounds[dyadic];
         dot(&bounds.noise_x, &sizes(&motion.x.hi))
             + dot(&bounds.noise_w, &sizes(&motion.w.hi))
@@ -291,7 +298,7 @@ impl Guard {
 
     /// Returns whether a state that is exact but for the rounding to `f64` certainly lies inside.
     #[inline(always)]
-    pub(crate) fn is_surely_inside(&self, x: &State, limits: &Limits) -> bool {
+    pub(crate) fn is_surely_inside(&self, x: &State<N>, limits: &Limits) -> bool {
         let (value, blur) = (self.value(x), 8.0 * UNIT * dot(&sizes(&self.row), &sizes(x)));
         let margin = |limit: f64| blur + 4.0 * UNIT * limit.abs();
         let (low, high) = (limits.low.hi, limits.high.hi);
@@ -301,7 +308,7 @@ impl Guard {
 
     /// Returns the side on which the function lies at an edge where its `f64` value is `value`.
     #[inline(always)]
-    pub(crate) fn side(&self, watch: &mut Watch, edge: u64, value: f64) -> Side {
+    pub(crate) fn side(&self, watch: &mut Watch<N>, edge: u64, value: f64) -> Side {
         let (above_low, below_high) = (value - watch.limits.low.hi, watch.limits.high.hi - value);
         if above_low > watch.noise && below_high > watch.noise {
             Side::Inside
@@ -315,7 +322,7 @@ impl Guard {
     }
 
     #[cold]
-    fn side_again(&self, watch: &mut Watch, edge: u64) -> Side {
+    fn side_again(&self, watch: &mut Watch<N>, edge: u64) -> Side {
         *watch.again += 1;
         watch.limits.side(self.exact(watch.motion, edge))
     }
@@ -323,18 +330,18 @@ impl Guard {
     versions! {
         /// Returns the function's value at an edge, in double-double.
         pub(crate) fn exact[exact_fused, exact_native, exact_with](
-            self: &Self, motion: &Trajectory, edge: u64
+            self: &Self, motion: &Trajectory<N>, edge: u64
         ) -> Double
     }
 
     #[inline(always)]
-    fn exact_with<P: Product>(&self, motion: &Trajectory, edge: u64) -> Double {
+    fn exact_with<P: Product>(&self, motion: &Trajectory<N>, edge: u64) -> Double {
         self.exact_value::<P>(&motion.flow::<P>(edge))
     }
 
     /// Returns the value at a state in double-double.
     #[inline(always)]
-    pub(crate) fn exact_value<P: Product>(&self, x: &Doubles) -> Double {
+    pub(crate) fn exact_value<P: Product>(&self, x: &Doubles<N>) -> Double {
         match self.pick {
             Some(index) => x.lane(index),
             None => x.dot::<P>(&self.row),
@@ -343,31 +350,31 @@ impl Guard {
 
     /// Returns the function's slope where the state's slope is `w`.
     #[inline(always)]
-    fn slope(&self, w: &State) -> f64 {
+    fn slope(&self, w: &State<N>) -> f64 {
         self.value(w)
     }
 
     /// Returns the second derivative where the state's slope is `w`.
     #[inline(always)]
-    pub(crate) fn curvature(&self, w: &State) -> f64 {
+    pub(crate) fn curvature(&self, w: &State<N>) -> f64 {
         dot(&self.bend, w)
     }
 
     /// Returns coefficients of the slope's sizes that bound the second and the fourth derivative over 2^`dyadic` edges;
     /// `None` if they are not tabulated.
     #[inline(always)]
-    pub(crate) fn derivatives(&self, dyadic: usize) -> Option<[State; 2]> {
+    pub(crate) fn derivatives(&self, dyadic: usize) -> Option<[State<N>; 2]> {
         self.bounds.get(dyadic).map(|bounds| [1, 3].map(|order| bounds.derivatives.row(order)))
     }
 
     /// Returns the greatest size of the function over 2^`dyadic` edges of the system's flow without a drive, from a
     /// state of these sizes.
-    pub(crate) fn bound(&self, dyadic: usize, sizes: &State) -> f64 {
+    pub(crate) fn bound(&self, dyadic: usize, sizes: &State<N>) -> f64 {
         dot(&self.bounds[dyadic].derivatives.row(0), sizes)
     }
 
     /// Returns a bound of the second derivative over 2^`dyadic` edges from a state whose slope is `w`.
-    pub(crate) fn bend(&self, dyadic: usize, w: &State) -> f64 {
+    pub(crate) fn bend(&self, dyadic: usize, w: &State<N>) -> f64 {
         self.bounds[dyadic].derivatives.times(&sizes(w))[1]
     }
 
@@ -380,10 +387,10 @@ impl Guard {
     #[inline(always)]
     pub(crate) fn stays(
         &self,
-        motion: &Trajectory,
+        motion: &Trajectory<N>,
         limits: &Limits,
         noise: f64,
-        from: &MotionPoint,
+        from: &MotionPoint<N>,
         edges: u64,
     ) -> bool {
         let Some(bounds) = self.bounds.get(dyadic(edges)) else { return false };
@@ -414,11 +421,11 @@ impl Guard {
     #[inline(always)]
     pub(crate) fn moves_inside<P: Product>(
         &self,
-        motion: &Trajectory,
+        motion: &Trajectory<N>,
         limits: &Limits,
         noise: f64,
-        (from, direction): (&MotionPoint, f64),
-        (last, state): (u64, Option<&State>),
+        (from, direction): (&MotionPoint<N>, f64),
+        (last, state): (u64, Option<&State<N>>),
     ) -> bool {
         let Some(bounds) = self.bounds.get(dyadic(last - from.edge)) else { return false };
         let edge_s = motion.system().edge_s();
@@ -448,7 +455,13 @@ impl Guard {
 
     /// Returns the first edge after `from`, up to and including that of `to`, at which the value is outside the band,
     /// given that it is inside at `from`.
-    pub fn first(&self, motion: &Trajectory, band: &Band, from: &MotionPoint, to: &MotionPoint) -> Option<u64> {
+    pub fn first(
+        &self,
+        motion: &Trajectory<N>,
+        band: &Band,
+        from: &MotionPoint<N>,
+        to: &MotionPoint<N>,
+    ) -> Option<u64> {
         let limits = Limits::from(band);
         let noise = self.noise(motion, dyadic(to.edge), &limits);
         self.exit(&mut Watch { motion, limits, noise, again: &mut 0 }, from, to).map(|point| point.edge)
@@ -457,12 +470,17 @@ impl Guard {
     versions! {
         /// Returns the point of the first exit, with a watch whose noise holds up to `to`.
         pub(crate) fn exit[exit_fused, exit_native, exit_with](
-            self: &Self, watch: &mut Watch, from: &MotionPoint, to: &MotionPoint
-        ) -> Option<MotionPoint>
+            self: &Self, watch: &mut Watch<N>, from: &MotionPoint<N>, to: &MotionPoint<N>
+        ) -> Option<MotionPoint<N>>
     }
 
     #[inline(always)]
-    fn exit_with<P: Product>(&self, watch: &mut Watch, from: &MotionPoint, to: &MotionPoint) -> Option<MotionPoint> {
+    fn exit_with<P: Product>(
+        &self,
+        watch: &mut Watch<N>,
+        from: &MotionPoint<N>,
+        to: &MotionPoint<N>,
+    ) -> Option<MotionPoint<N>> {
         if to.edge - from.edge > 1 && self.stays(watch.motion, &watch.limits, watch.noise, from, to.edge - from.edge) {
             return None;
         }
@@ -472,34 +490,81 @@ impl Guard {
     versions! {
         /// Returns the point of the first exit where [`stays`](Self::stays) does not rule it out.
         pub(crate) fn seek[seek_fused, seek_native, seek_with](
-            self: &Self, watch: &mut Watch, from: &MotionPoint, to: &MotionPoint
-        ) -> Option<MotionPoint>
+            self: &Self, watch: &mut Watch<N>, from: &MotionPoint<N>, to: &MotionPoint<N>
+        ) -> Option<MotionPoint<N>>
     }
 
     #[inline(always)]
-    fn seek_with<P: Product>(&self, watch: &mut Watch, from: &MotionPoint, to: &MotionPoint) -> Option<MotionPoint> {
-        if to.edge == from.edge {
-            return None;
-        }
-        let side = self.side(watch, to.edge, self.value(&to.x));
-        if to.edge - from.edge == 1 {
-            return (side != Side::Inside).then_some(*to);
-        }
-        match self.judge::<P>(watch, from, to, side) {
+    fn seek_with<P: Product>(
+        &self,
+        watch: &mut Watch<N>,
+        from: &MotionPoint<N>,
+        to: &MotionPoint<N>,
+    ) -> Option<MotionPoint<N>> {
+        match self.look_with::<P>(watch, from, to) {
             Verdict::Clear => None,
             Verdict::At(point) => Some(point),
             Verdict::Split(middle) => self.divide(watch, from, middle, to),
         }
     }
 
-    #[cold]
-    fn divide(&self, watch: &mut Watch, from: &MotionPoint, middle: u64, to: &MotionPoint) -> Option<MotionPoint> {
-        let middle = MotionPoint::of(watch.motion, middle);
-        self.exit(watch, from, &middle).or_else(|| self.exit(watch, &middle, to))
+    versions! {
+        /// Returns what is known of a stretch without dividing it.
+        fn look[look_fused, look_native, look_with](
+            self: &Self, watch: &mut Watch<N>, from: &MotionPoint<N>, to: &MotionPoint<N>
+        ) -> Verdict<N>
     }
 
     #[inline(always)]
-    fn judge<P: Product>(&self, watch: &mut Watch, from: &MotionPoint, to: &MotionPoint, side: Side) -> Verdict {
+    fn look_with<P: Product>(&self, watch: &mut Watch<N>, from: &MotionPoint<N>, to: &MotionPoint<N>) -> Verdict<N> {
+        if to.edge == from.edge {
+            return Verdict::Clear;
+        }
+        let side = self.side(watch, to.edge, self.value(&to.x));
+        if to.edge - from.edge == 1 {
+            return if side == Side::Inside { Verdict::Clear } else { Verdict::At(*to) };
+        }
+        self.judge::<P>(watch, from, to, side)
+    }
+
+    /// Looks at a stretch part by part, each of which ends at the last point that is open; of four states half by half,
+    /// which takes fewer instructions, and whose frames are small.
+    #[cold]
+    fn divide(
+        &self,
+        watch: &mut Watch<N>,
+        from: &MotionPoint<N>,
+        middle: u64,
+        to: &MotionPoint<N>,
+    ) -> Option<MotionPoint<N>> {
+        let middle = MotionPoint::of(watch.motion, middle);
+        if N == 4 {
+            return self.exit(watch, from, &middle).or_else(|| self.exit(watch, &middle, to));
+        }
+        let (mut from, mut open) = (*from, vec![*to, middle]);
+        while let Some(to) = open.last() {
+            let edges = to.edge - from.edge;
+            let stays = edges > 1 && self.stays(watch.motion, &watch.limits, watch.noise, &from, edges);
+            match if stays { Verdict::Clear } else { self.look(watch, &from, to) } {
+                Verdict::Clear => {
+                    from = *to;
+                    open.pop();
+                }
+                Verdict::At(point) => return Some(point),
+                Verdict::Split(middle) => open.push(MotionPoint::of(watch.motion, middle)),
+            }
+        }
+        None
+    }
+
+    #[inline(always)]
+    fn judge<P: Product>(
+        &self,
+        watch: &mut Watch<N>,
+        from: &MotionPoint<N>,
+        to: &MotionPoint<N>,
+        side: Side,
+    ) -> Verdict<N> {
         let edges = to.edge - from.edge;
         let bounds = &self.bounds[dyadic(edges)];
         let (va, vb) = (self.value(&from.x), self.value(&to.x));
@@ -557,7 +622,7 @@ impl Guard {
     /// Returns the exit that value and four derivatives at a point inside let expect: through the limit toward which
     /// the function moves, or else the one toward which it bends. An estimate: [`confirm`](Self::confirm) proves it.
     #[inline(always)]
-    pub(crate) fn forecast(&self, motion: &Trajectory, limits: &Limits, from: &MotionPoint) -> Forecast {
+    pub(crate) fn forecast(&self, motion: &Trajectory<N>, limits: &Limits, from: &MotionPoint<N>) -> Forecast {
         let (value, slope) = (self.value(&from.x), self.slope(&from.w));
         let (bend, third, fourth) = (dot(&self.bend, &from.w), dot(&self.third, &from.w), dot(&self.fourth, &from.w));
         let (below, above) = (value - limits.low.hi, limits.high.hi - value);
@@ -580,11 +645,11 @@ impl Guard {
     #[inline(always)]
     pub(crate) fn pursue<P: Product>(
         &self,
-        watch: &mut Watch,
-        from: &MotionPoint,
+        watch: &mut Watch<N>,
+        from: &MotionPoint<N>,
         forecast: Forecast,
         steady: &mut Steady,
-    ) -> Option<MotionPoint> {
+    ) -> Option<MotionPoint<N>> {
         let last = from.edge + forecast.late();
         if last > steady.until || forecast.rising != steady.rising {
             *steady = self.steady(watch, from, forecast);
@@ -600,7 +665,7 @@ impl Guard {
     /// Returns how long the function certainly moves in the direction of its forecast, up to [`STEADY`] times as far as
     /// that: until the greatest second derivative has taken its slope.
     #[inline(always)]
-    fn steady(&self, watch: &Watch, from: &MotionPoint, Forecast { edges, rising }: Forecast) -> Steady {
+    fn steady(&self, watch: &Watch<N>, from: &MotionPoint<N>, Forecast { edges, rising }: Forecast) -> Steady {
         let most = Forecast { edges: STEADY as f64 * edges, rising }.late();
         let Some(bounds) = self.bounds.get(dyadic(most)) else { return Steady::UNKNOWN };
         let edge_s = watch.motion.system().edge_s();
@@ -617,18 +682,18 @@ impl Guard {
         /// and the function moves, or bends, toward its limit all the way. It is looked for up to `most` edges after
         /// the point; the watch's noise holds so far.
         pub(crate) fn confirm[confirm_fused, confirm_native, confirm_with](
-            self: &Self, watch: &mut Watch, from: &MotionPoint, forecast: Forecast, most: u64
-        ) -> Option<MotionPoint>
+            self: &Self, watch: &mut Watch<N>, from: &MotionPoint<N>, forecast: Forecast, most: u64
+        ) -> Option<MotionPoint<N>>
     }
 
     #[inline(always)]
     fn confirm_with<P: Product>(
         &self,
-        watch: &mut Watch,
-        from: &MotionPoint,
+        watch: &mut Watch<N>,
+        from: &MotionPoint<N>,
         Forecast { edges, rising }: Forecast,
         most: u64,
-    ) -> Option<MotionPoint> {
+    ) -> Option<MotionPoint<N>> {
         let (motion, first) = (watch.motion, from.edge as f64);
         let edge_s = motion.system().edge_s();
         let bounds = self.bounds.get(dyadic(most))?;
@@ -660,12 +725,12 @@ impl Guard {
     #[inline(always)]
     fn unique<P: Product>(
         &self,
-        watch: &mut Watch,
-        from: &MotionPoint,
-        to: &MotionPoint,
+        watch: &mut Watch<N>,
+        from: &MotionPoint<N>,
+        to: &MotionPoint<N>,
         rising: f64,
         second: f64,
-    ) -> MotionPoint {
+    ) -> MotionPoint<N> {
         let limit = if rising > 0.0 { watch.limits.high.hi } else { watch.limits.low.hi };
         let edge_s = watch.motion.system().edge_s();
         let (a, b) = (from.edge, to.edge);
@@ -692,13 +757,13 @@ impl Guard {
     #[inline(always)]
     fn close<P: Product>(
         &self,
-        watch: &mut Watch,
+        watch: &mut Watch<N>,
         (mut a, mut b): (u64, u64),
-        mut end: Option<MotionPoint>,
+        mut end: Option<MotionPoint<N>>,
         mut aim: f64,
         rising: f64,
         second: f64,
-    ) -> Option<MotionPoint> {
+    ) -> Option<MotionPoint<N>> {
         let limit = if rising > 0.0 { watch.limits.high.hi } else { watch.limits.low.hi };
         let motion = watch.motion;
         let edge_s = motion.system().edge_s();

@@ -5,9 +5,9 @@
 //! register of an x86-64 processor with AVX2, and [`Pairs`] are two registers of any; elsewhere an array does the same
 //! to the same bits.
 //!
-//! The four lanes hold the four states of one motion. Cells of a map are not flowed side by side in them: in a
-//! chattering cell the double-double flows are 9 % of all instructions and the evaluations in `f64` 7 %, so that even
-//! flows that cost nothing would make such a cell 1.2 times as fast.
+//! The four lanes hold four states of one motion; a motion of more states has several [`Blocks`] of them. Cells of a
+//! map are not flowed side by side in them: in a chattering cell the double-double flows are 9 % of all instructions
+//! and the evaluations in `f64` 7 %, so that even flows that cost nothing would make such a cell 1.2 times as fast.
 
 #[cfg(target_arch = "x86_64")]
 use std::arch::x86_64::{
@@ -46,22 +46,186 @@ impl<L: Lanes> Four for L {
 }
 
 /// Four `f64` in the form in which a processor computes with them.
-pub(crate) trait Lanes: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> {
+pub trait Lanes: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> {
+    /// Returns the numbers in lanes.
     fn of(state: &Memory) -> Self;
 
     /// Returns the same number in all lanes.
     fn all(number: f64) -> Self;
 
+    /// Returns the numbers in memory.
     fn state(self) -> Memory;
 
     /// Returns the lanes in which the size of `deciding` is at least `least`, and 0 in the others.
     fn unless_below(self, least: f64, deciding: Self) -> Self;
 }
 
-/// Returns each number of a state in all lanes.
-#[inline(always)]
-pub(crate) fn each<L: Lanes>(state: &Memory) -> [L; 4] {
-    [L::all(state[0]), L::all(state[1]), L::all(state[2]), L::all(state[3])]
+/// A `TwoProduct` multiplies four numbers without loss.
+pub trait TwoProduct {
+    /// The form in which four numbers are computed.
+    type Lanes: Lanes;
+
+    /// Returns the rounded products, and the errors of their rounding.
+    fn two_of(a: Self::Lanes, b: Self::Lanes) -> (Self::Lanes, Self::Lanes);
+}
+
+/// The `N` numbers of a state, four lanes at a time: of four numbers the lanes themselves.
+pub(crate) type Blocks<L, const N: usize> = <Count<N> as Size<N>>::Of<L>;
+
+/// A number of states, as a type.
+pub struct Count<const N: usize>;
+
+/// A `Size` is a number of states that registers of four lanes hold: 4, 8 or 12.
+pub trait Size<const N: usize> {
+    /// The numbers of a state in lanes.
+    type Of<L: Lanes>: Numbers<L, N>;
+}
+
+impl Size<4> for Count<4> {
+    type Of<L: Lanes> = L;
+}
+
+/// The `N` numbers of a state in lanes. Lanes and [`Several`] of them implement it.
+pub trait Numbers<L, const N: usize>: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> {
+    /// Returns the numbers in lanes.
+    fn taken(state: &[f64; N]) -> Self;
+
+    /// Returns the same number in all lanes.
+    fn same(number: f64) -> Self;
+
+    /// Returns the numbers in memory.
+    fn numbers(self) -> [f64; N];
+
+    /// Returns the rounded products, and the errors of their rounding.
+    fn two<P: TwoProduct<Lanes = L>>(self, other: Self) -> (Self, Self);
+
+    /// Returns the lanes in which the size of `deciding` is at least `least`, and 0 in the others.
+    fn kept(self, least: f64, deciding: Self) -> Self;
+
+    /// Returns the first four lanes.
+    fn first(self) -> L;
+}
+
+impl<L: Lanes> Numbers<L, 4> for L {
+    #[inline(always)]
+    fn taken(state: &Memory) -> Self {
+        L::of(state)
+    }
+
+    #[inline(always)]
+    fn same(number: f64) -> Self {
+        L::all(number)
+    }
+
+    #[inline(always)]
+    fn numbers(self) -> Memory {
+        L::state(self)
+    }
+
+    #[inline(always)]
+    fn two<P: TwoProduct<Lanes = L>>(self, other: Self) -> (Self, Self) {
+        P::two_of(self, other)
+    }
+
+    #[inline(always)]
+    fn kept(self, least: f64, deciding: Self) -> Self {
+        L::unless_below(self, least, deciding)
+    }
+
+    #[inline(always)]
+    fn first(self) -> L {
+        self
+    }
+}
+
+/// Several blocks of four lanes.
+#[derive(Clone, Copy)]
+pub struct Several<L, const B: usize>([L; B]);
+
+impl<L: Copy, const B: usize> Several<L, B> {
+    #[inline(always)]
+    fn join(mut self, other: Self, op: impl Fn(L, L) -> L) -> Self {
+        for (block, other) in self.0.iter_mut().zip(other.0) {
+            *block = op(*block, other);
+        }
+        self
+    }
+}
+
+impl<L: Lanes, const B: usize> Add for Several<L, B> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        self.join(other, Add::add)
+    }
+}
+
+impl<L: Lanes, const B: usize> Sub for Several<L, B> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        self.join(other, Sub::sub)
+    }
+}
+
+impl<L: Lanes, const B: usize> Mul for Several<L, B> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        self.join(other, Mul::mul)
+    }
+}
+
+macro_rules! several {
+    ($($states:literal in $blocks:literal;)*) => {$(
+        impl Size<$states> for Count<$states> {
+                    type Of<L: Lanes> = Several<L, $blocks>;
+        }
+
+        impl<L: Lanes> Numbers<L, $states> for Several<L, $blocks> {
+            #[inline(always)]
+            fn taken(state: &[f64; $states]) -> Self {
+                Self(std::array::from_fn(|block| L::of(&state.as_chunks::<4>().0[block])))
+            }
+
+            #[inline(always)]
+            fn same(number: f64) -> Self {
+                Self([L::all(number); $blocks])
+            }
+
+            #[inline(always)]
+            fn numbers(self) -> [f64; $states] {
+                let mut state = [0.0; $states];
+                for (numbers, block) in state.as_chunks_mut::<4>().0.iter_mut().zip(self.0) {
+                    *numbers = block.state();
+                }
+                state
+            }
+
+            #[inline(always)]
+            fn two<P: TwoProduct<Lanes = L>>(self, other: Self) -> (Self, Self) {
+                let (mut products, mut errors) = (self, self);
+                for block in 0..$blocks {
+                    (products.0[block], errors.0[block]) = P::two_of(self.0[block], other.0[block]);
+                }
+                (products, errors)
+            }
+
+            #[inline(always)]
+            fn kept(self, least: f64, deciding: Self) -> Self {
+                self.join(deciding, |block, deciding| block.unless_below(least, deciding))
+            }
+
+            #[inline(always)]
+            fn first(self) -> L {
+                self.0[0]
+            }
+        }
+    )*};
+}
+several! {
+    8 in 2;
+    12 in 3;
 }
 
 /// Four `f64` in the registers that any processor has.

@@ -1,4 +1,4 @@
-//! Linear time-invariant systems of four states, flowed exactly over whole clock edges.
+//! Linear time-invariant systems of four states or more, flowed exactly over whole clock edges.
 //!
 //! `x' = A x + f` with `f` constant. With `w = A x₀ + f` the solution is `x(t) = x₀ + P(t) w` and its slope `w + A P(t)
 //! w`, `P(t) = ∫₀ᵗ e^{As} ds`. The change of the state is computed, not the sum of state and change, so that a short
@@ -14,8 +14,8 @@
 use std::sync::OnceLock;
 
 use crate::flow::double::{Double, Doubles, Product, Wide, versions};
-use crate::flow::lanes::{Array, Lanes, each};
-use crate::flow::leap::{Integrals, Leap, Quadrature};
+use crate::flow::lanes::{Array, Blocks, Count, Lanes, Numbers, Size};
+use crate::flow::leap::{Integrals, Leap, Passed, Quadrature, Square};
 use crate::flow::matrix::{Columns, Matrix, State, map2, norm, plus, product, rate, sizes};
 
 const BITS: u32 = 7;
@@ -24,25 +24,31 @@ const MASK: u64 = RADIX as u64 - 1;
 
 /// The effect of a leap on state and slope.
 #[derive(Clone, Copy)]
-struct Digit {
+struct Digit<const N: usize> {
     /// `P`: maps the slope to the change of the state.
-    p: Wide,
+    p: Wide<N>,
     /// `A P`: maps the slope to its own change.
-    turn: Wide,
+    turn: Wide<N>,
 }
 
-impl Digit {
+/// State and slope, or two other vectors, in lanes.
+type Two<L, const N: usize> = (Blocks<L, N>, Blocks<L, N>);
+
+impl<const N: usize> Digit<N>
+where
+    Count<N>: Size<N>,
+{
     /// Returns state and slope after the leap, in `f64`.
     #[inline(always)]
-    fn after<L: Lanes>(&self, x: L, w: L) -> (L, L) {
-        let slopes = each(&w.state());
-        (x + self.p.hi.image(&slopes), w + self.turn.hi.image(&slopes))
+    fn after<L: Lanes>(&self, (x, w): Two<L, N>) -> Two<L, N> {
+        let slopes = w.numbers();
+        (x + self.p.hi.image::<L>(&slopes), w + self.turn.hi.image::<L>(&slopes))
     }
 
     /// Returns only the state.
     #[inline(always)]
-    fn state_after<L: Lanes>(&self, x: L, w: L) -> L {
-        x + self.p.hi.image(&each(&w.state()))
+    fn state_after<L: Lanes>(&self, (x, w): Two<L, N>) -> Blocks<L, N> {
+        x + self.p.hi.image::<L>(&w.numbers())
     }
 }
 
@@ -60,48 +66,52 @@ fn place(level: u32, digit: usize) -> usize {
 }
 
 /// A linear system, with its leaps tabulated for one clock period.
-pub struct Linear {
-    pub(crate) a: Matrix,
-    pub(crate) wide: Wide,
+pub struct Linear<const N: usize = 4> {
+    pub(crate) a: Matrix<N>,
+    pub(crate) wide: Wide<N>,
     /// How fast it moves, in 1/s: the `rate` of its matrix.
     pub(crate) rate: f64,
     pub(crate) edge_s: f64,
     /// `P` of one unit of each level, and the leaps of the digits.
-    units: Vec<Wide>,
-    digits: Table<Digit>,
+    units: Vec<Wide<N>>,
+    digits: Table<Digit<N>>,
     /// `P` of the lowest level again, rounded and stored contiguously, for callers that ask edge by edge.
-    high: OnceLock<Vec<Columns>>,
-    /// Quadratures of the digits.
-    quadratures: Table<(Leap, Quadrature)>,
+    high: OnceLock<Vec<Columns<N>>>,
+    /// Quadratures of the digits, and the squares whose integrals they give.
+    quadratures: Table<(Leap<N>, Quadrature<N>)>,
+    pub(crate) squares: Vec<Square<N>>,
     /// `bounds[j]` ≥ |e^{At}| element by element, for 0 ≤ t ≤ 2^j edges.
-    bounds: Vec<Matrix>,
+    bounds: Vec<Matrix<N>>,
     /// For the same lengths: twice the greatest error of the slope's `f64` value, for a slope of one at the anchor.
-    errors: Vec<Columns>,
+    errors: Vec<Columns<N>>,
 }
 
-impl Linear {
+impl<const N: usize> Linear<N>
+where
+    Count<N>: Size<N>,
+{
     /// Creates the system `x' = A x + f` on a clock of period `edge_s`, tabulated for leaps of up to `horizon` edges.
-    pub fn new(a: Matrix, edge_s: f64, horizon: u64) -> Self {
-        Self::exact(&a.map(|row| row.map(Double::from)), edge_s, horizon)
+    pub fn new(a: Matrix<N>, edge_s: f64, horizon: u64) -> Self {
+        Self::exact(&a.map(|row| row.map(Double::from)), Square::of_axis(), edge_s, horizon)
     }
 
     versions! {
         /// Creates the system from a matrix in double-double.
         pub(crate) fn exact[exact_fused, exact_native, exact_with](
-            rows: &[[Double; 4]; 4], edge_s: f64, horizon: u64
+            rows: &[[Double; N]; N], squares: Vec<Square<N>>, edge_s: f64, horizon: u64
         ) -> Self
     }
 
     #[inline(always)]
-    fn exact_with<P: Product>(rows: &[[Double; 4]; 4], edge_s: f64, horizon: u64) -> Self {
+    fn exact_with<P: Product>(rows: &[[Double; N]; N], squares: Vec<Square<N>>, edge_s: f64, horizon: u64) -> Self {
         let (wide, a) = (Wide::of(rows), rows.map(|row| row.map(|x| x.hi)));
         let count = (horizon.max(1).ilog2() / BITS + 1) as usize;
-        let identity: Matrix = std::array::from_fn(|r| std::array::from_fn(|c| f64::from(u8::from(r == c))));
+        let identity: Matrix<N> = std::array::from_fn(|r| std::array::from_fn(|c| f64::from(u8::from(r == c))));
         // |e^{At}| ≤ I + |A| e^{|A| edge} edge for t within one edge.
         let size = map2(&a, &a, |x, _| x.abs());
-        let mut bounds = vec![map2(&identity, &product(&size, &Leap::of(&size, edge_s).p), |x, y| x + y)];
+        let mut bounds = vec![map2(&identity, &product(&size, &Leap::of(&size, &[], edge_s).p), |x, y| x + y)];
         let mut units = Vec::with_capacity(count);
-        let mut unit = spread::<P>(&wide, &a, edge_s.into());
+        let mut unit = spread::<P, N>(&wide, &a, edge_s.into());
         for _ in 0..count {
             units.push(unit);
             for _ in 0..BITS {
@@ -110,23 +120,23 @@ impl Linear {
                 let phi = map2(&identity, &turn.rows(), |x, y| (x + y).abs());
                 let last = bounds[bounds.len() - 1];
                 bounds.push(map2(&last, &product(&last, &phi), f64::max));
-                unit = joined::<P>(&unit, &turn, &unit);
+                unit = joined::<P, N>(&unit, &turn, &unit);
             }
         }
         let (digits, high, quadratures) = (table(count), OnceLock::new(), table(count));
         let errors = bounds.iter().enumerate().map(|(dyadic, m)| {
-            let sum = |x: &Matrix, y: &Matrix| map2(x, y, |x, y| x + y);
+            let sum = |x: &Matrix<N>, y: &Matrix<N>| map2(x, y, |x, y| x + y);
             let turns = product(&sum(m, &identity), m);
             let most = 5.2 * Self::digits(dyadic) as f64;
             let all = sum(&identity, &map2(&turns, &turns, |x, _| x * most));
             Columns::of(&map2(&product(m, &all), m, |x, _| x * f64::EPSILON))
         });
         let errors = errors.collect();
-        Self { a, wide, rate: rate(&a), edge_s, units, digits, high, quadratures, bounds, errors }
+        Self { a, wide, rate: rate(&a), edge_s, units, digits, high, quadratures, squares, bounds, errors }
     }
 
     /// Returns the matrix `A`, rounded.
-    pub fn matrix(&self) -> &Matrix {
+    pub fn matrix(&self) -> &Matrix<N> {
         &self.a
     }
 
@@ -137,42 +147,42 @@ impl Linear {
 
     /// Returns `A x + f`.
     #[inline(always)]
-    pub(crate) fn slope<P: Product>(&self, x: &Doubles, f: &Doubles) -> Doubles {
+    pub(crate) fn slope<P: Product>(&self, x: &Doubles<N>, f: &Doubles<N>) -> Doubles<N> {
         self.wide.times::<P>(x, f)
     }
 
     /// Returns `A w`, for derivatives.
     #[inline(always)]
-    pub(crate) fn derived<P: Product>(&self, w: &Doubles) -> Doubles {
+    pub(crate) fn derived<P: Product>(&self, w: &Doubles<N>) -> Doubles<N> {
         self.wide.image::<P>(w)
     }
 
     versions! {
         /// Returns `P` for any time.
-        pub(crate) fn spread[spread_fused, spread_native, spread_with](self: &Self, time_s: Double) -> Wide
+        pub(crate) fn spread[spread_fused, spread_native, spread_with](self: &Self, time_s: Double) -> Wide<N>
     }
 
     #[inline(always)]
-    fn spread_with<P: Product>(&self, time_s: Double) -> Wide {
-        spread::<P>(&self.wide, &self.a, time_s)
+    fn spread_with<P: Product>(&self, time_s: Double) -> Wide<N> {
+        spread::<P, N>(&self.wide, &self.a, time_s)
     }
 
     /// Returns steps of this number of edges.
-    pub fn stride(&self, edges: u64) -> Stride {
+    pub fn stride(&self, edges: u64) -> Stride<N> {
         let p = self.spread(Double::product(edges as f64, self.edge_s)).hi;
         Stride { a: Columns::of(&self.a), p }
     }
 
     /// Returns a bound of |e^{At}|, element by element, for every `t` from 0 to 2^`dyadic` edges.
     #[inline]
-    pub(crate) fn bound(&self, dyadic: usize) -> &Matrix {
+    pub(crate) fn bound(&self, dyadic: usize) -> &Matrix<N> {
         &self.bounds[dyadic]
     }
 
     /// Returns a bound of the error of the slope's `f64` value up to 2^`dyadic` edges after an anchor with a slope of
     /// one. It covers the terms of second order too.
     #[inline(always)]
-    pub(crate) fn slope_error(&self, dyadic: usize) -> &Columns {
+    pub(crate) fn slope_error(&self, dyadic: usize) -> &Columns<N> {
         &self.errors[dyadic]
     }
 
@@ -188,19 +198,19 @@ impl Linear {
 
     /// Returns state and slope after `block` times 128 edges.
     #[inline(always)]
-    fn prefix<L: Lanes>(&self, x: L, w: L, block: u64) -> (L, L) {
-        self.coarse::<L, 1>(x, w, block)
+    fn prefix<L: Lanes>(&self, from: Two<L, N>, block: u64) -> Two<L, N> {
+        self.coarse::<L, 1>(from, block)
     }
 
     /// Returns state and slope after `blocks` times 128^`LEAST` edges.
     #[inline(always)]
-    fn coarse<L: Lanes, const LEAST: u32>(&self, mut x: L, mut w: L, blocks: u64) -> (L, L) {
+    fn coarse<L: Lanes, const LEAST: u32>(&self, mut moved: Two<L, N>, blocks: u64) -> Two<L, N> {
         if blocks != 0 {
             let mut level = blocks.ilog2() / BITS + LEAST;
             loop {
                 let digit = (blocks >> ((level - LEAST) * BITS) & MASK) as usize;
                 if digit != 0 {
-                    (x, w) = self.digit(level, digit).after(x, w);
+                    moved = self.digit(level, digit).after::<L>(moved);
                 }
                 if level == LEAST {
                     break;
@@ -208,51 +218,62 @@ impl Linear {
                 level -= 1;
             }
         }
-        (x, w)
+        moved
     }
 
     /// Returns state and slope this number of edges after the given ones, in `f64`.
     #[inline(always)]
-    pub(crate) fn after<P: Product>(&self, x: &State, w: &State, edges: u64) -> (State, State) {
-        let (mut x, mut w) = self.prefix(P::lanes(x), P::lanes(w), edges >> BITS);
+    pub(crate) fn after<P: Product>(&self, x: &State<N>, w: &State<N>, edges: u64) -> (State<N>, State<N>) {
+        let mut moved = self.prefix::<P::Lanes>((P::blocks(x), P::blocks(w)), edges >> BITS);
         let digit = (edges & MASK) as usize;
         if digit != 0 {
-            (x, w) = self.digit(0, digit).after(x, w);
+            moved = self.digit(0, digit).after::<P::Lanes>(moved);
         }
-        (x.state(), w.state())
+        (moved.0.numbers(), moved.1.numbers())
     }
 
     /// Returns only the state this number of edges after the given one, in `f64`.
     #[inline(always)]
-    pub(crate) fn state_after<P: Product>(&self, x: &State, w: &State, edges: u64) -> State {
-        let (x, w) = self.prefix(P::lanes(x), P::lanes(w), edges >> BITS);
+    pub(crate) fn state_after<P: Product>(&self, x: &State<N>, w: &State<N>, edges: u64) -> State<N> {
+        let moved = self.prefix::<P::Lanes>((P::blocks(x), P::blocks(w)), edges >> BITS);
         let digit = (edges & MASK) as usize;
-        if digit == 0 { x } else { self.digit(0, digit).state_after(x, w) }.state()
+        if digit == 0 { moved.0 } else { self.digit(0, digit).state_after::<P::Lanes>(moved) }.numbers()
     }
 
     /// Returns the integrals over this number of edges from state `x` with slope `w`, and state and slope after them,
     /// in `f64`.
     #[inline(always)]
-    pub(crate) fn glide<P: Product>(&self, x: &State, w: &State, edges: u64) -> (Integrals, State, State) {
-        let (mut x, mut w, mut total) = (P::lanes(x), P::lanes(w), Integrals::<P::Lanes>::nothing());
+    pub(crate) fn glide<P: Product>(
+        &self,
+        x: &State<N>,
+        w: &State<N>,
+        edges: u64,
+    ) -> (Integrals<State<N>>, State<N>, State<N>) {
+        let (mut x, mut w, mut total) = (P::blocks(x), P::blocks(w), Quadrature::<N>::nothing::<P::Lanes>());
         for level in (0..=edges.max(1).ilog2() / BITS).rev() {
             let digit = (edges >> (level * BITS) & MASK) as usize;
             if digit != 0 {
-                self.quadrature(level, digit).1.add_lanes(&x.state(), &w.state(), &mut total);
-                (x, w) = self.digit(level, digit).after(x, w);
+                self.quadrature(level, digit).1.add_lanes::<P::Lanes>(
+                    &self.squares,
+                    &x.numbers(),
+                    &w.numbers(),
+                    &mut total,
+                );
+                (x, w) = self.digit(level, digit).after::<P::Lanes>((x, w));
             }
         }
-        (total.in_memory(), x.state(), w.state())
+        (Quadrature::<N>::in_memory::<P::Lanes>(&total), x.numbers(), w.numbers())
     }
 
     /// Returns `∫ x dt` over this number of edges from state `x` with slope `w`, in `f64`.
-    pub(crate) fn path(&self, x: &State, w: &State, edges: u64) -> State {
-        let (mut x, mut w, mut total) = (Array::of(x), Array::of(w), [0.0; 4]);
+    pub(crate) fn path(&self, x: &State<N>, w: &State<N>, edges: u64) -> State<N> {
+        let (mut x, mut w): Two<Array, N> = (Numbers::taken(x), Numbers::taken(w));
+        let mut total = [0.0; N];
         for level in (0..=edges.max(1).ilog2() / BITS).rev() {
             let digit = (edges >> (level * BITS) & MASK) as usize;
             if digit != 0 {
-                self.quadrature(level, digit).1.add_path(&x.state(), &w.state(), &mut total);
-                (x, w) = self.digit(level, digit).after(x, w);
+                self.quadrature(level, digit).1.add_path(&x.numbers(), &w.numbers(), &mut total);
+                (x, w) = self.digit(level, digit).after::<Array>((x, w));
             }
         }
         total
@@ -260,7 +281,7 @@ impl Linear {
 
     /// Returns the leap of a digit (at least 1) of a level.
     #[inline(always)]
-    fn digit(&self, level: u32, digit: usize) -> &Digit {
+    fn digit(&self, level: u32, digit: usize) -> &Digit<N> {
         match self.digits[place(level, digit)].get() {
             Some(digit) => digit,
             None => self.tabulate(level, digit),
@@ -268,7 +289,7 @@ impl Linear {
     }
 
     #[cold]
-    fn tabulate(&self, level: u32, digit: usize) -> &Digit {
+    fn tabulate(&self, level: u32, digit: usize) -> &Digit<N> {
         let unit = &self.units[level as usize];
         self.digits[place(level, digit)].get_or_init(|| {
             // By doubling, so that rounding grows only with the number of bits.
@@ -284,22 +305,22 @@ impl Linear {
     versions! {
         /// Returns the leap of one unit, or of two leaps one after the other.
         fn follow[follow_fused, follow_native, follow_with](
-            a: &Wide, unit: &Wide, pair: Option<(&Digit, &Wide)>
-        ) -> Digit
+            a: &Wide<N>, unit: &Wide<N>, pair: Option<(&Digit<N>, &Wide<N>)>
+        ) -> Digit<N>
     }
 
     #[inline(always)]
-    fn follow_with<P: Product>(a: &Wide, unit: &Wide, pair: Option<(&Digit, &Wide)>) -> Digit {
+    fn follow_with<P: Product>(a: &Wide<N>, unit: &Wide<N>, pair: Option<(&Digit<N>, &Wide<N>)>) -> Digit<N> {
         let p = match pair {
             None => *unit,
-            Some((Digit { p, turn }, second)) => joined::<P>(p, turn, second),
+            Some((Digit { p, turn }, second)) => joined::<P, N>(p, turn, second),
         };
         Digit { p, turn: a.after::<P>(&p) }
     }
 
     /// Returns `P` of up to 127 edges, rounded.
     #[inline(always)]
-    fn high(&self) -> &[Columns] {
+    fn high(&self) -> &[Columns<N>] {
         match self.high.get() {
             Some(high) => high,
             None => self.gather(),
@@ -307,13 +328,13 @@ impl Linear {
     }
 
     #[cold]
-    fn gather(&self) -> &[Columns] {
+    fn gather(&self) -> &[Columns<N>] {
         let all = || (1..RADIX).map(|digit| self.digit(0, digit).p.hi);
-        self.high.get_or_init(|| std::iter::once(Columns([[0.0; 4]; 4])).chain(all()).collect())
+        self.high.get_or_init(|| std::iter::once(Columns([[0.0; N]; N])).chain(all()).collect())
     }
 
     #[inline(always)]
-    fn quadrature(&self, level: u32, digit: usize) -> &(Leap, Quadrature) {
+    fn quadrature(&self, level: u32, digit: usize) -> &(Leap<N>, Quadrature<N>) {
         match self.quadratures[place(level, digit)].get() {
             Some(quadrature) => quadrature,
             None => self.integrate(level, digit),
@@ -321,14 +342,15 @@ impl Linear {
     }
 
     #[cold]
-    fn integrate(&self, level: u32, digit: usize) -> &(Leap, Quadrature) {
+    fn integrate(&self, level: u32, digit: usize) -> &(Leap<N>, Quadrature<N>) {
         self.quadratures[place(level, digit)].get_or_init(|| {
-            let twice = |leap: &Leap| leap.then(&self.a, leap);
+            let squares = &self.squares;
+            let twice = |leap: &Leap<N>| leap.then(&self.a, squares, leap);
             let leap = match (digit, level) {
-                (1, 0) => Leap::of(&self.a, self.edge_s),
+                (1, 0) => Leap::of(&self.a, squares, self.edge_s),
                 (1, _) => twice(&self.quadrature(level - 1, RADIX / 2).0),
                 _ if digit.is_multiple_of(2) => twice(&self.quadrature(level, digit / 2).0),
-                _ => self.quadrature(level, digit - 1).0.then(&self.a, &self.quadrature(level, 1).0),
+                _ => self.quadrature(level, digit - 1).0.then(&self.a, squares, &self.quadrature(level, 1).0),
             };
             Box::new((leap, Quadrature::of(&leap)))
         })
@@ -337,8 +359,11 @@ impl Linear {
 
 /// Returns `P(a+b) = P(a) + P(b) Φ(a)` with `Φ(a) = I + A P(a)`, where `turn` is `A P(a)`.
 #[inline(always)]
-fn joined<P: Product>(first: &Wide, turn: &Wide, second: &Wide) -> Wide {
-    let mut columns = [Doubles::ZERO; 4];
+fn joined<P: Product, const N: usize>(first: &Wide<N>, turn: &Wide<N>, second: &Wide<N>) -> Wide<N>
+where
+    Count<N>: Size<N>,
+{
+    let mut columns = [Doubles::ZERO; N];
     for (c, column) in columns.iter_mut().enumerate() {
         *column = first.column(c).plus::<P>(&second.times::<P>(&turn.column(c), &second.column(c)));
     }
@@ -347,7 +372,10 @@ fn joined<P: Product>(first: &Wide, turn: &Wide, second: &Wide) -> Wide {
 
 /// Returns `P` for any time: by halving until the Taylor series converges, and doubling back.
 #[inline(always)]
-fn spread<P: Product>(a: &Wide, rows: &Matrix, time_s: Double) -> Wide {
+fn spread<P: Product, const N: usize>(a: &Wide<N>, rows: &Matrix<N>, time_s: Double) -> Wide<N>
+where
+    Count<N>: Size<N>,
+{
     // The last term is 2⁻²⁴ / 24! of the first.
     const TERMS: usize = 24;
     let mut halvings = 0;
@@ -357,7 +385,7 @@ fn spread<P: Product>(a: &Wide, rows: &Matrix, time_s: Double) -> Wide {
         halvings += 1;
     }
     // P = Σ A^k t^{k+1} / (k+1)!, column by column.
-    let mut columns = [Doubles::ZERO; 4];
+    let mut columns = [Doubles::ZERO; N];
     for (c, column) in columns.iter_mut().enumerate() {
         let mut terms = [Doubles::ZERO; TERMS];
         terms[0].set(c, part);
@@ -371,7 +399,7 @@ fn spread<P: Product>(a: &Wide, rows: &Matrix, time_s: Double) -> Wide {
     }
     let mut p = Wide::from_columns(&columns);
     for _ in 0..halvings {
-        p = joined::<P>(&p, &a.after::<P>(&p), &p);
+        p = joined::<P, N>(&p, &a.after::<P>(&p), &p);
     }
     p
 }
@@ -379,98 +407,106 @@ fn spread<P: Product>(a: &Wide, rows: &Matrix, time_s: Double) -> Wide {
 /// Steps of one length in `f64`, each rounded, for a motion of which only the ends of steps matter. Error of a step: a
 /// few units in the last place of `|A| |x|` times its length.
 #[derive(Clone, Copy)]
-pub struct Stride {
-    a: Columns,
-    p: Columns,
+pub struct Stride<const N: usize = 4> {
+    a: Columns<N>,
+    p: Columns<N>,
 }
 
-impl Stride {
+impl<const N: usize> Stride<N>
+where
+    Count<N>: Size<N>,
+{
     /// Returns the state a step after `x` under the constant input `f`.
     #[inline(always)]
-    pub fn after(&self, x: &State, f: &State) -> State {
+    pub fn after(&self, x: &State<N>, f: &State<N>) -> State<N> {
         plus(x, &self.change(&self.slope(x, f)))
     }
 
     /// Returns the slope `A x + f`.
     #[inline(always)]
-    pub(crate) fn slope(&self, x: &State, f: &State) -> State {
+    pub(crate) fn slope(&self, x: &State<N>, f: &State<N>) -> State<N> {
         plus(&self.a.times(x), f)
     }
 
     /// Returns the change of the state over a step that starts with the slope `w`.
     #[inline(always)]
-    pub(crate) fn change(&self, w: &State) -> State {
+    pub(crate) fn change(&self, w: &State<N>) -> State<N> {
         self.p.times(w)
     }
 }
 
 /// A motion: a system, an anchor state at edge 0 and a constant input.
 #[derive(Clone, Copy)]
-pub struct Trajectory<'a> {
-    pub(crate) system: &'a Linear,
-    pub(crate) x: Doubles,
-    pub(crate) f: Doubles,
-    pub(crate) w: Doubles,
+pub struct Trajectory<'a, const N: usize = 4> {
+    pub(crate) system: &'a Linear<N>,
+    pub(crate) x: Doubles<N>,
+    pub(crate) f: Doubles<N>,
+    pub(crate) w: Doubles<N>,
 }
 
-impl<'a> Trajectory<'a> {
+impl<'a, const N: usize> Trajectory<'a, N>
+where
+    Count<N>: Size<N>,
+{
     /// Creates the motion from state `x` under the constant `f`.
-    pub fn new(system: &'a Linear, x: State, f: State) -> Self {
+    pub fn new(system: &'a Linear<N>, x: State<N>, f: State<N>) -> Self {
         Self::exact(system, x.into(), f.into())
     }
 
     versions! {
         /// Creates the motion from states in double-double.
-        pub(crate) fn exact[exact_fused, exact_native, exact_with](system: &'a Linear, x: Doubles, f: Doubles) -> Self
+        pub(crate) fn exact[exact_fused, exact_native, exact_with](
+            system: &'a Linear<N>, x: Doubles<N>, f: Doubles<N>
+        ) -> Self
     }
 
     #[inline(always)]
-    pub(crate) fn exact_with<P: Product>(system: &'a Linear, x: Doubles, f: Doubles) -> Self {
+    pub(crate) fn exact_with<P: Product>(system: &'a Linear<N>, x: Doubles<N>, f: Doubles<N>) -> Self {
         Self { system, x, f, w: system.slope::<P>(&x, &f) }
     }
 
     /// Returns the system.
-    pub fn system(&self) -> &'a Linear {
+    pub fn system(&self) -> &'a Linear<N> {
         self.system
     }
 
     /// Returns the anchor state, rounded.
-    pub fn anchor(&self) -> &State {
+    pub fn anchor(&self) -> &State<N> {
         &self.x.hi
     }
 
     /// Returns `x'` at a state of this motion.
     #[inline(always)]
-    pub fn slope(&self, x: &State) -> State {
+    pub fn slope(&self, x: &State<N>) -> State<N> {
         plus(&self.system.wide.hi.times(x), &self.f.hi)
     }
 
     /// Returns a bound of the error of the slope up to 2^`dyadic` edges.
     #[inline(always)]
-    pub(crate) fn slope_error(&self, dyadic: usize) -> State {
+    pub(crate) fn slope_error(&self, dyadic: usize) -> State<N> {
         self.system.slope_error(dyadic).times(&sizes(&self.w.hi))
     }
 
     /// Returns state and slope at the last multiple of 128 edges: the part that 128 successive edges share.
     #[inline(always)]
-    fn prefix(&self, block: u64) -> (State, State) {
-        let (x, w) = self.system.prefix(Array::of(&self.x.hi), Array::of(&self.w.hi), block);
-        (x.state(), w.state())
+    fn prefix(&self, block: u64) -> (State<N>, State<N>) {
+        let (x, w) = self.system.prefix::<Array>((Numbers::taken(&self.x.hi), Numbers::taken(&self.w.hi)), block);
+        (x.numbers(), w.numbers())
     }
 
     versions! {
         /// Returns the state after `edges` edges, computed with the high parts. All drivers call this function, so that
         /// they agree to the bit.
-        pub fn at[at_fused, at_native, at_with](self: &Self, edges: u64) -> State
+        pub fn at[at_fused, at_native, at_with](self: &Self, edges: u64) -> State<N>
     }
 
     #[inline(always)]
-    pub(crate) fn at_with<P: Product>(&self, edges: u64) -> State {
+    pub(crate) fn at_with<P: Product>(&self, edges: u64) -> State<N> {
         self.system.state_after::<P>(&self.x.hi, &self.w.hi, edges)
     }
 
     /// Returns the state at every edge after the anchor, if nothing moves.
-    pub(crate) fn still(&self) -> Option<State> {
+    pub(crate) fn still(&self) -> Option<State<N>> {
         // The sum makes the zero below zero the one above, as leaps do.
         (self.w == Doubles::ZERO).then(|| plus(&self.x.hi, &self.w.hi))
     }
@@ -478,15 +514,17 @@ impl<'a> Trajectory<'a> {
     versions! {
         /// Writes the states after `first` edges, `first + stride` edges and so on: each equals [`at`](Self::at) to the
         /// bit.
-        pub(crate) fn rows[rows_fused, rows_native, rows_with](self: &Self, first: u64, stride: u64, rows: &mut [State])
+        pub(crate) fn rows[rows_fused, rows_native, rows_with](
+            self: &Self, first: u64, stride: u64, rows: &mut [State<N>]
+        )
     }
 
     #[inline(always)]
-    fn rows_with<P: Product>(&self, first: u64, stride: u64, rows: &mut [State]) {
+    fn rows_with<P: Product>(&self, first: u64, stride: u64, rows: &mut [State<N>]) {
         // Digits of two levels are looked up in tables of a fixed size, where no index needs to be checked.
         let levels = self.system.digits.as_chunks::<RADIX>().0;
         let (fine, coarse) = (&levels[0], levels.get(1).unwrap_or(&levels[0]));
-        let leap = |level: u32, digit: u64| -> &Digit {
+        let leap = |level: u32, digit: u64| -> &Digit<N> {
             let digit = (digit & MASK) as usize;
             match if level == 0 { fine } else { coarse }[digit].get() {
                 Some(digit) => digit,
@@ -494,42 +532,44 @@ impl<'a> Trajectory<'a> {
             }
         };
         // Neighbours share all digits but their two lowest.
-        let start = (P::lanes(&self.x.hi), P::lanes(&self.w.hi));
+        let start = (P::blocks(&self.x.hi), P::blocks(&self.w.hi));
         let (mut blocks, mut shared) = (0, start);
         let mut edges = first;
         for row in rows {
             if edges >> (2 * BITS) != blocks {
                 blocks = edges >> (2 * BITS);
                 shared = match blocks {
-                    1..=MASK => self.system.digit(2, blocks as usize).after(start.0, start.1),
-                    _ => self.system.coarse::<P::Lanes, 2>(start.0, start.1, blocks),
+                    1..=MASK => self.system.digit(2, blocks as usize).after::<P::Lanes>(start),
+                    _ => self.system.coarse::<P::Lanes, 2>(start, blocks),
                 };
             }
-            let (mut x, mut w) = shared;
+            let mut moved = shared;
             if edges >> BITS & MASK != 0 {
-                (x, w) = leap(1, edges >> BITS).after(x, w);
+                moved = leap(1, edges >> BITS).after::<P::Lanes>(moved);
             }
             if edges & MASK != 0 {
-                x = leap(0, edges).state_after(x, w);
+                moved.0 = leap(0, edges).state_after::<P::Lanes>(moved);
             }
-            *row = x.state();
+            *row = moved.0.numbers();
             edges += stride;
         }
     }
 
     versions! {
         /// Returns state and slope after `edges` edges, computed as in [`at`](Self::at).
-        pub(crate) fn at_with_slope[slope_fused, slope_native, slope_with](self: &Self, edges: u64) -> (State, State)
+        pub(crate) fn at_with_slope[slope_fused, slope_native, slope_with](
+            self: &Self, edges: u64
+        ) -> (State<N>, State<N>)
     }
 
     #[inline(always)]
-    pub(crate) fn slope_with<P: Product>(&self, edges: u64) -> (State, State) {
+    pub(crate) fn slope_with<P: Product>(&self, edges: u64) -> (State<N>, State<N>) {
         self.system.after::<P>(&self.x.hi, &self.w.hi, edges)
     }
 
     /// Returns the state for edges asked one after the other; keeps in `cache` the part that neighbours share.
     #[inline(always)]
-    pub(crate) fn at_next(&self, edges: u64, cache: &mut (u64, (State, State))) -> State {
+    pub(crate) fn at_next(&self, edges: u64, cache: &mut (u64, (State<N>, State<N>))) -> State<N> {
         if cache.0 != edges >> BITS {
             *cache = (edges >> BITS, self.prefix(edges >> BITS));
         }
@@ -541,20 +581,20 @@ impl<'a> Trajectory<'a> {
 
     /// Returns the state after `edges` edges in double-double.
     #[inline(always)]
-    pub(crate) fn flow<P: Product>(&self, edges: u64) -> Doubles {
+    pub(crate) fn flow<P: Product>(&self, edges: u64) -> Doubles<N> {
         self.leap::<P, false, false>(edges).1
     }
 
     /// Returns the exact integrals from the anchor to `edges` edges later, and the state there.
     #[inline(always)]
-    pub(crate) fn integrals<P: Product>(&self, edges: u64) -> (Integrals<P::Lanes>, Doubles) {
+    pub(crate) fn integrals<P: Product>(&self, edges: u64) -> (Passed<P::Lanes, N>, Doubles<N>) {
         let (total, x, _) = self.leap::<P, true, false>(edges);
         (total, x)
     }
 
     /// Returns the [`integrals`](Self::integrals) and the state, and the slope there.
     #[inline(always)]
-    pub(crate) fn integrals_and_slope<P: Product>(&self, edges: u64) -> (Integrals<P::Lanes>, Doubles, Doubles) {
+    pub(crate) fn integrals_and_slope<P: Product>(&self, edges: u64) -> (Passed<P::Lanes, N>, Doubles<N>, Doubles<N>) {
         self.leap::<P, true, true>(edges)
     }
 
@@ -562,9 +602,9 @@ impl<'a> Trajectory<'a> {
     fn leap<P: Product, const AUDIT: bool, const SLOPE: bool>(
         &self,
         edges: u64,
-    ) -> (Integrals<P::Lanes>, Doubles, Doubles) {
+    ) -> (Passed<P::Lanes, N>, Doubles<N>, Doubles<N>) {
         let (mut x, mut w) = (self.x, self.w);
-        let mut total = Integrals::nothing();
+        let mut total = Quadrature::<N>::nothing::<P::Lanes>();
         let mut rest = edges;
         let mut level = if edges == 0 { 0 } else { edges.ilog2() / BITS + 1 };
         while rest != 0 {
@@ -573,7 +613,12 @@ impl<'a> Trajectory<'a> {
             rest &= (1 << (level * BITS)) - 1;
             if digit != 0 {
                 if AUDIT {
-                    self.system.quadrature(level, digit).1.add_lanes(&x.hi, &w.hi, &mut total);
+                    self.system.quadrature(level, digit).1.add_lanes::<P::Lanes>(
+                        &self.system.squares,
+                        &x.hi,
+                        &w.hi,
+                        &mut total,
+                    );
                 }
                 let Digit { p, turn } = self.system.digit(level, digit);
                 x = p.times::<P>(&w, &x);

@@ -11,7 +11,7 @@
 //! `device/modes.rs`.
 
 use crate::flow::double::{Double, Doubles, Native, Product, Wide, two_sum};
-use crate::flow::lanes::{Lanes, each};
+use crate::flow::lanes::Lanes;
 use crate::flow::leap::Integrals;
 use crate::flow::linear::Linear;
 use crate::flow::matrix::{CURRENT, Columns, SPEED, State};
@@ -100,7 +100,7 @@ impl Reversal {
     #[inline(always)]
     pub(crate) fn rest<P: Product>(&self, x: &Doubles, w: &Doubles, edge_s: f64) -> Option<Rest> {
         let orders = self.rows.image::<P>(w);
-        let late = self.late.image(&each::<P::Lanes>(&w.hi)).state();
+        let late = self.late.image::<P::Lanes>(&w.hi).state();
         let (speed, slope) = (x.hi[SPEED], w.hi[SPEED]);
         let [c2, c3, c4, c5] = orders.hi;
         // At the edge before, the speed still has its sign; in between it is nearly straight.
@@ -171,13 +171,13 @@ impl Reversal {
         let [then, later, last] = &self.slopes;
         let slope = P::lanes(&first.hi) + (P::lanes(then) + (P::lanes(later) + P::lanes(last) * t) * t) * t;
         let more = slope * P::all(sign * rest.more_s);
-        (Doubles::joined(moved, low + more), (change + more).state())
+        (Doubles::joined::<P::Lanes>(moved, low + more), (change + more).state())
     }
 
     /// Changes the integrals of the motion without a reversal into those with the reversal of a speed of this sign. `x`
     /// and `w` are state and slope at the end of the edge of the motion without it.
     #[inline(always)]
-    pub(crate) fn include<L: Lanes>(&self, rest: &Rest, sign: f64, x: &State, w: &State, done: &mut Integrals<L>) {
+    pub(crate) fn include<L: Lanes>(&self, rest: &Rest, sign: f64, x: &State, w: &State, done: &mut Integrals<L, L>) {
         let t = rest.left_s;
         let ([path, then, last], all) = (&self.paths, L::all(t));
         let path = L::of(path) + all * (L::of(then) + all * L::of(last));

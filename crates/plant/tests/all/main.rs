@@ -19,6 +19,7 @@ mod ends;
 mod held_device;
 mod less_model;
 mod motor;
+mod network;
 mod random;
 mod searches;
 mod shaper;

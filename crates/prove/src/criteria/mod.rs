@@ -114,6 +114,12 @@ pub fn all(scene: &Scene) -> Vec<Result<Criterion, Silent>> {
 /// Returns the answer of the criterion with this name for a scene; `None` if the criterion does not exist for its
 /// device.
 pub fn named(name: &str, scene: &Scene) -> Option<Result<Criterion, Silent>> {
+    if scene.network.is_some() {
+        let name = NAMES.into_iter().find(|it| *it == name)?;
+        let why =
+            "not met: compliant. The criterion is one of a rigid body, and the device has bodies on joints".into();
+        return Some(Err(Silent { name, why }));
+    }
     let body = Rigid::new(scene);
     match (name, &scene.device) {
         ("spectral_radius", _) => Some(linear::spectral_radius(scene)),

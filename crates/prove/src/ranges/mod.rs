@@ -142,6 +142,9 @@ pub fn axis_bounds(scene: &Scene) -> Result<Proof, Error> {
     if scene.model.datapath == Datapath::Linear {
         return Err("the scene's law is linear: it has no words".into());
     }
+    if scene.network.is_some() {
+        return Err("the device is a network, of whose motion no bound is proved; write a motor or a mass".into());
+    }
     let simulation = AxisSimulation::new(scene)?;
     let wiring = simulation.axis_loop().ok_or("the scene's law is computed in floats: it has no words")?;
     let (words, nets) = (simulation.words(), simulation.nets());

@@ -2,6 +2,8 @@
 
 mod file;
 mod motors;
+pub(crate) mod network;
+pub(crate) mod network_rows;
 pub(crate) mod parts;
 pub(crate) mod path;
 pub(crate) mod read;
@@ -13,6 +15,8 @@ pub(crate) mod rows;
 pub(crate) mod shipped;
 pub(crate) mod words;
 
+use std::sync::Arc;
+
 use hpu_plant::Bridge;
 
 use crate::faults::Faults;
@@ -21,6 +25,7 @@ use crate::head::miss::Miss;
 use crate::head::model::{BridgeModel, Model, Solver};
 use crate::head::setup::Setup;
 use crate::head::{Head, Units, has_head};
+use network::Compound;
 use parts::{Amplifier, Device, Encoder, Hand, Method, Wall};
 
 /// Returns the angle at the start: the device's, or the first angle of a hand that imposes the angle.
@@ -37,8 +42,10 @@ pub(crate) fn initial_angle_rad(hand: &Hand, device: &Device) -> f64 {
 pub struct Scene {
     /// The part that every scene has.
     pub head: Head,
-    /// The device that the hand holds.
+    /// The device that the hand holds; of a network what its body with the encoder shows if all joints are rigid.
     pub device: Device,
+    /// The bodies and joints of a network.
+    pub network: Option<Arc<Compound>>,
     /// The encoder on the shaft, or along the rail.
     pub encoder: Encoder,
     /// The H-bridge of a motor.
@@ -62,7 +69,10 @@ has_head!(Scene);
 impl Scene {
     /// Returns the shaft angle at the start: the device's, or the first angle of a hand that imposes the angle.
     pub fn initial_angle_rad(&self) -> f64 {
-        initial_angle_rad(&self.hand, &self.device)
+        match self.network.as_deref() {
+            Some(network) => network.network.bodies[network.network.seen].position,
+            None => initial_angle_rad(&self.hand, &self.device),
+        }
     }
 
     /// Returns the sample period in whole clocks.

@@ -1,11 +1,12 @@
 //! Reads the tree of a scene into its parts: every key, its default, its range.
 
 use crate::axis::Scene;
+use crate::axis::network;
 use crate::axis::parts::{Device, Hand, Ramp, Wall};
 use crate::axis::read_device::{Kind, amplifier, bridge, device, encoder};
 use crate::axis::read_hand::{Load, hand};
 use crate::axis::read_method::{PWM_FREQUENCY, method};
-use crate::axis::read_model::{agree_on_model, model};
+use crate::axis::read_model::{agree_on_model, model, model_of_network};
 use crate::axis::rows as keys;
 use crate::faults::read::{Pins, agree_on_faults, faults};
 use crate::head::expect::{Expect, Metric, expect};
@@ -37,11 +38,14 @@ pub(crate) fn scene(file: &str, source: &Source, kind: Kind, load: Load) -> Resu
     if !root.has("method") {
         return Err(root.error("method", NO_METHOD));
     }
+    if let Kind::Network = kind {
+        return scene_of_network(file, source, &root, load);
+    }
     let about = about(&root)?;
     let (device, axis) = device(&root.section("device")?, kind)?;
     let root = root.along(axis);
     let count = || Ok(encoder(&root.section("encoder")?, &device, true)?.count_rad());
-    let (hand, covered) = hand(&root.section("hand")?, load, &count)?;
+    let (hand, covered) = hand(&root.section("hand")?, &[], load, &count)?;
     imposed(&root.section("device")?, &hand)?;
     let clock = clock(&root.section("clock")?)?;
     let model = model(&root.section("model")?, &device)?;
@@ -56,7 +60,56 @@ pub(crate) fn scene(file: &str, source: &Source, kind: Kind, load: Load) -> Resu
         hand,
         faults: faults(&root, clock)?,
         model,
+        network: None,
         head: OWN.head(file, source, &root, (about, clock))?,
+    };
+    covered.map_or(Ok(()), |covered| covered.check(&parts))?;
+    parts.parameters = source.parameters.take(&unused(&parts)).into();
+    agree(&parts)?;
+    Ok(parts)
+}
+
+/// Reads a scene of a network.
+fn scene_of_network(file: &str, source: &Source, root: &Section, load: Load) -> Result<Scene, SceneError> {
+    let about = about(root)?;
+    if root.has("amplifier") {
+        return Err(root.error("amplifier", "a network has its drive in device.drive; leave this out"));
+    }
+    let draft = network::draft(root)?;
+    let [seen, grip, at_wall] = draft.axes();
+    let encoder = draft.encoder(&root.section("encoder")?)?;
+    let count = || Ok(encoder.count_rad());
+    let (mut hand, covered) = hand(&root.section("hand")?.along(grip), &["network"], load, &count)?;
+    let clock = clock(&root.section("clock")?)?;
+    let bridge = bridge(&root.section("bridge")?)?;
+    let ratio = draft.wall_ratio();
+    let mut wall = wall(&root.section("wall")?.along(at_wall))?;
+    wall.position_rad /= ratio;
+    let square = ratio * ratio;
+    wall.stiffness_nm_per_rad *= square;
+    wall.damping_nm_s_per_rad *= square;
+    if let Some(stiffness) = wall.ramp.as_mut().and_then(|ramp| ramp.stiffness_nm_per_rad.as_mut()) {
+        *stiffness *= square;
+    }
+    let (device, compound) = draft.finish(root, &mut hand, bridge, clock.frequency_hz() as f64)?;
+    let root = &Section::root(source).along(seen);
+    let mut model = model_of_network(&root.section("model")?)?;
+    if compound.dac.is_some() {
+        // There are no gates to switch.
+        model.bridge = BridgeModel::Averaged;
+    }
+    let mut parts = Scene {
+        device,
+        encoder,
+        amplifier: None,
+        bridge,
+        method: method(&root.section("method")?)?,
+        wall,
+        hand,
+        faults: faults(root, clock)?,
+        model,
+        network: Some(compound),
+        head: OWN.head(file, source, root, (about, clock))?,
     };
     covered.map_or(Ok(()), |covered| covered.check(&parts))?;
     parts.parameters = source.parameters.take(&unused(&parts)).into();
@@ -70,7 +123,11 @@ fn unused(scene: &Scene) -> Vec<&'static str> {
     if matches!(scene.hand, Hand::Prescribed { .. }) {
         unused.extend(["device.initial_angle", "device.initial_position", "device.initial_speed"]);
     }
-    if matches!(scene.device, Device::Mass(_)) {
+    let has_bridge = match scene.network.as_deref() {
+        Some(network) => network.dac.is_none(),
+        None => matches!(scene.device, Device::Motor(_)),
+    };
+    if !has_bridge {
         unused.extend(["bridge", "model.bridge", "model.winding"]);
     }
     if scene.method.reference_rate_hz.is_none() && scene.method.kind.scale().is_none() {

@@ -17,6 +17,7 @@ use crate::schema::{Key, Quantity};
 pub(crate) enum Kind {
     Motor,
     Mass,
+    Network,
 }
 
 /// Reads the device of this kind, and returns it with the dimensions of its motion.
@@ -24,6 +25,9 @@ pub(crate) fn device(s: &Section, kind: Kind) -> Result<(Device, &'static Axis),
     match kind {
         Kind::Motor => Ok((Device::Motor(motor(s)?), &SHAFT)),
         Kind::Mass => Ok((Device::Mass(Mass::read(s)?), &RAIL)),
+        Kind::Network => {
+            Err(s.error("kind", "a network takes a [method] of hpu's own blocks, not a [dut]; write [method]"))
+        }
     }
 }
 

@@ -21,11 +21,17 @@ pub(crate) type Load<'a> = &'a mut dyn FnMut(&str) -> io::Result<Vec<u8>>;
 /// Reads the angle, or length, of one encoder count.
 type Count<'a> = &'a dyn Fn() -> Result<f64, SceneError>;
 
-/// Reads the hand, and tells which part of a run a recording covers. `count` is called only for a motion that is
+/// Reads the hand, and tells which part of a run a recording covers. `device` is the kind of a device that adds keys.
+/// `count` is called only for a motion that is
 /// recorded in encoder counts.
-pub(crate) fn hand(s: &Section, load: Load, count: Count) -> Result<(Hand, Option<Covered>), SceneError> {
+pub(crate) fn hand(
+    s: &Section,
+    device: &[&'static str],
+    load: Load,
+    count: Count,
+) -> Result<(Hand, Option<Covered>), SceneError> {
     let kind = s.read(&keys::hand::kind)?;
-    s.accept(&[kind])?;
+    s.accept(&[&[kind], device].concat())?;
     match kind {
         "none" => Ok((Hand::None, None)),
         "constant_torque" => Ok((Hand::ConstantTorque { torque_nm: s.read(&keys::hand_torque::torque)? }, None)),

@@ -31,6 +31,39 @@ pub(crate) fn model(s: &Section, device: &Device) -> Result<Model, SceneError> {
     })
 }
 
+/// Reads the part of a network's physics that is modelled: exact flows alone, by words.
+pub(crate) fn model_of_network(s: &Section) -> Result<Model, SceneError> {
+    s.accept(&["axis", "network"])?;
+    let solver = s.read(&keys::model::solver)?;
+    if !matches!(solver, Solver::Events | Solver::Clock) {
+        return Err(s.error("solver", "a network is flowed exactly; write \"events\" or \"clock\""));
+    }
+    let friction = friction(s)?;
+    let refused =
+        |key: &str, is: &str| Err(s.error(key, format!("not of a network; write \"{is}\", or leave this out")));
+    let datapath = s.read(&keys::model::datapath)?;
+    if datapath != Datapath::Words {
+        return refused("datapath", "words");
+    }
+    if matches!(friction, Friction::Smoothed { .. }) {
+        return refused("friction", "stick_slip");
+    }
+    let encoder = s.read(&keys::model_law::encoder)?;
+    if encoder != EncoderModel::Quantised {
+        return refused("encoder", "quantised");
+    }
+    Ok(Model {
+        solver,
+        step_s: step(s, &keys::model::step, solver)?,
+        datapath,
+        bridge: BridgeModel::Switching,
+        winding: Winding::Inductive,
+        friction,
+        encoder,
+        delay_s: s.read(&keys::model_law::delay)?,
+    })
+}
+
 pub(crate) fn friction(s: &Section) -> Result<Friction, SceneError> {
     use keys::model_friction as key;
     let kind = s.read(&key::friction)?;

@@ -2,6 +2,8 @@
 
 pub(crate) use crate::method::rows::*;
 
+pub(crate) use crate::axis::network_rows::*;
+
 pub(crate) use crate::head::rows::*;
 
 use crate::axis::file::OfFile;

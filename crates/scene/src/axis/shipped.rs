@@ -61,4 +61,5 @@ pub(crate) const AXIS: &[Shipped] = scenes![
     "shaped-push",
     "stiffening-wall",
     "weak-wall",
+    "cable-knob",
 ];

@@ -41,7 +41,7 @@ pub(crate) fn scene(file: &str, source: &Source, kind: Kind, load: Load) -> Resu
     let (device, axis) = device(&root.section("device")?, kind)?;
     let root = root.along(axis);
     let count = || Ok(encoder(&root.section("encoder")?, &device, true)?.count_rad());
-    let (hand, covered) = hand(&root.section("hand")?, load, &count)?;
+    let (hand, covered) = hand(&root.section("hand")?, &[], load, &count)?;
     if let Hand::Capture { .. } = hand {
         return Err(root.error("hand.kind", "a recording has no device to drive; write \"prescribed\""));
     }

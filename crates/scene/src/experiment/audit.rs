@@ -14,6 +14,10 @@ use crate::schema::source::{SceneError, Source};
 pub(crate) fn with_others(source: &Source, first: SceneError) -> SceneError {
     let root = Section::root(source);
     let Some((scene, device, axis)) = kinds(&root) else { return first };
+    if device == "network" {
+        // Its bodies have units of their own, which its reader alone knows.
+        return first;
+    }
     // Without a method, nobody knows whether its keys and the wall's were meant to be there: none is missing.
     let misses = scene != "axis" || root.has("method");
     first.with(Audit::of(&root.along(axis), (scene, device), misses))
@@ -22,7 +26,7 @@ pub(crate) fn with_others(source: &Source, first: SceneError) -> SceneError {
 /// Returns the first error of a scene of a plant alone with all unknown keys, those of a `[dut]` apart.
 pub(crate) fn with_others_of_plant(source: &Source, first: SceneError) -> SceneError {
     let root = Section::root(source);
-    let Some((_, device, axis)) = kinds(&root) else { return first };
+    let Some((_, device, axis)) = kinds(&root).filter(|(_, device, _)| *device != "network") else { return first };
     first.with(Audit::of(&root.along(axis), ("dut", device), false))
 }
 

@@ -29,7 +29,8 @@ macro_rules! devices {
 }
 
 keys! { device: "device" of [];
-    /// Kind of the device: a motor with a wheel, a mass on a rail, the arm of a PHANToM, or a segment on a gimbal.
+    /// Kind of the device: a motor with a wheel, a mass on a rail, bodies on joints, the arm of a PHANToM, or a segment
+    /// on a gimbal.
     kind: Choice<DeviceKind> = Choice::new(|| DeviceKind::ALL.to_vec(), Required);
 }
 
@@ -40,19 +41,24 @@ macro_rules! listed {
         pub(crate) enum DeviceKind {
             Motor,
             Mass,
+            Network,
             $($Device,)*
         }
 
         impl DeviceKind {
             /// Every kind with its name.
             const ALL: &[(&str, Self)] =
-                &[("motor", Self::Motor), ("mass", Self::Mass), $((stringify!($module), Self::$Device)),*];
+                &[
+                ("motor", Self::Motor), ("mass", Self::Mass), ("network", Self::Network),
+                $((stringify!($module), Self::$Device)),*
+            ];
         }
 
         /// Every kind of scene with every kind of device that it can have, as rows of keys call them.
         pub const KINDS: &[(&str, &str)] = &[
             ("axis", "motor"),
             ("axis", "mass"),
+            ("axis", "network"),
             ("dut", "motor"),
             ("dut", "mass"),
             $((stringify!($module), stringify!($module))),*

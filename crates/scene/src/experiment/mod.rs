@@ -43,6 +43,7 @@ macro_rules! experiment {
                     $(DeviceKind::$Device => return $module::scene(name, source).map(Self::$Device),)*
                     DeviceKind::Motor => Kind::Motor,
                     DeviceKind::Mass => Kind::Mass,
+                    DeviceKind::Network => Kind::Network,
                 };
                 if Section::root(source).has("dut") {
                     return dut::read::scene(name, source, kind, load).map(Self::Dut);
@@ -133,9 +134,12 @@ impl Scene {
             let kind = match device.read(&device::kind)? {
                 DeviceKind::Motor => Kind::Motor,
                 DeviceKind::Mass => Kind::Mass,
+                DeviceKind::Network => Kind::Network,
                 other => {
-                    let reason =
-                        format!("\"{}\" is a scene of its own; an axis is a \"motor\" or a \"mass\"", other.name());
+                    let reason = format!(
+                        "\"{}\" is a scene of its own; an axis is a \"motor\", a \"mass\" or a \"network\"",
+                        other.name()
+                    );
                     return Err(device.error("kind", reason));
                 }
             };

@@ -73,6 +73,7 @@ dimensions! {
     RESISTANCE = "a resistance", "Ohm", 1e-6 to 1e6, [si("Ohm"), si("ohm")];
     INDUCTANCE = "an inductance", "H", 1e-9 to 1e3, [si("H")];
     TORQUE_CONSTANT = "a torque constant", "N.m/A", 1e-6 to 1e3, [si("N.m/A"), si("V.s/rad"), si("V.s")];
+    FORCE_CONSTANT = "a force constant", "N/A", 1e-6 to 1e6, [si("N/A"), si("V.s/m")];
     LENGTH = "a length", "m", 1e-12 to 1e4, [si("m"), unit("cm", 1.0, -2)];
     AREA = "an area", "m2", 1e-12 to 1e6,
         [unit("m2", 1.0, 0), unit("cm2", 1.0, -4), unit("mm2", 1.0, -6)];
@@ -95,6 +96,7 @@ pub(crate) struct Axis {
     pub effort: &'static Dimension,
     pub stiffness: &'static Dimension,
     pub damping: &'static Dimension,
+    pub effort_per_a: &'static Dimension,
 }
 
 /// Those of a motor's shaft.
@@ -105,6 +107,7 @@ pub(crate) static SHAFT: Axis = Axis {
     effort: &TORQUE,
     stiffness: &TORSIONAL_STIFFNESS,
     damping: &TORSIONAL_DAMPING,
+    effort_per_a: &TORQUE_CONSTANT,
 };
 
 /// Those of a mass on a rail.
@@ -115,6 +118,7 @@ pub(crate) static RAIL: Axis = Axis {
     effort: &FORCE,
     stiffness: &STIFFNESS,
     damping: &DAMPING,
+    effort_per_a: &FORCE_CONSTANT,
 };
 
 /// The sizes of a quantity.

@@ -29,6 +29,12 @@ impl<'a> Section<'a> {
         Self { axis, ..self }
     }
 
+    /// Returns the same section with its quantities of motion in the dimensions of another axis.
+    pub fn alike(&self, axis: &'static Axis) -> Section<'a> {
+        let Self { schema, places, parameters, table, .. } = *self;
+        Section { schema, places, parameters, axis, path: self.path.clone(), table }
+    }
+
     /// The dimensions of the device's motion.
     pub fn axis(&self) -> &'static Axis {
         self.axis

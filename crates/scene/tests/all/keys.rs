@@ -22,6 +22,9 @@ struct Base {
 const MOTOR: &str = "kind = 'motor'\nresistance = 2\ninductance = 1e-3\ntorque_constant = 0.02\nrotor_inertia = 1e-6";
 const MASS: &str = "kind = 'mass'\nmass = 0.1\ndamping = 0\n[encoder]\nresolution = 1e-5\n\
                     [amplifier]\nfull_scale = 10\nshaper = { cutoff = 2.5 }";
+const NETWORK: &str = "kind = 'network'\nbodies.rotor = { inertia = 1e-6 }\n\
+                       drive = { kind = 'pi', on = 'rotor', torque_constant = 0.02, resistance = 2, inductance = 1e-3, \
+                       bandwidth = 500, dac = { full_scale = 1 } }\n[encoder]\non = 'rotor'";
 const METHOD: &str = "[method]\nkind = 'hybrid'\nsample_rate = '1 kHz'\n[wall]\nposition = 0.01\nstiffness = 0";
 const DUT: &str = "[dut]\nfiles = ['a.v']\ntop = 'a'\nclock = 'clk'\nreset = { port = 'rst' }\n\
                    ports = { a = 'encoder.a', o = 'DRIVE' }\n[wall]\nposition = 1";
@@ -36,7 +39,12 @@ fn on_an_axis(device: &str, loops: &str) -> String {
 /// The least scene of every kind.
 fn bases() -> Vec<Base> {
     let axis = |device, method, hand, set: &[(&'static str, &'static str)]| {
-        let text = on_an_axis(if device == "mass" { MASS } else { MOTOR }, METHOD);
+        let of = match device {
+            "mass" => MASS,
+            "network" => NETWORK,
+            _ => MOTOR,
+        };
+        let text = on_an_axis(of, METHOD);
         let (scene, mut all) = ("axis", vec![("method.kind", method), ("hand.kind", hand)]);
         all.extend(set);
         Base { text, set: all, scene, device, method, hand }
@@ -101,6 +109,7 @@ fn bases() -> Vec<Base> {
             ],
         ),
         axis("mass", "hybrid", "none", &[]),
+        axis("network", "hybrid", "none", &[]),
         dut("motor", "'bridge.pwm', d = 'bridge.direction'"),
         dut("mass", "{ is = 'amplifier.force', format = '(1,0,11)' }"),
         phantom(&[]),
@@ -136,7 +145,8 @@ impl Base {
         match section {
             "device" | "encoder" => vec![self.device],
             "method" => vec![self.method],
-            "hand" | "hand.file" | "target" => vec![self.hand],
+            "hand" => vec![self.hand, self.device],
+            "hand.file" | "target" => vec![self.hand],
             "model" if self.scene == "axis" => vec![self.scene, self.device],
             _ => vec![self.scene],
         }
@@ -279,13 +289,15 @@ fn said(base: &Base, row: &KeyRow, value: &str) -> Option<String> {
 }
 
 /// Whether a scene reads the key: a prescribed hand overrules a start, a mass has no bridge and a motor no amplifier,
-/// a hand with a path has no file, and a velocity that is not rescaled has no scale.
+/// the drive of this network is neither and it takes no steps, a hand with a path has no file, and a velocity that is
+/// not rescaled has no scale.
 fn reads(base: &Base, row: &KeyRow) -> bool {
     let is_overruled = base.hand == "prescribed" && row.key.starts_with("initial_")
         || base.method == "hybrid" && row.key == "scale_format"
         || row.section == "hand.file" && base.set.iter().all(|(key, _)| *key != "hand.file")
-        || base.device == "mass" && row.section == "bridge"
-        || base.device == "motor" && row.section.starts_with("amplifier");
+        || ["mass", "network"].contains(&base.device) && row.section == "bridge"
+        || ["motor", "network"].contains(&base.device) && row.section.starts_with("amplifier")
+        || base.device == "network" && row.section == "model" && ["step", "friction_speed"].contains(&row.key);
     base.takes(row) && base.should_take(row.section, row.key) && !is_overruled
 }
 

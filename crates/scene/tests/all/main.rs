@@ -5,6 +5,7 @@ mod errors;
 mod keys;
 mod laws;
 mod methods;
+mod network;
 mod phantom_refusals;
 mod recordings;
 mod replay;

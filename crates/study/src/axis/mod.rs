@@ -97,6 +97,8 @@ impl widths::Device for Scene {
         let half = f64::from(self.method.position_bits - 1).exp2() - 1.0;
         let surface = Format::signed(self.method.position_bits).wrap(words.reference.into()) as f64;
         let most_per_s = match &self.device {
+            // The current of a network's converter, not a voltage, ends its speed.
+            Body::Motor(_) if self.network.as_ref().is_some_and(|network| network.dac.is_some()) => f64::INFINITY,
             Body::Motor(motor) => self.bridge.supply_v / motor.torque_constant_nm_per_a / words.realised.count_rad,
             Body::Mass(_) => f64::INFINITY,
         };
@@ -127,6 +129,11 @@ impl Device for Scene {
     }
 
     fn limited(&self) -> Result<&Scene, Error> {
+        if self.network.is_some() {
+            return Err(
+                "the limits are those of a rigid body, and the device is a network; map it by runs (hpu map)".into()
+            );
+        }
         Ok(self)
     }
 

@@ -13,17 +13,23 @@ const PHASES: [f64; 7] = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0];
 /// Unit of the moves, in encoder counts.
 const PHASE: f64 = 0.94;
 
-/// Returns the places and stiffnesses of the walls of the neighbouring scenes.
+/// Returns the places and stiffnesses of the walls of the neighbouring scenes, in the units of their keys.
 pub(super) fn around(scene: &Scene) -> Vec<(&'static str, f64)> {
-    let (k, position) = (scene.wall.stiffness_nm_per_rad, scene.wall.position_rad);
-    let count = scene.encoder.count_rad();
+    let ratio = scene.network.as_ref().map_or(1.0, |network| network.wall_ratio);
+    let (k, position) = (scene.wall.stiffness_nm_per_rad / (ratio * ratio), scene.wall.position_rad * ratio);
+    let count = scene.encoder.count_rad() * ratio;
     let stiffness = [0.95, 1.05].map(|share| ("wall.stiffness", share * k));
     let places = PHASES.into_iter().flat_map(|phase| [-phase, phase]);
     let places = places.map(|phase| ("wall.position", position + PHASE * phase * count));
     stiffness.into_iter().filter(|_| k > 0.0).chain(places).collect()
 }
 
+/// Of a network, which is flowed exactly and in words, its friction alone can be left out.
 pub(super) fn contestants(scene: &Scene) -> Vec<Contestant> {
+    let frictionless = Contestant::new("frictionless", &[("model.friction", "none")]);
+    if scene.network.is_some() {
+        return if coulomb(scene) > 0.0 { vec![frictionless] } else { Vec::new() };
+    }
     let motor = matches!(scene.device, Device::Motor(_));
     let in_words = scene.model.datapath == Datapath::Words;
     let switching = motor && scene.model.bridge == BridgeModel::Switching;
@@ -51,7 +57,7 @@ pub(super) fn contestants(scene: &Scene) -> Vec<Contestant> {
     let slow = smooth_speed(scene);
     if coulomb(scene) > 0.0 {
         plain("smoothed", &[("model.friction", "smoothed"), ("model.friction_speed", &slow)]);
-        plain("frictionless", &[("model.friction", "none")]);
+        all.push(frictionless);
     }
 
     // The variants go from what the scene has to what is usual in textbooks.
@@ -104,6 +110,12 @@ pub(super) fn simplifications(scene: &Scene) -> Simplifications {
         Device::Motor(motor) => (true, motor.coulomb_friction_nm),
         Device::Mass(mass) => (false, mass.coulomb_n),
     };
+    if scene.network.is_some() {
+        if coulomb > 0.0 {
+            list.add("Coulomb friction", 4, &[("model.friction", "none")], &[]);
+        }
+        return list;
+    }
     let switching = is_motor && scene.model.bridge == BridgeModel::Switching;
     let averaged = switching.then(|| list.add("the bridge's switching", 6, &[("model.bridge", "averaged")], &[]));
     if is_motor {

@@ -42,7 +42,9 @@ impl Method {
     /// `b/T`. All methods are sampled at that rate, except for the hybrid loop's spring.
     pub fn all(scene: &Scene) -> Vec<Self> {
         let period_s = scene.sample_period_s();
+        let has_bridge = scene.network.as_ref().is_none_or(|network| network.dac.is_none());
         let (damping, unit) = match &scene.device {
+            Device::Motor(motor) if !has_bridge => (motor.viscous_friction_nm_s_per_rad, "N.m/rad"),
             Device::Motor(motor) => {
                 let resistance_ohm = motor.resistance_ohm + 2.0 * scene.bridge.on_resistance_ohm;
                 let k = motor.torque_constant_nm_per_a;

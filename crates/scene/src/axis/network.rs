@@ -1,0 +1,510 @@
+//! A device of bodies and joints, as scenes have it: `device.kind = "network"`.
+
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+use hpu_plant::network::{Body, Feed, FeedKind, Joint, Network, NetworkError, Place, Stop};
+use hpu_plant::{Bridge, Push};
+
+use crate::axis::network_rows as keys;
+use crate::axis::network_rows::DriveKind;
+use crate::axis::parts::{Device, Encoder, Hand, Motor, PathPoint};
+use crate::axis::rows::Mass;
+use crate::schema::quantity::{Axis, RAIL, SHAFT};
+use crate::schema::section::Section;
+use crate::schema::source::SceneError;
+use crate::schema::{Key, Quantity, Text};
+use crate::text::message::{did_you_mean, number};
+
+/// A device of bodies and joints.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Compound {
+    /// Its bodies, joints and drive, without the hand.
+    pub network: Network,
+    /// The names of its bodies; those of the hand's own mass last.
+    pub names: Vec<String>,
+    /// Whether each body slides.
+    pub slides: Vec<bool>,
+    /// The converter before the reference of a current; `None` on a bridge.
+    pub dac: Option<Dac>,
+    /// The path of the hand, in units of the body that it holds.
+    pub path: Vec<PathPoint>,
+    /// Units of the body at the grip, and of the driven body, for one unit of the body with the encoder, all joints
+    /// taken as rigid.
+    pub grip_ratio: f64,
+    /// Those of the driven body.
+    pub drive_ratio: f64,
+    /// Those of the body in whose units the wall is given.
+    pub wall_ratio: f64,
+}
+
+impl Compound {
+    /// Returns the current of a full command: the converter's, or what a bridge lets through a winding at rest.
+    pub(crate) fn stall_a(&self, bridge: Bridge) -> f64 {
+        let resistance_ohm = self.network.feed.resistance_ohm + 2.0 * bridge.on_resistance_ohm;
+        self.dac.map_or(bridge.supply_v / resistance_ohm, |dac| dac.full_scale_a)
+    }
+}
+
+/// A converter from words to a current.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Dac {
+    /// The current of a full command.
+    pub full_scale_a: f64,
+    /// Its bits with the sign, if it has fewer than the command.
+    pub bits: Option<u32>,
+    /// Whether it rounds down, not to the nearest.
+    pub floors: bool,
+}
+
+impl Dac {
+    /// Returns the current for a command, where `2^width` is a full one: its upper bits, clamped to the converter's.
+    pub fn current_a(&self, command: i64, width: u32) -> f64 {
+        let word = match self.bits {
+            Some(bits) if bits <= width => {
+                let (step, most) = (1 << (width + 1 - bits), 1 << (bits - 1));
+                let rounded = if self.floors { command } else { command + step / 2 };
+                step * rounded.div_euclid(step).clamp(-most, most - 1)
+            }
+            _ => command,
+        };
+        word as f64 * self.full_scale_a * 0.5f64.powi(width.cast_signed())
+    }
+}
+
+/// A network as it is read, before the scene's other parts.
+pub(crate) struct Draft {
+    names: Vec<String>,
+    joint_names: Vec<String>,
+    slides: Vec<bool>,
+    network: Network,
+    dac: Option<Dac>,
+    units_at: usize,
+}
+
+fn axis_of(slides: bool) -> &'static Axis {
+    if slides { &RAIL } else { &SHAFT }
+}
+
+/// Returns the index of the body that a key names.
+fn body_of(s: &Section, key: &Key<Text>, names: &[String]) -> Result<usize, SceneError> {
+    let name = s.read(key)?;
+    names.iter().position(|it| *it == name).ok_or_else(|| {
+        let all: Vec<&str> = names.iter().map(String::as_str).collect();
+        let near = did_you_mean(&name, &all);
+        s.error(key.name, format!("no body \"{name}\"; there are {}{near}", all.join(", ")))
+    })
+}
+
+/// Returns the names of the sections below one, each letters, digits, `_` and `-`.
+fn names_of(s: &Section, what: &str) -> Result<Vec<String>, SceneError> {
+    let is_plain =
+        |name: &str| name.len() <= 40 && name.chars().all(|it| it.is_ascii_alphanumeric() || it == '_' || it == '-');
+    if let Some(name) = s.keys().find(|name| !is_plain(name)) {
+        let reason = format!("not the name of a {what}; accepted: up to 40 letters, digits, _ and -");
+        return Err(s.key_error(name, reason));
+    }
+    Ok(s.keys().map(String::from).collect())
+}
+
+/// Reads bodies, joints and drive.
+pub(crate) fn draft(root: &Section) -> Result<Draft, SceneError> {
+    let s = root.section("device")?;
+    s.accept(&["network"])?;
+    let all = s.section("bodies")?;
+    let names = names_of(&all, "body")?;
+    if names.is_empty() {
+        return Err(s.error("bodies", "missing; write bodies.NAME = { inertia = \"50 g.cm2\" } or { mass = \"30 g\" }"));
+    }
+    let (mut bodies, mut stops, mut slides) = (Vec::new(), Vec::new(), Vec::new());
+    for name in &names {
+        let of = all.section(name)?;
+        of.accept_as("device.bodies.BODY", &[])?;
+        let is_slide = of.has("mass");
+        let of = of.along(axis_of(is_slide));
+        if let Some(stop) = stop_of(&of, bodies.len())? {
+            stops.push(stop);
+        }
+        bodies.push(body(&of, is_slide)?);
+        slides.push(is_slide);
+    }
+    let all = s.section("joints")?;
+    let joint_names = names_of(&all, "joint")?;
+    let mut joints = Vec::new();
+    for name in &joint_names {
+        joints.push(joint(&all.section(name)?, (&names, &slides, &bodies))?);
+    }
+    let encoder = root.section("encoder")?;
+    let seen = body_of(&encoder, &keys::encoder_network::on, &names)?;
+    let hand = root.section("hand")?;
+    let grip = if hand.has("on") { body_of(&hand, &keys::hand_network::on, &names)? } else { seen };
+    let units_at = if s.has("units_at") { body_of(&s, &keys::network::units_at, &names)? } else { seen };
+    let (feed, driven, dac) = drive(&s.section("drive")?, root, (&names, &slides))?;
+    let hand = hpu_plant::Hand::Torque(0.0);
+    let network = Network { bodies, joints, stops, feed, driven, seen, grip, hand };
+    Ok(Draft { names, joint_names, slides, network, dac, units_at })
+}
+
+fn body(s: &Section, slides: bool) -> Result<Body, SceneError> {
+    use keys::body as key;
+    let inertia = match (slides, s.has("inertia")) {
+        (true, true) => return Err(s.error("inertia", "the body has a mass and so slides; write one of inertia, mass")),
+        (true, false) => s.read(&key::mass)?,
+        (false, _) => s.read(&key::inertia)?,
+    };
+    let coulomb = s.read(&key::coulomb_friction)?;
+    let stiction = s.given(&key::stiction)?.unwrap_or(coulomb);
+    if stiction < coulomb {
+        let unit = s.axis().effort.si;
+        let reason = format!(
+            "stiction {} {unit} is less than coulomb_friction, {} {unit}; write as much or more",
+            number(stiction),
+            number(coulomb)
+        );
+        return Err(s.error("stiction", reason));
+    }
+    let (mut spring, mut constant) = (s.read(&key::return_spring)?, 0.0);
+    if s.has("gravity") {
+        use keys::gravity as key;
+        if slides {
+            return Err(s.error("gravity", "it pulls a body that turns; a body that slides has none: leave this out"));
+        }
+        let g = s.section("gravity")?;
+        g.accept_as("device.bodies.BODY.gravity", &[])?;
+        let weight_nm = g.read(&key::mass)? * g.read(&key::distance)? * g.read(&key::acceleration)?;
+        let at = g.read(&key::at)?;
+        spring += weight_nm * libm::cos(at);
+        constant = -weight_nm * (libm::sin(at) - at * libm::cos(at));
+    }
+    let (position, speed) = (s.read(&key::initial_position)?, s.read(&key::initial_speed)?);
+    Ok(Body { inertia, viscous: s.read(&key::viscous_friction)?, coulomb, stiction, spring, constant, position, speed })
+}
+
+fn stop_of(s: &Section, body: usize) -> Result<Option<Stop>, SceneError> {
+    use keys::stops as key;
+    if !s.has("stops") {
+        return Ok(None);
+    }
+    let position = s.read(&keys::body::initial_position)?;
+    let s = s.section("stops")?;
+    s.accept_as("device.bodies.BODY.stops", &[])?;
+    let (low, high) = (s.read(&key::low)?, s.read(&key::high)?);
+    if low >= high {
+        return Err(s.error("high", format!("not above low, {}", number(low))));
+    }
+    if !(low..=high).contains(&position) {
+        let place = if position < low { "low" } else { "high" };
+        let reason = format!("the device starts at {}, inside this stop; start it between both", number(position));
+        return Err(s.error(place, reason));
+    }
+    Ok(Some(Stop { body, low, high, stiffness: s.read(&key::stiffness)?, damping: s.read(&key::damping)? }))
+}
+
+fn joint(s: &Section, (names, slides, bodies): (&[String], &[bool], &[Body])) -> Result<Joint, SceneError> {
+    use keys::joint as key;
+    s.accept_as("device.joints.JOINT", &[])?;
+    let (from, to) = (body_of(s, &key::from, names)?, body_of(s, &key::to, names)?);
+    if from == to {
+        return Err(s.error("to", "it comes from this body; write another one"));
+    }
+    let turns = s.read(&key::ratio)?;
+    let ratio = match (slides[from], slides[to]) {
+        (false, true) => s.read(&key::radius)? / turns,
+        _ if s.has("radius") => {
+            return Err(s.error("radius", "only where a turning body drives one that slides; leave this out"));
+        }
+        (true, false) => {
+            let reason =
+                format!("{} slides and {} turns; write the joint from the one that turns", names[from], names[to]);
+            return Err(s.error("from", reason));
+        }
+        _ => 1.0 / turns,
+    };
+    // Units of the body that it goes to.
+    let refusing = |key: &Key<Quantity>| -> Result<Option<f64>, SceneError> {
+        let given = s.get(key.name).and_then(|item| item.as_str());
+        let is_of = |axis| given.is_some_and(|text| key.value.dimension(&s.alike(axis)).parse(text).is_some());
+        let (here, other) = (axis_of(slides[to]), axis_of(!slides[to]));
+        if !is_of(here) && is_of(other) {
+            let unit = |axis| key.value.dimension(&s.alike(axis)).si;
+            let has = if slides[to] { "a mass" } else { "an inertia" };
+            let reason = format!("{}, because {} has {has}; got {}", unit(here), names[to], unit(other));
+            return Err(s.error(key.name, reason));
+        }
+        s.alike(here).given(key)
+    };
+    let Some(stiffness) = refusing(&key::stiffness)? else {
+        return Ok(Joint { from, to, ratio, compliance: None });
+    };
+    let damping = match (refusing(&key::damping)?, s.given(&key::damping_ratio)?) {
+        (Some(_), Some(_)) => return Err(s.error("damping_ratio", "damping is given too; write one of both")),
+        (None, Some(share)) => {
+            let together = 1.0 / (ratio * ratio / bodies[from].inertia + 1.0 / bodies[to].inertia);
+            2.0 * share * (stiffness * together).sqrt()
+        }
+        (damping, None) => damping.unwrap_or(0.0),
+    };
+    Ok(Joint { from, to, ratio, compliance: Some((stiffness, damping)) })
+}
+
+/// Reads the drive, the body that it moves, and its converter.
+fn drive(
+    s: &Section,
+    root: &Section,
+    (names, slides): (&[String], &[bool]),
+) -> Result<(Feed, usize, Option<Dac>), SceneError> {
+    use keys::drive as key;
+    s.accept_as("device.drive", &[])?;
+    let kind = s.read(&key::kind)?;
+    let driven = body_of(s, &key::on, names)?;
+    let torque_constant = s.alike(axis_of(slides[driven])).read(&key::torque_constant)?;
+    let refuse = |keys: &[&str], of: &str| match keys.iter().find(|key| s.has(key)) {
+        Some(key) => Err(s.error(key, format!("only of a drive of kind {of}; leave this out"))),
+        None => Ok(()),
+    };
+    if kind == DriveKind::Bridge {
+        refuse(&["bandwidth", "supply", "dac"], "\"current\" or \"pi\"")?;
+    } else if root.has("bridge") {
+        return Err(
+            root.error("bridge", "the drive is no bridge; write device.drive.kind = \"bridge\", or leave this out")
+        );
+    }
+    if kind != DriveKind::Pi {
+        refuse(&["proportional", "integral_rate", "feed_forward"], "\"pi\"")?;
+    }
+    let needs_winding = kind != DriveKind::Current || s.has("supply");
+    let winding = |key: &Key<Quantity>| if needs_winding { s.read(key) } else { Ok(s.given(key)?.unwrap_or(0.0)) };
+    let (resistance_ohm, inductance_h) = (winding(&key::resistance)?, winding(&key::inductance)?);
+    let supply_v = s.given(&key::supply)?.unwrap_or(f64::INFINITY);
+    let bandwidth_rad_per_s = s.given(&key::bandwidth)?.map(|hz| 2.0 * PI * hz);
+    let kind = match kind {
+        DriveKind::Bridge => FeedKind::Bridge(Bridge { supply_v: 0.0, on_resistance_ohm: 0.0, diode_drop_v: 0.0 }),
+        DriveKind::Current => {
+            let bandwidth_rad_per_s = bandwidth_rad_per_s.unwrap_or(f64::INFINITY);
+            if bandwidth_rad_per_s.is_infinite() && supply_v.is_finite() {
+                return Err(s.error("supply", "a current that follows at once has no limit; write its bandwidth too"));
+            }
+            FeedKind::Current { bandwidth_rad_per_s, supply_v }
+        }
+        DriveKind::Pi => {
+            let proportional_ohm = match (s.given(&key::proportional)?, bandwidth_rad_per_s) {
+                (Some(given), _) => given,
+                (None, Some(bandwidth)) => bandwidth * inductance_h,
+                (None, None) => return Err(s.error("bandwidth", "missing; write a frequency, or proportional")),
+            };
+            let rate_per_s = s.given(&key::integral_rate)?.map_or(resistance_ohm / inductance_h, |hz| 2.0 * PI * hz);
+            let feeds_forward = s.read(&key::feed_forward)?;
+            FeedKind::Pi {
+                proportional_ohm,
+                integral_ohm_per_s: proportional_ohm * rate_per_s,
+                feeds_forward,
+                supply_v,
+            }
+        }
+    };
+    let dac = if let FeedKind::Bridge(_) = kind { None } else { Some(converter(s)?) };
+    Ok((Feed { torque_constant, resistance_ohm, inductance_h, kind }, driven, dac))
+}
+
+fn converter(drive: &Section) -> Result<Dac, SceneError> {
+    use keys::dac as key;
+    if !drive.has("dac") {
+        return Err(drive.error("dac", "missing; write dac = { full_scale = \"2 A\", bits = 12 }, or without bits"));
+    }
+    let s = drive.section("dac")?;
+    s.accept_as("device.drive.dac", &[])?;
+    Ok(Dac { full_scale_a: s.read(&key::full_scale)?, bits: s.given(&key::bits)?, floors: s.read(&key::rounding)? })
+}
+
+impl Draft {
+    /// The dimensions of the motion of the body with the encoder, of that at the grip, and of that with the wall.
+    pub(crate) fn axes(&self) -> [&'static Axis; 3] {
+        [self.network.seen, self.network.grip, self.units_at].map(|body| axis_of(self.slides[body]))
+    }
+
+    /// Returns units of the body with the wall for one unit of the body with the encoder.
+    pub(crate) fn wall_ratio(&self) -> f64 {
+        self.network.ratio(self.units_at)
+    }
+
+    /// Reads the encoder.
+    pub(crate) fn encoder(&self, s: &Section) -> Result<Encoder, SceneError> {
+        use keys::encoder_network as key;
+        s.accept(&["network"])?;
+        let (slides, name) = (self.slides[self.network.seen], &self.names[self.network.seen]);
+        if slides && s.given(&key::lines)?.is_some() {
+            return Err(s.error("lines", format!("{name} slides: write resolution")));
+        }
+        if !slides && s.given(&key::resolution)?.is_some() {
+            return Err(s.error("resolution", format!("{name} turns: write lines")));
+        }
+        Ok(if slides {
+            Encoder::Linear { resolution_m: s.read(&key::resolution)? }
+        } else {
+            Encoder::Rotary { lines: s.read(&key::lines)? }
+        })
+    }
+
+    /// Returns the device, and what of it the body with the encoder shows: all joints taken as rigid. The hand becomes
+    /// one at that body.
+    pub(crate) fn finish(
+        mut self,
+        root: &Section,
+        hand: &mut Hand,
+        bridge: Bridge,
+        clock_hz: f64,
+    ) -> Result<(Device, Arc<Compound>), SceneError> {
+        let grip_ratio = self.network.ratio(self.network.grip);
+        let [inertia, viscous, coulomb] = self.network.seen_rigidly();
+        let path = self.hold(&root.section("hand")?, hand, grip_ratio)?;
+        if let FeedKind::Bridge(own) = &mut self.network.feed.kind {
+            *own = bridge;
+        }
+        let s = root.section("device")?;
+        if let (Hand::Prescribed { .. }, Some(first)) = (&*hand, path.first()) {
+            self.impose(&s, first.angle_rad)?;
+        }
+        let reduced = self.network.reduced().map_err(|error| self.refused(&s, &error))?;
+        for (name, index) in self.joint_names.iter().zip(0..) {
+            let compliant =
+                self.network.joints.iter().take(index + 1).filter(|joint| joint.compliance.is_some()).count();
+            let frequency_hz = match self.network.joints[index].compliance {
+                Some(_) => reduced.frequencies_hz()[compliant - 1],
+                None => 0.0,
+            };
+            if frequency_hz > clock_hz {
+                let at = number(frequency_hz / 1e6);
+                let reason =
+                    format!("its mode is at {at} MHz, beyond the clock: make it rigid, leave its stiffness out");
+                return Err(s.error(&format!("joints.{name}.stiffness"), reason));
+            }
+        }
+        let seen = self.network.seen;
+        let (initial, feed) = (self.network.bodies[seen], self.network.feed);
+        let drive_ratio = self.network.ratio(self.network.driven);
+        let device = if self.slides[seen] {
+            Device::Mass(Mass {
+                mass_kg: inertia,
+                damping_n_s_per_m: viscous,
+                coulomb_n: coulomb,
+                initial_position_m: initial.position,
+                initial_speed_m_per_s: initial.speed,
+            })
+        } else {
+            Device::Motor(Motor {
+                resistance_ohm: feed.resistance_ohm,
+                inductance_h: feed.inductance_h,
+                torque_constant_nm_per_a: drive_ratio * feed.torque_constant,
+                rotor_inertia_kg_m2: inertia,
+                viscous_friction_nm_s_per_rad: viscous,
+                coulomb_friction_nm: coulomb,
+                wheel_ratio: 1.0,
+                wheel_inertia_kg_m2: 0.0,
+                initial_angle_rad: initial.position,
+                initial_speed_rad_per_s: initial.speed,
+                initial_current_a: 0.0,
+            })
+        };
+        let wall_ratio = self.wall_ratio();
+        let Self { names, slides, network, dac, .. } = self;
+        Ok((device, Arc::new(Compound { network, names, slides, dac, path, grip_ratio, drive_ratio, wall_ratio })))
+    }
+
+    /// Starts the body at the grip where a prescribed hand does; its own start is refused, not ignored.
+    fn impose(&mut self, s: &Section, position: f64) -> Result<(), SceneError> {
+        let groups = self.network.rigid().map_err(|error| self.refused(s, &error))?;
+        let (root, units) = groups[self.network.grip];
+        for (name, (of, _)) in self.names.iter().zip(&groups) {
+            let body = s.section("bodies")?.section(name)?;
+            let start = ["initial_position", "initial_speed"].into_iter().find(|key| *of == root && body.has(key));
+            if let Some(key) = start {
+                let reason = "a prescribed hand imposes the motion from its first point on; leave this out";
+                return Err(body.error(key, reason));
+            }
+        }
+        self.network.bodies[root].position = position / units;
+        Ok(())
+    }
+
+    /// Puts the hand on its body, with its own mass, and returns its path there. The scene's hand becomes one at the
+    /// body with the encoder.
+    fn hold(&mut self, s: &Section, hand: &mut Hand, ratio: f64) -> Result<Vec<PathPoint>, SceneError> {
+        use keys::hand_network as key;
+        let slides = self.slides[self.network.grip];
+        let s = s.alike(axis_of(slides));
+        let (own, wrong) = if slides { (&key::mass, &key::inertia) } else { (&key::inertia, &key::mass) };
+        if s.given(wrong)?.is_some() {
+            let is = if slides { "slides: write mass" } else { "turns: write inertia" };
+            return Err(s.error(wrong.name, format!("{} {is}", self.names[self.network.grip])));
+        }
+        let mass = s.given(own)?;
+        let (own_stiffness, own_damping) = (s.read(&key::own_stiffness)?, s.read(&key::own_damping)?);
+        let is_grip = matches!(hand, Hand::SpringDamper { .. });
+        let of_mass = [
+            (own.name, mass.is_some()),
+            (key::own_stiffness.name, own_stiffness != 0.0),
+            (key::own_damping.name, own_damping != 0.0),
+        ];
+        let given = of_mass.into_iter().find(|(_, is_given)| *is_given);
+        if let Some((key, _)) = given.filter(|_| !is_grip || mass.is_none()) {
+            let reason = format!("only of a hand of kind \"spring_damper\" with its {}; leave this out", own.name);
+            return Err(s.error(key, reason));
+        }
+        let square = ratio * ratio;
+        let path = match hand {
+            Hand::Capture { .. } => {
+                return Err(
+                    s.error("kind", "a recording stands in for a motor or a mass; a network takes another hand")
+                );
+            }
+            Hand::None => Vec::new(),
+            Hand::ConstantTorque { torque_nm } => {
+                self.network.hand = hpu_plant::Hand::Torque(*torque_nm);
+                *torque_nm *= ratio;
+                Vec::new()
+            }
+            Hand::SpringDamper { stiffness_nm_per_rad, damping_nm_s_per_rad, path } => {
+                let mut push =
+                    Push { stiffness_nm_per_rad: *stiffness_nm_per_rad, damping_nm_s_per_rad: *damping_nm_s_per_rad };
+                if let Some(inertia) = mass {
+                    let compliance = Some((push.stiffness_nm_per_rad, push.damping_nm_s_per_rad));
+                    let to = self.network.bodies.len();
+                    let position = self.network.bodies[self.network.grip].position;
+                    self.network.bodies.push(Body { inertia, position, ..Body::default() });
+                    self.network.joints.push(Joint { from: self.network.grip, to, ratio: 1.0, compliance });
+                    self.names.push("hand".into());
+                    self.slides.push(slides);
+                    self.network.grip = to;
+                    push = Push { stiffness_nm_per_rad: own_stiffness, damping_nm_s_per_rad: own_damping };
+                }
+                self.network.hand = hpu_plant::Hand::Spring(push);
+                (*stiffness_nm_per_rad, *damping_nm_s_per_rad) =
+                    (square * *stiffness_nm_per_rad, square * *damping_nm_s_per_rad);
+                seen_from(path, ratio)
+            }
+            Hand::Prescribed { path } => {
+                self.network.hand = hpu_plant::Hand::Prescribed;
+                seen_from(path, ratio)
+            }
+        };
+        Ok(path)
+    }
+
+    fn refused(&self, s: &Section, error: &NetworkError) -> SceneError {
+        match error.place {
+            Place::Device => s.error("bodies", error.reason.clone()),
+            Place::Body(body) => s.error(&format!("bodies.{}", self.names[body]), error.reason.clone()),
+            Place::Joint(joint) => match self.joint_names.get(joint) {
+                Some(name) => s.error(&format!("joints.{name}"), error.reason.clone()),
+                None => s.error("bodies", error.reason.clone()),
+            },
+        }
+    }
+}
+
+/// Returns a path as it was, and makes it one at the body with the encoder.
+fn seen_from(path: &mut [PathPoint], ratio: f64) -> Vec<PathPoint> {
+    let own = path.to_vec();
+    path.iter_mut().for_each(|point| point.angle_rad /= ratio);
+    own
+}

@@ -1,0 +1,159 @@
+//! The keys of a device of bodies and joints.
+
+use crate::schema::Otherwise::{Is, Required, Said};
+use crate::schema::quantity as q;
+use crate::schema::quantity::Sense::{Any, NotNegative, Positive, Within};
+use crate::schema::{Choice, Flag, Group, Key, Own, Quantity, Text, Whole, keys};
+
+/// What a key that names a body takes.
+const BODY: &str = "the name of a body";
+
+/// How a drive feeds its winding.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) enum DriveKind {
+    Bridge,
+    Current,
+    Pi,
+}
+
+keys! { network: "device" of ["network"];
+    /// Bodies that turn or slide, each by its name.
+    bodies: Own = Own::section(Required);
+    /// Joints between bodies, each by its name.
+    joints: Own = Own::section(Said("none"));
+    /// The drive of one body.
+    drive: Own = Own::section(Required);
+    /// Body in whose units the wall is given.
+    units_at: Text = Text(BODY, Said("the encoder's"));
+}
+
+keys! { bodies: "device.bodies" of [];
+    /// A body of this name.
+    BODY: Own = Own::section(Said("none"));
+}
+
+keys! { body: "device.bodies.BODY" of [];
+    /// Moment of inertia of a body that turns; one of inertia and mass.
+    inertia: Quantity = Quantity::new(&q::INERTIA, Positive, Said("none"));
+    /// Mass of a body that slides.
+    mass: Quantity = Quantity::new(&q::MASS, Positive, Said("none"));
+    /// Viscous friction against the ground.
+    viscous_friction: Quantity = Quantity::along(|axis| axis.damping, NotNegative, Is(0.0));
+    /// Coulomb friction against the ground.
+    coulomb_friction: Quantity = Quantity::along(|axis| axis.effort, NotNegative, Is(0.0));
+    /// Friction up to which the body sticks, at least Coulomb friction.
+    stiction: Quantity = Quantity::along(|axis| axis.effort, NotNegative, Said("coulomb_friction"));
+    /// Stiffness of a spring to position 0.
+    return_spring: Quantity = Quantity::along(|axis| axis.stiffness, NotNegative, Is(0.0));
+    /// Weight of a body that turns, as a straight line about one angle.
+    gravity: Own = Own::section(Said("none"));
+    /// Springs that end the body's way on both sides.
+    stops: Own = Own::section(Said("none"));
+    /// Position at the start; a body on a rigid joint starts where the joint holds it.
+    initial_position: Quantity = Quantity::along(|axis| axis.position, Any, Is(0.0));
+    /// Speed at the start.
+    initial_speed: Quantity = Quantity::along(|axis| axis.speed, Any, Is(0.0));
+}
+
+keys! { gravity: "device.bodies.BODY.gravity" of [];
+    /// Mass of the body.
+    mass: Quantity = Quantity::new(&q::MASS, Positive, Required);
+    /// Distance of its centre of mass from the axis.
+    distance: Quantity = Quantity::new(&q::LENGTH, Positive, Required);
+    /// Angle about which the weight's torque is a straight line; 0 hangs down.
+    at: Quantity = Quantity::new(&q::ANGLE, Any, Is(0.0));
+    /// Acceleration by gravity.
+    acceleration: Quantity = Quantity::new(&q::ACCELERATION, Positive, Is(q::STANDARD_GRAVITY_M_PER_S2));
+}
+
+keys! { stops: "device.bodies.BODY.stops" of [];
+    /// Position of the lower stop.
+    low: Quantity = Quantity::along(|axis| axis.position, Any, Required);
+    /// Position of the upper stop.
+    high: Quantity = Quantity::along(|axis| axis.position, Any, Required);
+    /// Stiffness of either stop.
+    stiffness: Quantity = Quantity::along(|axis| axis.stiffness, Positive, Required);
+    /// Damping of either stop; a stop never pulls.
+    damping: Quantity = Quantity::along(|axis| axis.damping, NotNegative, Is(0.0));
+}
+
+keys! { joints: "device.joints" of [];
+    /// A joint of this name.
+    JOINT: Own = Own::section(Said("none"));
+}
+
+keys! { joint: "device.joints.JOINT" of [];
+    /// Body that it comes from.
+    from: Text = Text(BODY, Required);
+    /// Body that it goes to, in whose units stiffness and damping are.
+    to: Text = Text(BODY, Required);
+    /// Turns of the first body for one turn of the second, or of the wheel of this radius.
+    ratio: Quantity = Quantity::new(&q::RATIO, Within(1e-4, 1e4), Is(1.0));
+    /// Radius at which a body that turns moves one that slides; required there.
+    radius: Quantity = Quantity::new(&q::LENGTH, Positive, Said("none"));
+    /// Stiffness; a joint without one is rigid.
+    stiffness: Quantity = Quantity::along(|axis| axis.stiffness, Positive, Said("rigid"));
+    /// Damping.
+    damping beside stiffness: Quantity = Quantity::along(|axis| axis.damping, NotNegative, Is(0.0));
+    /// Damping as a share of the critical one of the two bodies on the joint alone, in the place of `damping`.
+    damping_ratio beside stiffness: Quantity = Quantity::new(&q::RATIO, NotNegative, Said("none"));
+}
+
+keys! { drive: "device.drive" of [];
+    /// Kind of the drive: the bridge of `[bridge]`, a current that follows its reference with a bandwidth, or a voltage
+    /// from the current's error and its integral.
+    kind: Choice<DriveKind> = Choice::new(
+        || vec![("bridge", DriveKind::Bridge), ("current", DriveKind::Current), ("pi", DriveKind::Pi)],
+        Required);
+    /// Body that it moves.
+    on: Text = Text(BODY, Required);
+    /// Torque or force for one ampere, which is also the back-EMF constant.
+    torque_constant: Quantity = Quantity::along(|axis| axis.effort_per_a, Positive, Required);
+    /// Resistance of the winding; required but for a current without a supply.
+    resistance: Quantity = Quantity::new(&q::RESISTANCE, Positive, Said("none"));
+    /// Inductance of the winding; required but for a current without a supply.
+    inductance: Quantity = Quantity::new(&q::INDUCTANCE, Positive, Said("none"));
+    /// Bandwidth of the current; a current without one follows at once.
+    bandwidth: Quantity = Quantity::new(&q::FREQUENCY, Positive, Said("none"));
+    /// Voltage that limits the current's rise.
+    supply: Quantity = Quantity::new(&q::VOLTAGE, Positive, Said("none"));
+    /// Volts for an ampere of error of a "pi" drive; without it the bandwidth's.
+    proportional: Quantity = Quantity::new(&q::RESISTANCE, Positive, Said("the bandwidth's"));
+    /// Rate at which the error's integral adds as many volts; without it resistance over inductance.
+    integral_rate: Quantity = Quantity::new(&q::FREQUENCY, Positive, Said("the winding's"));
+    /// Whether a "pi" drive adds the back-EMF.
+    feed_forward: Flag = Flag(false);
+    /// Converter from the command to the reference of a current; required but for a bridge.
+    dac: Own = Own::section(Said("none"));
+}
+
+keys! { dac: "device.drive.dac" of [];
+    /// Current of a full command, 2^`method.pwm.bits` counts.
+    full_scale: Quantity = Quantity::new(&q::CURRENT, Positive, Required);
+    /// Bits with the sign; without it the command is converted as it is.
+    bits: Whole<u32> = Whole::new(2, 32, Said("all"));
+    /// Rounding of a command to the converter's bits.
+    rounding: Choice<bool> = Choice::new(|| vec![("nearest", false), ("floor", true)], Is(false));
+}
+
+keys! { encoder_network: "encoder" of ["network"];
+    /// Body with the encoder.
+    on: Text = Text(BODY, Required);
+    /// Lines of a revolution of a body that turns; the decoder counts four for each.
+    lines: Whole<u32> = Whole::new(1, 1 << 24, Is(1024));
+    /// Length of one count of a body that slides; required there.
+    resolution: Quantity = Quantity::new(&q::LENGTH, Within(1e-11, 1.0), Said("none"));
+}
+
+keys! { hand_network: "hand" of ["network"];
+    /// Body that the hand holds.
+    on: Text = Text(BODY, Said("the encoder's"));
+    /// Mass of the hand itself, on a body that slides: it moves between the grip and the path.
+    mass: Quantity = Quantity::new(&q::MASS, Positive, Said("none"));
+    /// Moment of inertia of the hand itself, on a body that turns.
+    inertia: Quantity = Quantity::new(&q::INERTIA, Positive, Said("none"));
+    /// Stiffness of the hand itself, from its mass to the path.
+    own_stiffness: Quantity = Quantity::along(|axis| axis.stiffness, NotNegative, Is(0.0));
+    /// Damping of the hand itself, from its mass to the path.
+    own_damping: Quantity = Quantity::along(|axis| axis.damping, NotNegative, Is(0.0));
+}

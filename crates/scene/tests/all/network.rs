@@ -1,0 +1,162 @@
+//! Networks: what their bodies and joints come to, and what is refused at its line.
+
+use hpu_scene::{Device, Scene};
+
+const KNOB: &str = r#"about = "A network."
+clock = { frequency = "16384 kHz" }
+run = { duration = "1 s" }
+device.kind = "network"
+device.units_at = "handle"
+device.bodies.rotor = { inertia = "50 g.cm2", coulomb_friction = "3 mN.m" }
+device.bodies.handle = { mass = "30 g" }
+device.joints.cable.from = "rotor"
+device.joints.cable.to = "handle"
+device.joints.cable.ratio = 10
+device.joints.cable.radius = "60 mm"
+device.joints.cable.stiffness = "20 kN/m"
+device.joints.cable.damping_ratio = 0.02
+device.drive.kind = "current"
+device.drive.on = "rotor"
+device.drive.torque_constant = "23 mN.m/A"
+device.drive.bandwidth = "2 kHz"
+device.drive.dac = { bits = 12, full_scale = "10 A" }
+encoder = { on = "rotor", lines = 2000 }
+method.kind = "conventional"
+method.sample_rate = "4 kHz"
+method.position_bits = 16
+method.stiffness_format = "(0,10,8)"
+method.damping_format = "(0,12,4)"
+wall = { position = "6 mm", stiffness = "30 kN/m", damping = "13.9 N.s/m" }
+hand.kind = "spring_damper"
+hand.on = "handle"
+hand.stiffness = "1388.9 N/m"
+hand.damping = "27.78 N.s/m"
+hand.path = [["0 s", 0], ["200 ms", "12 mm"]]
+"#;
+
+fn parse(text: &str) -> Result<Scene, String> {
+    let none = &mut |_: &str| Err(std::io::Error::other("no file"));
+    Scene::parse("scene.toml", text, &[], none).map_err(|error| error.to_string())
+}
+
+#[track_caller]
+fn close(got: f64, expected: f64) {
+    assert!((got - expected).abs() <= 1e-12 * expected.abs(), "{got:?}, expected {expected:?}");
+}
+
+/// The encoder's body has rho = 6 mm/rad: K rho^2, and 30 g as 30 g rho^2.
+#[test]
+fn a_wall_at_the_handle_is_one_at_the_encoder() {
+    let scene = parse(KNOB).unwrap();
+    close(scene.wall.position_rad, 1.0);
+    close(scene.wall.stiffness_nm_per_rad, 30e3 * 36e-6);
+    close(scene.wall.damping_nm_s_per_rad, 13.9 * 36e-6);
+    let Device::Motor(motor) = scene.device else { panic!("a shaft") };
+    close(motor.inertia_kg_m2(), 5e-6 + 0.03 * 36e-6);
+    close(scene.hand.grip().0, 1388.9 * 36e-6);
+    close(scene.hand.path()[1].1, 2.0);
+    let compound = scene.network.as_ref().unwrap();
+    close(compound.path[1].angle_rad, 0.012);
+    close(compound.network.joints[0].compliance.unwrap().0, 20e3);
+    // Two sqrt(k m) times the ratio, m being that of both on the cable alone.
+    let together = 1.0 / (36e-6 / 5e-6 + 1.0 / 0.03);
+    close(compound.network.joints[0].compliance.unwrap().1, 0.04 * (20e3f64 * together).sqrt());
+    // A full command is 10 A, so a count of 12 bits is 10 A / 4096 of 23 mN.m/A.
+    let words = scene.words().unwrap();
+    close(words.realised.torque_quantum_nm, 0.23 * 0.5f64.powi(scene.method.pwm.bits as i32));
+}
+
+#[test]
+fn a_converter_keeps_the_upper_bits() {
+    let dac = parse(KNOB).unwrap().network.unwrap().dac.unwrap();
+    // 12 bits with the sign, of commands up to 2^13: steps of 4 counts, to the nearest.
+    for (command, steps) in [(0, 0), (1, 0), (2, 1), (5, 1), (6, 2), (-1, 0), (-3, -1), (8191, 2047), (-8192, -2048)] {
+        close(dac.current_a(command, 13) + 1.0, f64::from(steps) * 10.0 / 2048.0 + 1.0);
+    }
+    let floors = hpu_scene::Dac { floors: true, ..dac };
+    close(floors.current_a(-1, 13), -10.0 / 2048.0);
+    close(hpu_scene::Dac { bits: None, ..dac }.current_a(3, 13), 30.0 / 8192.0);
+}
+
+/// A voice coil on a slider: its constant is a force for one ampere, and on a bridge it pushes as its winding lets it.
+#[test]
+fn a_drive_that_pushes_has_a_force_constant() {
+    let slider = KNOB
+        .replace("device.bodies.rotor = { inertia = \"50 g.cm2\", coulomb_friction = \"3 mN.m\" }\n", "")
+        .replace("joints.cable", "drive")
+        .lines()
+        .filter(|line| !["device.drive", "device.joints", "encoder"].iter().any(|it| line.starts_with(it)))
+        .collect::<Vec<_>>()
+        .join("\n");
+    let drive = |constant: &str| {
+        parse(&format!(
+            "{slider}\nencoder = {{ on = \"handle\", resolution = \"1 um\" }}\ndevice.drive = {{ kind = \"bridge\", \
+             on = \"handle\", torque_constant = \"{constant}\", resistance = \"3 Ohm\", inductance = \"1 mH\" }}\n"
+        ))
+    };
+    let scene = drive("5 N/A").unwrap();
+    let full = scene.words().unwrap().realised.torque_quantum_nm * 2f64.powi(scene.method.pwm.bits as i32);
+    close(full, 5.0 * scene.bridge.supply_v / (3.0 + 2.0 * scene.bridge.on_resistance_ohm));
+    let said = drive("5 N.m/A").unwrap_err();
+    assert!(said.contains("device.drive.torque_constant"), "{said}");
+}
+
+#[test]
+fn networks_are_refused_at_their_line() {
+    let refused = |from: &str, to: &str, says: &str| {
+        assert!(KNOB.contains(from), "{from}");
+        let said = parse(&KNOB.replacen(from, to, 1)).expect_err(to);
+        assert!(said.contains(says), "{said}\nexpected {says}");
+    };
+    refused(
+        "to = \"handle\"",
+        "to = \"handel\"",
+        "9:26: device.joints.cable.to: no body \"handel\"; there are rotor, handle; did you mean handle?",
+    );
+    refused(
+        "device.joints.cable",
+        "device.bodies.lever = { mass = \"1 g\" }\ndevice.joints.cable",
+        "device.bodies.lever: nothing joins it",
+    );
+    refused(
+        "\"20 kN/m\"",
+        "\"20 N.m/rad\"",
+        "device.joints.cable.stiffness: N/m, because handle has a mass; got N.m/rad",
+    );
+    refused("device.joints.cable.radius = \"60 mm\"\n", "", "device.joints.cable.radius: missing; write a length");
+    refused(
+        "coulomb_friction = \"3 mN.m\"",
+        "coulomb_friction = \"3 mN.m\", stiction = \"1 mN.m\"",
+        "6:87: \
+        device.bodies.rotor.stiction: stiction 0.001 N.m is less than coulomb_friction, 0.003 N.m",
+    );
+    refused("\"20 kN/m\"", "\"900 GN/m\"", "device.joints.cable.stiffness");
+    refused(
+        "mass = \"30 g\"",
+        "mass = \"30 g\", stops = { low = \"1 mm\", high = \"2 mm\", stiffness = \"1 kN/m\" }",
+        "device.bodies.handle.stops.low: the device starts at 0, inside this stop",
+    );
+    refused("kind = \"current\"", "kind = \"bridge\"", "only of a drive of kind \"current\" or \"pi\"");
+    refused("device.drive.dac = { bits = 12, full_scale = \"10 A\" }\n", "", "device.drive.dac: missing");
+    refused("lines = 2000", "resolution = \"1 um\"", "encoder.resolution: rotor turns: write lines");
+    refused("run =", "model = { datapath = \"law\" }\nrun =", "model.datapath: not of a network; write \"words\"");
+    refused("run =", "model = { solver = \"sample\" }\nrun =", "model.solver: a network is flowed exactly");
+    let fast = KNOB.replace("50 g.cm2", "1e-5 g.cm2").replace("20 kN/m", "1 GN/m");
+    let said = parse(&fast).unwrap_err();
+    assert!(said.contains("device.joints.cable.stiffness: its mode is at 30."), "{said}");
+    assert!(said.contains("MHz, beyond the clock: make it rigid"), "{said}");
+    let cycle = "device.joints.a = { from = \"rotor\", to = \"handle\", radius = \"6 mm\" }\n\
+                 device.joints.b = { from = \"rotor\", to = \"handle\", radius = \"6 mm\" }\nencoder =";
+    let said = parse(&KNOB.replacen("encoder =", cycle, 1)).unwrap_err();
+    assert!(said.contains("device.joints.b: closes a cycle of rigid joints"), "{said}");
+    let many: String = (0..5)
+        .map(|k| {
+            format!(
+                "device.bodies.b{k} = {{ inertia = 1e-5 }}\n\
+                 device.joints.j{k} = {{ from = \"rotor\", to = \"b{k}\", stiffness = 1 }}\n"
+            )
+        })
+        .collect();
+    let said = parse(&KNOB.replacen("encoder =", &format!("{many}encoder ="), 1)).unwrap_err();
+    assert!(said.contains("16 states (2 of drive and hand, 7 bodies 14); accepted: 12. Make a joint rigid"), "{said}");
+}
