@@ -1,9 +1,10 @@
 //! The device of an axis's world: flowed exactly, or stepped.
 
-use hpu_plant::network::NetworkDevice;
+use hpu_plant::network::{MOST_STATES, NetworkDevice};
 use hpu_plant::{Device, Drive, Energy, Event, Measured, Pace, Pulses, REALS, State};
 
 use crate::world::encoder::side_of;
+use crate::world::plant::SMALL;
 use crate::world::stepped::Stepped;
 
 /// Index of the angle in a state.
@@ -23,10 +24,10 @@ pub(crate) enum AnyDevice<'p> {
 #[derive(Clone)]
 #[allow(clippy::large_enum_variant, reason = "one of them exists a run")]
 pub(crate) enum Other<'p> {
-    /// A network of up to eight states.
-    Eight(NetworkDevice<'p, 8>),
-    /// A network of up to twelve states.
-    Twelve(NetworkDevice<'p, 12>),
+    /// A network of few states.
+    Small(NetworkDevice<'p, SMALL>),
+    /// Any other network.
+    Large(NetworkDevice<'p, MOST_STATES>),
     /// In fixed steps.
     Stepped(Stepped<'p>),
 }
@@ -43,8 +44,8 @@ macro_rules! forward {
 macro_rules! each {
     ($other:expr, $body:ident => $call:expr) => {
         match $other {
-            Other::Eight($body) => $call,
-            Other::Twelve($body) => $call,
+            Other::Small($body) => $call,
+            Other::Large($body) => $call,
             Other::Stepped($body) => $call,
         }
     };
@@ -75,8 +76,8 @@ impl Other<'_> {
     #[inline(never)]
     fn side_of_band(&mut self, edge: u64, angle_rad: f64, band: (f64, f64)) -> i8 {
         match self {
-            Self::Eight(body) => body.side_of_band(edge, angle_rad, band),
-            Self::Twelve(body) => body.side_of_band(edge, angle_rad, band),
+            Self::Small(body) => body.side_of_band(edge, angle_rad, band),
+            Self::Large(body) => body.side_of_band(edge, angle_rad, band),
             Self::Stepped(_) => side_of(band, angle_rad),
         }
     }
@@ -84,8 +85,8 @@ impl Other<'_> {
     #[inline(never)]
     fn is_surely_within(&mut self, edge: u64, angle_rad: f64, band: (f64, f64)) -> bool {
         match self {
-            Self::Eight(body) => body.is_surely_within(edge, angle_rad, band),
-            Self::Twelve(body) => body.is_surely_within(edge, angle_rad, band),
+            Self::Small(body) => body.is_surely_within(edge, angle_rad, band),
+            Self::Large(body) => body.is_surely_within(edge, angle_rad, band),
             Self::Stepped(_) => side_of(band, angle_rad) == 0,
         }
     }
@@ -120,8 +121,8 @@ impl AnyDevice<'_> {
         match self {
             Self::Exact(body) => body.exact_state(edge),
             Self::Other(other) => match &**other {
-                Other::Eight(body) => body.exact_state(edge),
-                Other::Twelve(body) => body.exact_state(edge),
+                Other::Small(body) => body.exact_state(edge),
+                Other::Large(body) => body.exact_state(edge),
                 Other::Stepped(body) => body.state(edge),
             },
         }
@@ -137,8 +138,8 @@ impl AnyDevice<'_> {
         match self {
             Self::Exact(body) => body.still(edge),
             Self::Other(other) => match &**other {
-                Other::Eight(body) => body.still(edge),
-                Other::Twelve(body) => body.still(edge),
+                Other::Small(body) => body.still(edge),
+                Other::Large(body) => body.still(edge),
                 Other::Stepped(_) => None,
             },
         }
@@ -186,8 +187,8 @@ impl AnyDevice<'_> {
         match self {
             Self::Exact(body) => body.felt(x),
             Self::Other(other) => match &**other {
-                Other::Eight(body) => body.felt(edge),
-                Other::Twelve(body) => body.felt(edge),
+                Other::Small(body) => body.felt(edge),
+                Other::Large(body) => body.felt(edge),
                 Other::Stepped(body) => body.felt(x),
             },
         }
@@ -281,8 +282,8 @@ impl AnyDevice<'_> {
         match self {
             Self::Exact(body) => body.redecided(),
             Self::Other(other) => match &**other {
-                Other::Eight(body) => body.redecided(),
-                Other::Twelve(body) => body.redecided(),
+                Other::Small(body) => body.redecided(),
+                Other::Large(body) => body.redecided(),
                 Other::Stepped(_) => 0,
             },
         }
@@ -294,8 +295,8 @@ impl AnyDevice<'_> {
         match self {
             Self::Exact(body) => Some(body.mark(edge)),
             Self::Other(other) => match &**other {
-                Other::Eight(body) => Some(body.mark(edge)),
-                Other::Twelve(body) => Some(body.mark(edge)),
+                Other::Small(body) => Some(body.mark(edge)),
+                Other::Large(body) => Some(body.mark(edge)),
                 Other::Stepped(_) => None,
             },
         }
@@ -307,8 +308,8 @@ impl AnyDevice<'_> {
         match (self, earlier) {
             (Self::Exact(now), Self::Exact(earlier)) => now.recurs(edge, earlier, then),
             (Self::Other(now), Self::Other(earlier)) => match (&**now, &**earlier) {
-                (Other::Eight(now), Other::Eight(earlier)) => now.recurs(edge, earlier, then),
-                (Other::Twelve(now), Other::Twelve(earlier)) => now.recurs(edge, earlier, then),
+                (Other::Small(now), Other::Small(earlier)) => now.recurs(edge, earlier, then),
+                (Other::Large(now), Other::Large(earlier)) => now.recurs(edge, earlier, then),
                 _ => false,
             },
             _ => false,
@@ -320,8 +321,8 @@ impl AnyDevice<'_> {
         match (self, states) {
             (Self::Exact(body), [Self::Exact(then), Self::Exact(now)]) => body.repeat(edges, [then, now], times),
             (Self::Other(body), [Self::Other(then), Self::Other(now)]) => match (&mut **body, &**then, &**now) {
-                (Other::Eight(body), Other::Eight(then), Other::Eight(now)) => body.repeat(edges, [then, now], times),
-                (Other::Twelve(body), Other::Twelve(then), Other::Twelve(now)) => {
+                (Other::Small(body), Other::Small(then), Other::Small(now)) => body.repeat(edges, [then, now], times),
+                (Other::Large(body), Other::Large(then), Other::Large(now)) => {
                     body.repeat(edges, [then, now], times);
                 }
                 _ => {}

@@ -101,8 +101,8 @@ impl<'p> AxisWorld<'p> {
         }
         if let Kind::Network { laws, angle_rad, .. } = &plant.kind {
             world.device = Some(AnyDevice::Other(Box::new(match laws {
-                AnyLaws::Eight(laws) => Other::Eight(NetworkDevice::new(laws, 0.0)),
-                AnyLaws::Twelve(laws) => Other::Twelve(NetworkDevice::new(laws, 0.0)),
+                AnyLaws::Small(laws) => Other::Small(NetworkDevice::new(laws, 0.0)),
+                AnyLaws::Large(laws) => Other::Large(NetworkDevice::new(laws, 0.0)),
             })));
             world.begin(*angle_rad);
         }

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use hpu_plant::network::NetworkLaws;
+use hpu_plant::network::{MOST_STATES, NetworkLaws};
 use hpu_plant::{Axis, Bridge, Hand, Motor, Push};
 use hpu_signal::Clock;
 
@@ -57,9 +57,13 @@ pub(crate) enum Kind {
 /// The laws of a network, by the registers that its states fill.
 #[allow(clippy::large_enum_variant, reason = "one of them exists a run")]
 pub(crate) enum AnyLaws {
-    Eight(NetworkLaws<8>),
-    Twelve(NetworkLaws<12>),
+    Small(NetworkLaws<SMALL>),
+    Large(NetworkLaws<MOST_STATES>),
 }
+
+/// The most states of a small network. In a page both sizes are one: it loads half of the code, and runs have the same
+/// bits.
+pub(crate) const SMALL: usize = if cfg!(target_family = "wasm") { MOST_STATES } else { 8 };
 
 /// The immutable laws of a scene's world.
 pub struct Plant {
@@ -215,8 +219,8 @@ impl Plant {
     pub(crate) fn effort(&self) -> Option<(f64, f64)> {
         match &self.kind {
             Kind::Axis { axis, .. } => Some((axis.torque_constant_nm_per_a(), 1.0)),
-            Kind::Network { laws: AnyLaws::Eight(laws), grip_ratio, .. } => Some((laws.effort_per_a(), *grip_ratio)),
-            Kind::Network { laws: AnyLaws::Twelve(laws), grip_ratio, .. } => Some((laws.effort_per_a(), *grip_ratio)),
+            Kind::Network { laws: AnyLaws::Small(laws), grip_ratio, .. } => Some((laws.effort_per_a(), *grip_ratio)),
+            Kind::Network { laws: AnyLaws::Large(laws), grip_ratio, .. } => Some((laws.effort_per_a(), *grip_ratio)),
             Kind::Capture { .. } => None,
         }
     }
@@ -266,10 +270,10 @@ fn network(compound: &Compound, friction: Friction, (clock, horizon): (Clock, u6
     let angle_rad = network.bodies[network.seen].position;
     let reduced = network.reduced().map_err(|error| PlantError(error.to_string()))?;
     let edge_s = clock.period_s();
-    let laws = if reduced.size() <= 8 {
-        AnyLaws::Eight(NetworkLaws::new(reduced, edge_s, horizon))
+    let laws = if reduced.size() <= SMALL {
+        AnyLaws::Small(NetworkLaws::new(reduced, edge_s, horizon))
     } else {
-        AnyLaws::Twelve(NetworkLaws::new(reduced, edge_s, horizon))
+        AnyLaws::Large(NetworkLaws::new(reduced, edge_s, horizon))
     };
     Ok(Kind::Network { laws, angle_rad, grip_ratio: compound.grip_ratio, knots: knots(&compound.path, clock) })
 }

@@ -1,6 +1,6 @@
 //! The course of a motion within the one edge in which a mode ends.
 
-use crate::flow::double::{Double, Doubles, Product};
+use crate::flow::double::{Double, Doubles, Product, versions};
 use crate::flow::guard::Guard;
 use crate::flow::lanes::{Count, Size};
 use crate::flow::leap::{Integrals, Leap, Quadrature, Square};
@@ -98,9 +98,19 @@ impl<'a, const N: usize> Course<'a, N>
 where
     Count<N>: Size<N>,
 {
-    /// Creates the course from a motion's anchor.
+    /// Creates the course from a motion's anchor. Of more than four states it is made apart, as
+    /// [`at`](Self::at) is found apart: inlined at each place, both are most of a large system's code.
     #[inline(always)]
     pub(crate) fn new<P: Product>(motion: Trajectory<'a, N>) -> Self {
+        if N > 4 { Self::made(motion) } else { Self::new_here::<P>(motion) }
+    }
+
+    versions! {
+        fn made[made_fused, made_native, new_here](motion: Trajectory<'a, N>) -> Self
+    }
+
+    #[inline(always)]
+    fn new_here<P: Product>(motion: Trajectory<'a, N>) -> Self {
         let system = motion.system;
         let size = system.rate * system.edge_s;
         let terms = if size < 1e-3 {
@@ -116,6 +126,15 @@ where
     /// Returns the state `tau_s` later, at most one clock period.
     #[inline(always)]
     pub(crate) fn at<P: Product>(&self, tau_s: Double) -> Doubles<N> {
+        if N > 4 { self.found(tau_s) } else { self.at_here::<P>(tau_s) }
+    }
+
+    versions! {
+        fn found[found_fused, found_native, at_here](self: &Self, tau_s: Double) -> Doubles<N>
+    }
+
+    #[inline(always)]
+    fn at_here<P: Product>(&self, tau_s: Double) -> Doubles<N> {
         match &self.terms {
             Terms::Short(series) => self.motion.x.plus::<P>(&series.change::<P>(tau_s)),
             Terms::Long(series) => self.motion.x.plus::<P>(&series.change::<P>(tau_s)),

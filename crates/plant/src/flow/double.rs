@@ -86,6 +86,7 @@ impl TwoProduct for Fused {
     }
 }
 
+#[cfg(not(target_family = "wasm"))]
 impl Product for Fused {
     #[inline(always)]
     fn two(a: f64, b: f64) -> (f64, f64) {

@@ -145,10 +145,11 @@ where
         Self { edge, x, w }
     }
 
-    /// Returns the point of a motion at an edge, for a function that is compiled for a two-product.
+    /// Returns the point of a motion at an edge, for a function that is compiled for a two-product; of more than four
+    /// states by a function of its own.
     #[inline(always)]
     pub(crate) fn of_with<P: Product>(motion: &Trajectory<N>, edge: u64) -> Self {
-        let (x, w) = motion.slope_with::<P>(edge);
+        let (x, w) = if N > 4 { motion.at_with_slope(edge) } else { motion.slope_with::<P>(edge) };
         Self { edge, x, w }
     }
 }

@@ -1,10 +1,12 @@
 //! Captures of two encoder lines, whatever the format of their file.
 
 use super::channel::Capture;
-use super::{ReplayError, fst, logic_table, vcd};
+#[cfg(not(target_family = "wasm"))]
+use super::fst;
+use super::{ReplayError, logic_table, vcd};
 
 /// Reads two channels of a recording: VCD, FST, or a table of levels as Saleae Logic, PulseView and sigrok write it.
-/// The format is that of the content.
+/// The format is that of the content; a page in a browser takes files as text, and so no FST.
 ///
 /// A channel is named as in the file, or with its scopes (`libsigrok.D0`) when several have the name. A bit of a vector
 /// has its index behind the name (`ab[1]`, `ab(1)`). The first element holds the levels at the beginning of the
@@ -22,6 +24,7 @@ use super::{ReplayError, fst, logic_table, vcd};
 /// without its line feed.
 pub fn read_capture(bytes: &[u8], channel_a: &str, channel_b: &str) -> Result<Capture, ReplayError> {
     let names = [channel_a, channel_b];
+    #[cfg(not(target_family = "wasm"))]
     if fst::is_one(bytes) {
         return fst::read(bytes, names);
     }

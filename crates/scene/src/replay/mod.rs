@@ -6,6 +6,7 @@
 
 mod capture;
 mod channel;
+#[cfg(not(target_family = "wasm"))]
 mod fst;
 mod logic_table;
 mod motion;
