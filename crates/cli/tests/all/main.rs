@@ -2,6 +2,7 @@
 
 mod anywhere;
 mod architecture;
+mod arithmetic;
 mod bad_input;
 mod blocks;
 mod chart;

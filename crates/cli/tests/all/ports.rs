@@ -10,7 +10,7 @@ use crate::dut::words;
 const EDGES: usize = 300;
 
 /// Writes a design and a scene at 1 MHz with these connections.
-fn scene(dir: &Path, (file, source): (&str, &str), more: &str, ports: &str) -> String {
+pub(crate) fn scene(dir: &Path, (file, source): (&str, &str), more: &str, ports: &str) -> String {
     let (name, _) = file.split_once('.').expect("an extension");
     fs::write(dir.join(file), source).expect("a design");
     let toml = format!(
@@ -25,7 +25,7 @@ fn scene(dir: &Path, (file, source): (&str, &str), more: &str, ports: &str) -> S
 }
 
 /// Runs a scene. Returns the words of each of these ports, without a sign, after each clock edge from the first one on.
-fn shown<const N: usize>(scene: &str, more: &[&str], ports: [&str; N]) -> [Vec<u64>; N] {
+pub(crate) fn shown<const N: usize>(scene: &str, more: &[&str], ports: [&str; N]) -> [Vec<u64>; N] {
     let out = Path::new(scene).with_extension("out");
     let output = run(&[&["run", scene, "--vcd", "--no-plot", "-o", text(&out)], more].concat());
     assert_eq!(code(&output), 0, "{}", stderr(&output));

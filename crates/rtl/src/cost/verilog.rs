@@ -27,7 +27,7 @@ pub(crate) fn repaired<E>(text: &str, vhdl: impl FnOnce() -> Result<String, E>) 
         // A concatenation with a word of no bits is not valid Verilog.
         .replace("{0'b, ", "{")
         .replace(", 0'b}", "}");
-    let text: String = declared_once(&text).map(|line| with_absolute(&with_sign(line)) + "\n").collect();
+    let text: String = declared_once(&text).map(|line| with_absolute(&with_signs(&with_sign(line))) + "\n").collect();
     if !text.lines().any(|line| line.trim().starts_with("case (")) {
         return Ok(Some(with_escaped_names(&text)));
     }
@@ -101,6 +101,25 @@ fn with_sign(line: &str) -> String {
     }
 }
 
+/// Rewrites a signed division, which GHDL writes as one without signs and a remark, `n1_o = a / b; // sdiv`. The
+/// remainder of `rem` has the sign of the dividend, as in Verilog; that of `mod` has the sign of the divisor.
+fn with_signs(line: &str) -> String {
+    let parts = line.split_once(" = ").and_then(|(net, value)| Some((net, value.split_once("; // ")?)));
+    let Some((net, (value, remark))) = parts.filter(|(_, (value, _))| !value.contains('$')) else {
+        return line.to_string();
+    };
+    let of =
+        |sign: &str| value.split_once(sign).map(|(one, other)| [one, other].map(|word| format!("$signed({word})")));
+    match (remark.trim(), of(" / "), of(" % ")) {
+        ("sdiv", Some([a, b]), _) => format!("{net} = {a} / {b}; // sdiv"),
+        ("srem", _, Some([a, b])) => format!("{net} = {a} % {b}; // srem"),
+        ("smod", _, Some([a, b])) => {
+            format!("{net} = {a} % {b} != 0 && ({a} < 0) != ({b} < 0) ? {a} % {b} + {b} : {a} % {b}; // smod")
+        }
+        _ => line.to_string(),
+    }
+}
+
 /// Rewrites the absolute value of a signed word, which GHDL writes as in VHDL, `n2_o <= std_logic_vector(abs
 /// $signed(n1_o));`.
 fn with_absolute(line: &str) -> String {
@@ -168,7 +187,7 @@ fn value(vhdl: &str) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use super::{with_absolute, with_defaults, with_literals, with_sign, with_slices};
+    use super::{with_absolute, with_defaults, with_literals, with_sign, with_signs, with_slices};
 
     #[test]
     fn long_words_are_bits_and_not_text() {
@@ -185,6 +204,14 @@ mod tests {
     fn a_shift_of_a_signed_word_keeps_the_sign_and_another_does_not() {
         assert_eq!(with_sign("  assign b = $signed(a) >> 2'b10;"), "  assign b = $signed(a) >>> 2'b10;");
         assert_eq!(with_sign("  assign b = a >> 2'b10;"), "  assign b = a >> 2'b10;");
+    }
+
+    #[test]
+    fn a_signed_division_is_signed_and_another_is_not() {
+        assert_eq!(with_signs("  assign n = a / b; // sdiv"), "  assign n = $signed(a) / $signed(b); // sdiv");
+        assert_eq!(with_signs("  assign n = a % 8'b01; // srem"), "  assign n = $signed(a) % $signed(8'b01); // srem");
+        assert_eq!(with_signs("  assign n = a / b; // udiv"), "  assign n = a / b; // udiv");
+        assert_eq!(with_signs("  assign n = a % b; // umod"), "  assign n = a % b; // umod");
     }
 
     #[test]

@@ -20,6 +20,7 @@ use super::process::{ANSWER, Process, UNSET};
 use super::said::{Ears, Form, errors, fatal, told, with_reports_asserted, without};
 use super::text::delay::{first, left_out};
 use super::text::verilog::{Dropped, TIMESCALE, waits};
+use super::vhdl::with_operands;
 use super::{Simulators, of_tool, refuses};
 use crate::cost::verilog::{UNTOLD, repaired};
 use crate::engines::entry::key;
@@ -259,6 +260,18 @@ impl Simulators {
         };
         let untold = || refuses(Tool::Ghdl, dut, UNTOLD);
         let vhdl = || synth("vhdl", asserted.is_some()).map(|said| said.out);
+        // Later releases have what is repaired here right.
+        let text = if Tool::Ghdl.version(self.setup.timeout)?.starts_with("2.") {
+            let own = || {
+                plain_names(dut).into_iter().zip(&dut.files).map(|((plain, _), (_, content))| {
+                    (plain.to_string(), String::from_utf8_lossy(content).into_owned())
+                })
+            };
+            let files = asserted.map_or_else(|| own().collect(), BTreeMap::clone);
+            with_operands(&text, &files).map_err(|untold| refuses(Tool::Ghdl, dut, untold))?
+        } else {
+            text
+        };
         let verilog = repaired(&text, vhdl)?.ok_or_else(untold)?;
         let verilog = told.map_or_else(|| verilog.clone(), |told| told.spoken(&verilog));
         write(folder, SYNTHESISED, verilog.as_bytes())?;

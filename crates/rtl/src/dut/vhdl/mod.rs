@@ -5,6 +5,7 @@ mod delays;
 mod flat;
 mod generics;
 mod interface;
+mod operands;
 mod shape;
 mod text;
 mod types;
@@ -17,6 +18,7 @@ pub(crate) use flat::Names;
 pub(super) use flat::{Around, PROBE};
 pub(crate) use generics::value;
 pub(crate) use interface::{Interface, Item, entities, interface, names_foreign};
+pub(super) use operands::with_operands;
 pub(crate) use types::Types;
 
 use crate::engines::error::Error;
