@@ -19,8 +19,8 @@ pub fn has_lines(scene: &Scene) -> bool {
 pub enum Drive {
     /// The linear law has no logic: an effort acts `model.delay` after its sample.
     Linear,
-    /// A command acts from its own clock on: through an amplifier, or through an averaged bridge that takes every duty
-    /// at once.
+    /// A command acts from its own clock on: through an amplifier, through a network's converter, or through an
+    /// averaged bridge that takes every duty at once.
     Held,
     /// A command moves the end of a modulator's pulse.
     Pulses {
@@ -37,6 +37,9 @@ impl Drive {
     /// Returns the drive of a scene.
     pub fn of(scene: &Scene) -> Self {
         let pwm = scene.method.pwm;
+        if scene.network.as_ref().is_some_and(|network| network.dac.is_some()) {
+            return Self::Held;
+        }
         match (scene.model.datapath, &scene.device, scene.model.bridge) {
             (Datapath::Linear, ..) => Self::Linear,
             (_, Device::Mass(_), _) => Self::Held,
@@ -83,9 +86,12 @@ pub enum Rest {
 }
 
 impl Rest {
-    /// Returns the rest of a scene at the end of its hand's path; none if the hand imposes the motion or the scene has
-    /// no full command.
+    /// Returns the rest of a scene at the end of its hand's path; none if the hand imposes the motion, if the scene has
+    /// no full command, or if the device is a network, whose joints and springs yield too.
     pub fn of(scene: &Scene) -> Option<Self> {
+        if scene.network.is_some() {
+            return None;
+        }
         let realised = scene.words().ok()?.realised;
         let full = realised.torque_quantum_nm * 2f64.powi(scene.method.pwm.bits.cast_signed());
         match &scene.hand {
@@ -159,6 +165,7 @@ pub fn waits(scene: &Scene) -> Vec<Wait> {
         ("synchronizer, decoder and counter", seconds(drive.lines(scene) as f64)),
         ("the held position", seconds(f64::from(u8::from(held)))),
         ("method.settling", seconds(f64::from(scene.method.settling))),
+        ("the host", seconds(scene.host_clocks as f64)),
         (if duty.is_some() { "the modulator, at rest" } else { "the modulator, at most" }, seconds(modulator)),
         ("the bridge's dead time", dead_s),
     ];

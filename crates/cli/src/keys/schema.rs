@@ -27,7 +27,7 @@ pub fn schema() -> Value {
             "dut" => case["required"] = json!(["device", "dut"]),
             _ => {}
         }
-        json!({ "if": case, "then": object(of, "", &[of.scene]) })
+        json!({ "if": case, "then": object(of, "", &kinds_of("", of.scene, of.device, None)) })
     };
     let cases = KINDS.iter().map(of_kind).collect::<Vec<_>>();
     let kinds =

@@ -147,7 +147,7 @@ fn find<'w, F>(
         stopped = watch.is_stopped();
         found
     });
-    let found = Limits { in_box, ..found };
+    let found = Limits { in_box, ..found }.at_wall(&nominal);
     Ok((!stopped).then(|| (opened, drawn(args, &nominal.name, &found, &over))))
 }
 
@@ -227,6 +227,7 @@ fn of_design<'w, F>(
         in_words,
         stiffness_miss: None,
         damping_error: None,
+        left_out: Vec::new(),
         coulomb: 0.0,
         is_ramped: false,
     };

@@ -35,6 +35,7 @@ pub fn page(scene: &str, found: &Limits, over: &[Unknown]) -> Page {
         }
     }
     driven(&mut page, found);
+    left_out(&mut page, found);
     page.data("coulomb_friction_left_out", found.coulomb);
     page.data("over", json!([]));
     for (index, unknown) in over.iter().enumerate() {
@@ -177,6 +178,14 @@ fn driven(page: &mut Page, found: &Limits) {
     }
     if found.coulomb > 0.0 && (found.linear.is_ok() || found.driven.is_ok() || found.ripple.is_some()) {
         page.line("", "all of this without the device's Coulomb friction, which may hold it at other stiffnesses too");
+    }
+}
+
+/// Adds the line about what linear loops around a network leave out.
+fn left_out(page: &mut Page, found: &Limits) {
+    page.data("network_left_out", json!(found.left_out));
+    if !found.left_out.is_empty() && (found.linear.is_ok() || found.driven.is_ok()) {
+        page.line("linear loops leave out", found.left_out.join("; "));
     }
 }
 

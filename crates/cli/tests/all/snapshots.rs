@@ -173,7 +173,7 @@ fn the_page_of_text_of_every_verb() {
 }
 
 /// Commands that are refused, with their exit codes.
-const REFUSED: [(i32, &str); 37] = [
+const REFUSED: [(i32, &str); 36] = [
     (2, "nonsense"),
     (2, "run"),
     (2, "scene show hybrid-wall"),
@@ -196,7 +196,6 @@ const REFUSED: [(i32, &str); 37] = [
     (2, "cost pwm --set a=1"),
     (2, "limits phantom-drop"),
     (2, "limits gimbal-shape"),
-    (2, "limits cable-knob"),
     (2, "limits gimbal-switch --range 1..2"),
     (4, "widths gimbal-switch --search"),
     (2, "widths hybrid-wall --tables"),

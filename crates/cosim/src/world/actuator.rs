@@ -32,6 +32,8 @@ pub(crate) enum Actuator {
         dac: Dac,
         /// Bits of a full command.
         width: u32,
+        /// Edges from a command to the converter: the host's.
+        late: u64,
     },
 }
 

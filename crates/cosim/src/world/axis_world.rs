@@ -3,6 +3,8 @@
 //!
 //! [`Plant`] holds the immutable laws of a scene, [`AxisWorld`] its state.
 
+use std::collections::VecDeque;
+
 use hpu_datapath::{LoopIn, LoopOut, Repeat};
 use hpu_plant::network::NetworkDevice;
 use hpu_plant::{Band, Device, Drive, Gates, Pace, Pulses, REALS};
@@ -35,6 +37,8 @@ pub struct AxisWorld<'p> {
     device: Option<AnyDevice<'p>>,
     /// The outputs that the device was last told; `None` if it has cruised since, without being told every change.
     told: Option<LoopOut<i64>>,
+    /// The commands on their way through a host, each with the edge at which the converter takes it.
+    waiting: VecDeque<(u64, i64)>,
     /// The word of the command that an averaged bridge or an amplifier was last told.
     commanded: Option<i64>,
     encoder: Encoder,
@@ -74,6 +78,7 @@ impl<'p> AxisWorld<'p> {
             latch: None,
             device: None,
             told: None,
+            waiting: VecDeque::new(),
             commanded: None,
             encoder: Encoder::new(plant.count_rad, 0.0),
             counter: 0,
@@ -224,6 +229,11 @@ impl<'p> AxisWorld<'p> {
         {
             device.driven(edge, Drive::Average(latch.take()));
         }
+        while let (Actuator::Converted { dac, width, .. }, Some(device)) = (self.plant.actuator, &mut self.device)
+            && let Some((_, word)) = self.waiting.pop_front_if(|(due, _)| *due <= edge)
+        {
+            device.driven(edge, Drive::Current(-dac.current_a(word, width)));
+        }
         match &self.plant.kind {
             Kind::Axis { knots, .. } | Kind::Network { knots, .. } => {
                 while let Some(knot) = knots.get(self.next).filter(|knot| knot.edge <= self.edge) {
@@ -295,10 +305,15 @@ impl<'p> AxisWorld<'p> {
                     }
                 }
             }
-            Actuator::Converted { dac, width } => {
+            Actuator::Converted { dac, width, late } => {
                 let word = words[self.command];
                 self.commanded = Some(word);
-                device.driven(edge, Drive::Current(-dac.current_a(word, width)));
+                if late == 0 {
+                    device.driven(edge, Drive::Current(-dac.current_a(word, width)));
+                } else {
+                    self.waiting.push_back((edge + late, word));
+                    self.plan();
+                }
             }
             // As with a bridge, a positive command pushes against the positive direction.
             Actuator::Amplified { quantum_n, .. } => {
@@ -375,6 +390,9 @@ impl<'p> AxisWorld<'p> {
         }
         if let Some(faults) = &self.faults {
             due = due.min(faults.next().unwrap_or(u64::MAX));
+        }
+        if let Some((edge, _)) = self.waiting.front() {
+            due = due.min(*edge);
         }
         self.next_due = due.min(self.schedule.next(self.edge).unwrap_or(u64::MAX));
     }

@@ -132,7 +132,7 @@ where
     }
 
     /// Returns the index of the integral of a drive that has one.
-    fn integral(&self) -> usize {
+    pub(super) fn integral(&self) -> usize {
         2 + 2 * self.net.bodies.len()
     }
 
@@ -151,7 +151,7 @@ where
     }
 
     /// Returns for each body what moves it, friction and constant parts apart, as a functional of the state.
-    fn forces(&self, key: &Key) -> Vec<Row<N>> {
+    pub(super) fn forces(&self, key: &Key) -> Vec<Row<N>> {
         let Reduced { bodies, links, stops, driven, grip, hand, .. } = &self.net;
         let mut rows = vec![[Double::ZERO; N]; bodies.len()];
         for (b, Body { viscous, spring, .. }) in bodies.iter().enumerate() {
@@ -322,8 +322,8 @@ where
             || self.rubs.iter().position(|&it| it == body).is_some_and(|r| key.sticks(r))
     }
 
-    fn make(&self, key: &Key, switches: Option<u8>) -> Mode<N> {
-        let forces = self.forces(key);
+    /// Returns the matrix of a mode, whose functionals of what moves each body are these.
+    pub(super) fn rows(&self, key: &Key, switches: Option<u8>, forces: &[Row<N>]) -> [Row<N>; N] {
         let mut rows = [[Double::ZERO; N]; N];
         self.feed_rows(&mut rows, key, switches);
         for (b, body) in self.net.bodies.iter().enumerate() {
@@ -335,6 +335,12 @@ where
                 rows[position_of(b)][speed_of(b)] = 1.0.into();
             }
         }
+        rows
+    }
+
+    fn make(&self, key: &Key, switches: Option<u8>) -> Mode<N> {
+        let forces = self.forces(key);
+        let rows = self.rows(key, switches, &forces);
         let system = Linear::exact(&rows, self.squares(key), self.edge_s, self.horizon);
         let guard = |row: &Row<N>| Guard::new(rounded(row), &system);
         let unit = |index: usize, value: f64| from_fn(|k| if k == index { value.into() } else { Double::ZERO });

@@ -18,6 +18,7 @@
 
 mod ends;
 mod energy;
+mod free;
 mod laws;
 mod motion;
 
@@ -26,6 +27,7 @@ use std::fmt;
 use crate::{Bridge, Hand};
 
 pub use crate::flow::lanes::{Count, Size};
+pub use free::Free;
 pub use laws::NetworkLaws;
 pub use motion::NetworkDevice;
 

@@ -167,8 +167,12 @@ fn determinant(kept: &[usize], entry: &impl Fn(usize, usize) -> Jet) -> Jet {
         let Some((&row, rows)) = rows.split_first() else { return Jet::constant(Interval::exact(1.0)) };
         let mut sum = Jet::ZERO;
         for (index, &column) in columns.iter().enumerate() {
+            let factor = entry(row, column);
+            if factor.is_zero() {
+                continue;
+            }
             let others: Vec<usize> = columns.iter().copied().filter(|other| *other != column).collect();
-            let product = entry(row, column).times(along(rows, &others, entry));
+            let product = factor.times(along(rows, &others, entry));
             sum = if index % 2 == 0 { sum.plus(product) } else { sum.minus(product) };
         }
         sum

@@ -82,6 +82,9 @@ impl DrivenSet {
         let waits = waits(scene);
         let (is_averaged, with_modulator) = (scene.model.bridge == BridgeModel::Averaged, None);
         if let Drive::Pulses { .. } = drive {
+            if scene.network.is_some() {
+                return Err("a modulator drives a network".into());
+            }
             let pulses = Pulses::new(scene)?;
             if !pulses.waits_short() {
                 return Err("its modulator's period is much shorter than the clocks before it".into());
@@ -91,7 +94,7 @@ impl DrivenSet {
             return Ok(Self { set, looked: Some(looked), full_from, duty, is_averaged, with_modulator, waits });
         }
         let set = held(scene, drive, within, 0)?;
-        let is_bridge = drive == Drive::Held && matches!(scene.device, Device::Motor(_));
+        let is_bridge = drive == Drive::Held && matches!(scene.device, Device::Motor(_)) && scene.network.is_none();
         let with_modulator = is_bridge.then(|| held(scene, drive, within, 1)).transpose()?;
         Ok(Self { set, looked: None, full_from, duty: None, is_averaged: false, with_modulator, waits })
     }
@@ -125,7 +128,7 @@ pub(super) fn held(scene: &Scene, drive: Drive, range: [f64; 2], later: u64) -> 
     }
     super::pulses::plain_damping(scene)?;
     // The register that samples is the one behind the counter.
-    let clocks = drive.lines(scene) + 1 + u64::from(scene.method.settling) + later;
+    let clocks = drive.lines(scene) + 1 + u64::from(scene.method.settling) + scene.host_clocks + later;
     Ok(StableSet::of(&OpenLoop::late(scene, damping, clocks)?, scene, range))
 }
 

@@ -25,6 +25,11 @@ impl Jet {
         Self { middle: value, over: value, slopes: [Interval::ZERO; ALONG] }
     }
 
+    /// Returns whether the number is 0 whatever the stiffness and the parameters are.
+    pub fn is_zero(self) -> bool {
+        self.middle == Interval::ZERO && self.over == Interval::ZERO && self.slopes == [Interval::ZERO; ALONG]
+    }
+
     pub fn plus(self, other: Self) -> Self {
         Self {
             middle: self.middle.plus(other.middle),

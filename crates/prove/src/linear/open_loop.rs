@@ -3,7 +3,9 @@
 use std::array;
 use std::sync::OnceLock;
 
-use hpu_cosim::scene::{Device, Scene};
+use hpu_cosim::scene::{Compound, Device, Scene};
+use hpu_plant::Hand;
+use hpu_plant::network::Free;
 
 use super::characteristic::{Characteristic, minors};
 use super::controller::{Damping, Term, controller};
@@ -12,6 +14,10 @@ use crate::Error;
 use crate::interval::{Interval, Matrix};
 use crate::ranges::System;
 use crate::series::Series;
+
+/// Most states of a network whose characteristic function is worked out: its minors take a time that grows with the
+/// factorial of their number.
+const MOST_STATES: usize = 8;
 
 /// A linear loop whose stiffness is left open.
 #[derive(Debug)]
@@ -43,7 +49,7 @@ impl OpenLoop {
     ///
     /// Returns the reason why the scene has no linear loop.
     pub fn new(scene: &Scene, damping: Damping) -> Result<Self, Error> {
-        Self::late(scene, damping, scene.clock.edges(scene.model.delay_s))
+        Self::late(scene, damping, scene.clock.edges(scene.model.delay_s) + scene.host_clocks)
     }
 
     /// Returns the linear loop of a scene whose efforts begin so many clocks after their sample.
@@ -53,6 +59,9 @@ impl OpenLoop {
     /// Returns the reason why the scene has no linear loop.
     pub fn late(scene: &Scene, damping: Damping, delay: u64) -> Result<Self, Error> {
         let (num, den) = controller(scene, damping)?;
+        if let Some(compound) = scene.network.as_deref() {
+            check_network(compound)?;
+        }
         let period = scene.period_clocks();
         let (whole, late) = (delay / period, delay % period);
         if whole > Self::MOST_WAITING {
@@ -258,26 +267,58 @@ impl OpenLoop {
 /// Returns `A` with the effort's column, using the words of `nominal`, and a row of zeros for the effort. The position
 /// is the last state.
 pub(super) fn plant(scene: &Scene, nominal: &Scene) -> Vec<Vec<Interval>> {
-    let system = System::new(scene, scene.hand.grip(), true);
     // An effort is a torque at stall: u R / K in volts. In another world of the box the same word makes more or less of
     // it.
-    let (up, down) = match &scene.device {
-        Device::Motor(motor) => {
-            let ohm = Interval::exact(motor.resistance_ohm).plus(Interval::exact(2.0 * scene.bridge.on_resistance_ohm));
-            (ohm, motor.torque_constant_nm_per_a)
+    let ohm =
+        |winding_ohm: f64| Interval::exact(winding_ohm).plus(Interval::exact(2.0 * scene.bridge.on_resistance_ohm));
+    let (mut plant, drive, (up, down)) = match (&scene.device, scene.network.as_deref()) {
+        (_, Some(compound)) => {
+            let (plant, drive) = of_network(compound);
+            let feed = compound.network.feed;
+            let up = if compound.dac.is_some() { Interval::exact(1.0) } else { ohm(feed.resistance_ohm) };
+            (plant, drive, (up, compound.drive_ratio * feed.torque_constant))
         }
-        Device::Mass(_) => (Interval::exact(1.0), 1.0),
+        (device, None) => {
+            let system = System::new(scene, scene.hand.grip(), true);
+            let effort = match device {
+                Device::Motor(motor) => (ohm(motor.resistance_ohm), motor.torque_constant_nm_per_a),
+                Device::Mass(_) => (Interval::exact(1.0), 1.0),
+            };
+            (system.a, system.drive, effort)
+        }
     };
     let by = scene.full_command_over(nominal);
     let spare = if by == 1.0 { 0.0 } else { 1e-15 * by };
     let by = Interval { lo: by - spare, hi: by + spare };
-    let mut plant = system.a;
-    for (row, drive) in plant.iter_mut().zip(&system.drive) {
+    for (row, drive) in plant.iter_mut().zip(&drive) {
         let effort = drive.times(up).over(down);
         row.push(if spare == 0.0 { effort } else { effort.times(by) });
     }
     plant.push(vec![Interval::ZERO; plant.len() + 1]);
     plant
+}
+
+/// Refuses networks of which no linear loop is worked out.
+fn check_network(compound: &Compound) -> Result<(), Error> {
+    if compound.network.hand == Hand::Prescribed {
+        return Err("no linear loop: the hand imposes the motion of a body".into());
+    }
+    let states = compound.network.reduced().map_or(0, |reduced| reduced.free(2).drive.len());
+    if states > MOST_STATES {
+        return Err(
+            format!("a network of {states} states, of {MOST_STATES} at most for which this is worked out").into()
+        );
+    }
+    Ok(())
+}
+
+/// Returns the linear system of a network, and the column of one ampere that is asked for or one volt of its bridge.
+fn of_network(compound: &Compound) -> (Vec<Vec<Interval>>, Vec<Interval>) {
+    // Scenes refuse a network that cannot be reduced.
+    let Free { a, drive } = compound.network.reduced().expect("a network of a scene").free(2);
+    // Each number is rounded once; a zero is one by the network's form.
+    let near = |x: f64| if x == 0.0 { Interval::ZERO } else { Interval { lo: x.next_down(), hi: x.next_up() } };
+    (a.iter().map(|row| row.iter().copied().map(near).collect()).collect(), drive.into_iter().map(near).collect())
 }
 
 /// One plant, or all plants of a parameter box.

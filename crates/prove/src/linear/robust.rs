@@ -141,6 +141,14 @@ impl BoxSet {
         Ok(Self { range, unit: super::unit(nominal), points: points.len(), at_points, proved })
     }
 
+    /// Returns the set in another unit of stiffness, of which one is `one` of the present ones.
+    #[must_use]
+    pub fn in_units(self, one: f64, unit: &'static str) -> Self {
+        let by = |stretch: [f64; 2]| stretch.map(|stiffness| stiffness / one);
+        let all = |stretches: Vec<[f64; 2]>| stretches.into_iter().map(by).collect();
+        Self { range: by(self.range), unit, at_points: all(self.at_points), proved: all(self.proved), ..self }
+    }
+
     /// Returns the stretches at which the points of the box settle and of which it is not known whether all of it does.
     pub fn unknown(&self) -> Vec<[f64; 2]> {
         self.at_points.iter().flat_map(|stretch| without(*stretch, &self.proved)).collect()

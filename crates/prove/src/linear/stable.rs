@@ -121,6 +121,21 @@ impl StableSet {
         Self { range, unit: super::unit(scene), stable, open, ended: found.ended || arcs == 0 }
     }
 
+    /// Returns the set in another unit of stiffness, of which one is `one` of the present ones.
+    #[must_use]
+    pub fn in_units(self, one: f64, unit: &'static str) -> Self {
+        let by = |stiffness: f64| stiffness / one;
+        let end = |End { at, beyond }: End| End { at: by(at), beyond: beyond.map(by) };
+        let stretch = |Stretch { from, to }: Stretch| Stretch { from: end(from), to: end(to) };
+        Self {
+            range: self.range.map(by),
+            unit,
+            stable: self.stable.into_iter().map(stretch).collect(),
+            open: self.open.into_iter().map(|open| open.map(by)).collect(),
+            ended: self.ended,
+        }
+    }
+
     /// Returns the set as text, as in `0.01 to 0.7589 and 1.0955 to 4.0685 N.m/rad`.
     pub fn said(&self) -> String {
         let more = "neither grows nor decays by more than is known";

@@ -56,6 +56,8 @@ pub struct Scene {
     pub method: Method,
     /// The virtual wall.
     pub wall: Wall,
+    /// Clocks from a command to the converter that takes it: those of a host between both.
+    pub host_clocks: u64,
     /// The hand, which moves the device.
     pub hand: Hand,
     /// The faults between device and logic.

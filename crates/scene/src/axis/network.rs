@@ -10,6 +10,7 @@ use crate::axis::network_rows as keys;
 use crate::axis::network_rows::DriveKind;
 use crate::axis::parts::{Device, Encoder, Hand, Motor, PathPoint};
 use crate::axis::rows::Mass;
+use crate::head::Units;
 use crate::schema::quantity::{Axis, RAIL, SHAFT};
 use crate::schema::section::Section;
 use crate::schema::source::SceneError;
@@ -36,9 +37,48 @@ pub struct Compound {
     pub drive_ratio: f64,
     /// Those of the body in whose units the wall is given.
     pub wall_ratio: f64,
+    /// The units of that body.
+    pub wall_units: Units,
 }
 
 impl Compound {
+    /// Moves the start of all bodies and the path of the hand by a distance of the body with the encoder, and the path
+    /// to a later time; a hand without a path leaves it to the bodies to arrive later.
+    pub fn shift(&mut self, aside: f64, late_s: f64) {
+        let back = if self.path.is_empty() { late_s } else { 0.0 };
+        let ratios: Vec<f64> = (0..self.network.bodies.len()).map(|body| self.network.ratio(body)).collect();
+        for (body, ratio) in self.network.bodies.iter_mut().zip(ratios) {
+            body.position += ratio * aside - back * body.speed;
+        }
+        for knot in &mut self.path {
+            knot.time_s += if knot.time_s > 0.0 { late_s } else { 0.0 };
+            knot.angle_rad += self.grip_ratio * aside;
+        }
+    }
+
+    /// Returns what a linear loop around the network leaves out beside Coulomb friction, each as text.
+    pub fn left_out(&self) -> Vec<String> {
+        let Network { joints, stops, feed, .. } = &self.network;
+        let rigid = joints.iter().filter(|joint| joint.compliance.is_none()).map(|joint| {
+            format!("the compliance of the joint from {} to {}", self.names[joint.from], self.names[joint.to])
+        });
+        let mut all: Vec<String> = rigid.collect();
+        all.extend(stops.iter().map(|stop| format!("the stops of {}", self.names[stop.body])));
+        if let FeedKind::Current { supply_v, .. } | FeedKind::Pi { supply_v, .. } = feed.kind
+            && supply_v.is_finite()
+        {
+            all.push(format!("the limit of the supply, {} V", number(supply_v)));
+        }
+        if let Some(dac) = self.dac {
+            let full = number(dac.full_scale_a);
+            all.push(match dac.bits {
+                Some(bits) => format!("the converter's {bits} bits and full scale, {full} A"),
+                None => format!("the converter's full scale, {full} A"),
+            });
+        }
+        all
+    }
+
     /// Returns the current of a full command: the converter's, or what a bridge lets through a winding at rest.
     pub(crate) fn stall_a(&self, bridge: Bridge) -> f64 {
         let resistance_ohm = self.network.feed.resistance_ohm + 2.0 * bridge.on_resistance_ohm;
@@ -80,6 +120,12 @@ pub(crate) struct Draft {
     network: Network,
     dac: Option<Dac>,
     units_at: usize,
+}
+
+fn units(axis: &Axis) -> Units {
+    let [position, effort, stiffness, damping] =
+        [axis.position, axis.effort, axis.stiffness, axis.damping].map(|quantity| quantity.si);
+    Units { position, effort, stiffness, damping }
 }
 
 fn axis_of(slides: bool) -> &'static Axis {
@@ -405,9 +451,10 @@ impl Draft {
                 initial_current_a: 0.0,
             })
         };
-        let wall_ratio = self.wall_ratio();
+        let (wall_ratio, wall_units) = (self.wall_ratio(), units(axis_of(self.slides[self.units_at])));
         let Self { names, slides, network, dac, .. } = self;
-        Ok((device, Arc::new(Compound { network, names, slides, dac, path, grip_ratio, drive_ratio, wall_ratio })))
+        let compound = Compound { network, names, slides, dac, path, grip_ratio, drive_ratio, wall_ratio, wall_units };
+        Ok((device, Arc::new(compound)))
     }
 
     /// Starts the body at the grip where a prescribed hand does; its own start is refused, not ignored.

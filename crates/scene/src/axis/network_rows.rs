@@ -157,3 +157,15 @@ keys! { hand_network: "hand" of ["network"];
     /// Damping of the hand itself, from its mass to the path.
     own_damping: Quantity = Quantity::along(|axis| axis.damping, NotNegative, Is(0.0));
 }
+
+keys! { top_host: "" of ["network"];
+    /// A host between the logic and the converter of a network's drive: it hands commands on later.
+    host: Own = Own::section(Said("none"));
+}
+
+keys! { host: "host" of ["network"];
+    /// Samples from a command to the converter that takes it.
+    late: Whole<u32> = Whole::new(0, 64, Is(0));
+    /// Time from a command to the converter, beside `late`; rounded to a clock, a second at most.
+    latency: Quantity = Quantity::new(&q::TIME, NotNegative, Is(0.0));
+}

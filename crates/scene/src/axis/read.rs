@@ -1,5 +1,7 @@
 //! Reads the tree of a scene into its parts: every key, its default, its range.
 
+use hpu_signal::Clock;
+
 use crate::axis::Scene;
 use crate::axis::network;
 use crate::axis::parts::{Device, Hand, Ramp, Wall};
@@ -34,7 +36,7 @@ pub(crate) fn scene(file: &str, source: &Source, kind: Kind, load: Load) -> Resu
         let asked = root.section("pwm").is_ok_and(|pwm| pwm.has("frequency"));
         return Err(root.unknown("pwm", if asked { PWM_FREQUENCY } else { "the PWM's keys stand in [method.pwm]" }));
     }
-    root.accept(&["axis"])?;
+    root.accept(if let Kind::Network = kind { &["axis", "network"] } else { &["axis"] })?;
     if !root.has("method") {
         return Err(root.error("method", NO_METHOD));
     }
@@ -61,6 +63,7 @@ pub(crate) fn scene(file: &str, source: &Source, kind: Kind, load: Load) -> Resu
         faults: faults(&root, clock)?,
         model,
         network: None,
+        host_clocks: 0,
         head: OWN.head(file, source, &root, (about, clock))?,
     };
     covered.map_or(Ok(()), |covered| covered.check(&parts))?;
@@ -98,12 +101,15 @@ fn scene_of_network(file: &str, source: &Source, root: &Section, load: Load) -> 
         // There are no gates to switch.
         model.bridge = BridgeModel::Averaged;
     }
+    let method = method(&root.section("method")?)?;
+    let host_clocks = host(root, clock, method.sample_rate_hz, compound.dac.is_some())?;
     let mut parts = Scene {
         device,
         encoder,
         amplifier: None,
         bridge,
-        method: method(&root.section("method")?)?,
+        method,
+        host_clocks,
         wall,
         hand,
         faults: faults(root, clock)?,
@@ -115,6 +121,21 @@ fn scene_of_network(file: &str, source: &Source, root: &Section, load: Load) -> 
     parts.parameters = source.parameters.take(&unused(&parts)).into();
     agree(&parts)?;
     Ok(parts)
+}
+
+/// Reads the host of a network whose drive has a converter, and returns the clocks by which its commands are late.
+fn host(root: &Section, clock: Clock, sample_rate_hz: f64, has_converter: bool) -> Result<u64, SceneError> {
+    if root.has("host") && !has_converter {
+        return Err(root.error("host", "a host hands commands to a converter, and a bridge has none; leave this out"));
+    }
+    let s = root.section("host")?;
+    s.accept(&["network"])?;
+    let (late, latency_s) = (u64::from(s.read(&keys::host::late)?), s.read(&keys::host::latency)?);
+    if latency_s > 1.0 {
+        // Every command on its way is kept.
+        return Err(s.error("latency", format!("{} s; accepted: a second at most", number(latency_s))));
+    }
+    Ok(late * clock.edges(1.0 / sample_rate_hz) + clock.edges(latency_s))
 }
 
 /// Returns the sections and keys that are read but that no run of the scene uses.

@@ -18,7 +18,7 @@ use Part::{Each, Fixed};
 
 /// The groups: the scene's own keys first, then the sections in the order in which the documentation shows them.
 static PARTS: &[Part] = &[
-    Fixed(&[&top::GROUP, &top_axis::GROUP]),
+    Fixed(&[&top::GROUP, &top_axis::GROUP, &top_host::GROUP]),
     Each(|keys| keys.first),
     Fixed(&[
         &top_clock::GROUP,
@@ -49,6 +49,7 @@ static PARTS: &[Part] = &[
         &encoder_motor::GROUP,
         &encoder_mass::GROUP,
         &encoder_network::GROUP,
+        &host::GROUP,
         &bridge::GROUP,
         &amplifier::GROUP,
         &amplifier_shaper::GROUP,
@@ -133,10 +134,10 @@ pub fn has_own_kind(section: &str, scene: &str) -> bool {
 /// section's `kind`.
 pub fn kinds_of<'a>(section: &str, scene: &'a str, device: &'a str, own: Option<&'a str>) -> Vec<&'a str> {
     match section {
-        "device" | "encoder" => vec![device],
+        "device" | "encoder" | "host" => vec![device],
         "hand" if has_own_kind(section, scene) => own.into_iter().chain([device]).collect(),
         _ if has_own_kind(section, scene) => own.into_iter().collect(),
-        "model" if scene == "axis" => vec![scene, device],
+        "" | "model" if scene == "axis" => vec![scene, device],
         _ => vec![scene],
     }
 }

@@ -143,11 +143,11 @@ impl Base {
     /// The kinds that this scene is for the rows of a section.
     fn kinds(&self, section: &str) -> Vec<&'static str> {
         match section {
-            "device" | "encoder" => vec![self.device],
+            "device" | "encoder" | "host" => vec![self.device],
             "method" => vec![self.method],
             "hand" => vec![self.hand, self.device],
             "hand.file" | "target" => vec![self.hand],
-            "model" if self.scene == "axis" => vec![self.scene, self.device],
+            "" | "model" if self.scene == "axis" => vec![self.scene, self.device],
             _ => vec![self.scene],
         }
     }

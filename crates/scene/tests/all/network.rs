@@ -89,16 +89,26 @@ fn a_drive_that_pushes_has_a_force_constant() {
         .collect::<Vec<_>>()
         .join("\n");
     let drive = |constant: &str| {
-        parse(&format!(
+        format!(
             "{slider}\nencoder = {{ on = \"handle\", resolution = \"1 um\" }}\ndevice.drive = {{ kind = \"bridge\", \
              on = \"handle\", torque_constant = \"{constant}\", resistance = \"3 Ohm\", inductance = \"1 mH\" }}\n"
-        ))
+        )
     };
-    let scene = drive("5 N/A").unwrap();
+    let scene = parse(&drive("5 N/A")).unwrap();
     let full = scene.words().unwrap().realised.torque_quantum_nm * 2f64.powi(scene.method.pwm.bits as i32);
     close(full, 5.0 * scene.bridge.supply_v / (3.0 + 2.0 * scene.bridge.on_resistance_ohm));
-    let said = drive("5 N.m/A").unwrap_err();
+    let said = parse(&drive("5 N.m/A")).unwrap_err();
     assert!(said.contains("device.drive.torque_constant"), "{said}");
+    let said = parse(&(drive("5 N/A") + "host.late = 1\n")).unwrap_err();
+    assert!(said.contains("host: a host hands commands to a converter, and a bridge has none"), "{said}");
+}
+
+#[test]
+fn a_host_is_late_by_samples_and_by_a_time() {
+    let scene = parse(&format!("{KNOB}host = {{ late = 2, latency = \"1 ms\" }}\n")).unwrap();
+    assert_eq!(scene.host_clocks, 2 * 4096 + 16384);
+    let said = parse(&format!("{KNOB}host.late = 65\n")).unwrap_err();
+    assert!(said.contains("host.late") && said.contains("64"), "{said}");
 }
 
 #[test]

@@ -129,11 +129,6 @@ impl Device for Scene {
     }
 
     fn limited(&self) -> Result<&Scene, Error> {
-        if self.network.is_some() {
-            return Err(
-                "the limits are those of a rigid body, and the device is a network; map it by runs (hpu map)".into()
-            );
-        }
         Ok(self)
     }
 

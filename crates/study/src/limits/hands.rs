@@ -44,7 +44,8 @@ pub fn published_hands() -> Vec<PublishedHand> {
 /// scene.
 ///
 /// A hand holds a motor's wheel at `lever_m` from its axis. At the shaft, the hand's stiffness and damping are
-/// therefore multiplied by `(lever_m / ratio)²`, with the wheel's ratio.
+/// therefore multiplied by `(lever_m / ratio)²`, with the wheel's ratio. It holds a body of a network that turns at
+/// that distance from its axis, too.
 ///
 /// # Errors
 ///
@@ -54,14 +55,20 @@ pub fn hands_of(scene: &Scene, lever_m: Option<f64>) -> Result<(Vec<Unknown>, Ve
     if !matches!(scene.hand, Hand::SpringDamper { .. }) {
         return Err("the scene's hand is no spring and damper on a path; write hand.kind = \"spring_damper\"".into());
     }
-    let (square, stiffness_unit, damping_unit) = match (&scene.device, lever_m) {
-        (Device::Mass(_), None) => (1.0, "N/m", "N.s/m"),
-        (Device::Mass(_), Some(_)) => return Err("a mass has no lever; write --hands alone".into()),
-        (Device::Motor(_), None) => {
+    // The turns of what the hand's keys are of for one turn of what it holds; none where it holds what slides.
+    let turns = match (&scene.device, scene.network.as_deref()) {
+        (_, Some(network)) => (!network.slides[network.network.grip]).then_some(1.0),
+        (Device::Motor(motor), None) => Some(motor.wheel_ratio),
+        (Device::Mass(_), None) => None,
+    };
+    let (square, stiffness_unit, damping_unit) = match (turns, lever_m) {
+        (None, None) => (1.0, "N/m", "N.s/m"),
+        (None, Some(_)) => return Err("a mass has no lever; write --hands alone".into()),
+        (Some(_), None) => {
             return Err("a motor's wheel is held at some radius; write it, as in --hands 50mm".into());
         }
-        (Device::Motor(motor), Some(lever_m)) => {
-            let arm_m = lever_m / motor.wheel_ratio;
+        (Some(turns), Some(lever_m)) => {
+            let arm_m = lever_m / turns;
             (arm_m * arm_m, "N.m/rad", "N.m.s/rad")
         }
     };

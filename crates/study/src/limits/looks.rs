@@ -7,6 +7,7 @@
 
 use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
+use std::sync::Arc;
 use std::time::Duration;
 
 use hpu_cosim::scene::{Datapath, Device, DutScene, Experiment, Hand, OutcomeKind, Realised, Scene, moves_until_s};
@@ -365,15 +366,23 @@ fn phased(scene: &Scene, count_rad: f64, phase: u32, phases: u32) -> Scene {
     let mut scene = scene.clone();
     let span_s = scene.sample_period_s();
     shift((&mut scene.hand, &mut scene.device), (count_rad, span_s), phase, phases);
+    if let Some(network) = &mut scene.network {
+        let [late_s, aside] = shares(phase, phases, [span_s, count_rad]);
+        Arc::make_mut(network).shift(aside, late_s);
+    }
     scene
+}
+
+/// Returns the share of a span of time and that of a count for a phase.
+fn shares(phase: u32, phases: u32, [span_s, count_rad]: [f64; 2]) -> [f64; 2] {
+    let late_s = f64::from(phase) / f64::from(phases) * span_s;
+    // Three has no common divisor with the usual eight.
+    [late_s, f64::from(3 * phase % phases) / f64::from(phases) * count_rad]
 }
 
 /// Moves the contact to a phase: by a share of a span of time and by a share of a count.
 fn shift((hand, device): (&mut Hand, &mut Device), (count_rad, span_s): (f64, f64), phase: u32, phases: u32) {
-    let share = f64::from(phase) / f64::from(phases);
-    let late_s = share * span_s;
-    // Three has no common divisor with the usual eight.
-    let aside = f64::from(3 * phase % phases) / f64::from(phases) * count_rad;
+    let [late_s, aside] = shares(phase, phases, [span_s, count_rad]);
     let back = match hand {
         Hand::SpringDamper { path, .. } => {
             for knot in path.iter_mut() {

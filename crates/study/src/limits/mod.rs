@@ -33,7 +33,8 @@ pub struct Limits {
     /// The key that is varied instead of the stiffness, for a design of the user's own: only that design knows which
     /// stiffness the key's values make.
     pub varied: Option<String>,
-    /// The range of stiffnesses that was examined, in SI units.
+    /// The range of stiffnesses that was examined, in SI units; these and all others are those of the body with the
+    /// encoder, or [at the wall](Self::at_wall).
     pub range: [f64; 2],
     /// Limits by the published criteria.
     pub criteria: Vec<Criterion>,
@@ -56,10 +57,32 @@ pub struct Limits {
     /// Relative error of the word of the scene's damping, if it is more than [`Miss::FLAGGED`]: the runs in words have
     /// the word's damping, linear loops and criteria what is asked for.
     pub damping_error: Option<f64>,
+    /// What linear loops around a network leave out beside its Coulomb friction, each as text.
+    pub left_out: Vec<String>,
     /// Coulomb friction of the device, in SI units: linear loops and ripple leave it out.
     pub coulomb: f64,
     /// Whether `wall.ramp` changes the wall during the runs: a stiffness is then that before the ramp.
     pub is_ramped: bool,
+}
+
+impl Limits {
+    /// Returns the limits of a scene in the units of the body at its wall. They are found in those of the body with the
+    /// encoder, which are others where the device is a network.
+    #[must_use]
+    pub fn at_wall(self, scene: &Scene) -> Self {
+        let Some(network) = scene.network.as_deref() else { return self };
+        let (ratio, unit) = (network.wall_ratio, network.wall_units.stiffness);
+        let one = ratio * ratio;
+        Self {
+            range: self.range.map(|stiffness| stiffness / one),
+            linear: self.linear.map(|set| set.in_units(one, unit)),
+            driven: self.driven.map(|driven| DrivenSet { set: driven.set.in_units(one, unit), ..driven }),
+            in_box: self.in_box.map(|set| set.map(|set| set.in_units(one, unit))),
+            in_words: self.in_words.map(|set| set.in_units(one, unit)),
+            coulomb: self.coulomb / ratio.abs(),
+            ..self
+        }
+    }
 }
 
 /// Returns the limits of a scene's wall over a range of stiffnesses, with the scene's damping. Calls `in_words` last,
@@ -90,6 +113,7 @@ pub fn limits(scene: &Scene, range: [f64; 2], in_words: impl FnOnce() -> Result<
         in_words,
         stiffness_miss: realised.and_then(|realised| realised.stiffness_miss),
         damping_error: realised.map(|realised| realised.damping_error).filter(|error| error.abs() > Miss::FLAGGED),
+        left_out: scene.network.as_ref().map_or_else(Vec::new, |network| network.left_out()),
         coulomb: if scene.model.friction == Friction::None { 0.0 } else { Rigid::new(scene).coulomb_nm },
         is_ramped: scene.wall.ramp.is_some(),
     }

@@ -77,6 +77,14 @@ pub struct WordsSet {
 }
 
 impl WordsSet {
+    /// Returns the set in another unit of stiffness, of which one is `one` of the present ones.
+    #[must_use]
+    pub(super) fn in_units(mut self, one: f64, unit: &'static str) -> Self {
+        (self.unit, self.step) = (unit, self.step / one);
+        self.seen.iter_mut().for_each(|seen| seen.stiffness /= one);
+        self
+    }
+
     /// Returns the runs of neighbouring stiffnesses with the same behaviour, the softest first: group, first and last
     /// member.
     pub fn groups(&self) -> Vec<(Group, Seen, Seen)> {
