@@ -23,14 +23,14 @@ pub(crate) struct Args {
     /// Device that the hand holds
     #[arg(long, value_parser = PossibleValuesParser::new(devices()), default_value = "motor")]
     device: String,
-    /// Counts of the encoder: of a revolution of a motor, four a line, or of a metre of a mass [default: 4096, or
-    /// 50000]
+    /// Counts of the encoder: of a revolution of a motor or of a network's rotor, four a line, or of a metre of a mass
+    /// [default: 4096, or 50000]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(16..=1_000_000))]
     counts: Option<u32>,
     /// Clock of the FPGA [default: 50 MHz]
     #[arg(long, value_name = "FREQUENCY", default_value = "50 MHz", hide_default_value = true)]
     clock: String,
-    /// Control law of a motor or a mass [default: hybrid]
+    /// Control law of a motor, a mass or a network [default: hybrid]
     #[arg(long, value_parser = PossibleValuesParser::new(methods()), conflicts_with = "dut")]
     method: Option<String>,
     /// Close the loop by a design of your own, in the place of a method
@@ -44,7 +44,11 @@ pub(crate) struct Args {
 
 /// Returns the devices, by `device.kind`: those of an axis, then the others.
 fn devices() -> impl Iterator<Item = PossibleValue> {
-    let axis = [("motor", "A motor with a wheel"), ("mass", "A mass on a rail")];
+    let axis = [
+        ("motor", "A motor with a wheel"),
+        ("mass", "A mass on a rail"),
+        ("network", "Bodies on joints: a rotor that moves a handle by a cable"),
+    ];
     let others = BEGINNINGS.iter().map(|(kind, begin)| (*kind, begin.device));
     axis.into_iter().chain(others).map(|(kind, device)| PossibleValue::new(kind).help(device))
 }
@@ -178,6 +182,58 @@ fn formats(args: &Args) -> Vec<Given> {
     sizes.filter(|(int, frac)| int + frac <= 32).map(of).collect()
 }
 
+/// The keys of a motor.
+const MOTOR: &[(&str, &str)] = &[
+    ("device.kind", "motor"),
+    ("device.motor", "vasudevan_2007"),
+    ("device.wheel_ratio", "7"),
+    ("wall.position", "1.5 rad"),
+    ("hand.kind", "spring_damper"),
+    ("hand.stiffness", "0.3 N.m/rad"),
+    ("hand.damping", "0.5 mN.m.s/rad"),
+    ("hand.path", "[[\"0 s\", 0], [\"150 ms\", 1.4], [\"250 ms\", 1.9]]"),
+];
+
+/// The keys of a mass.
+const MASS: &[(&str, &str)] = &[
+    ("device.kind", "mass"),
+    ("device.mass", "90 g"),
+    ("device.damping", "0.5 N.s/m"),
+    ("amplifier.full_scale", "10 N"),
+    ("method.pwm.bits", "16"),
+    ("wall.position", "2 cm"),
+    ("hand.kind", "spring_damper"),
+    ("hand.stiffness", "200 N/m"),
+    ("hand.damping", "3 N.s/m"),
+    ("hand.path", "[[\"0 s\", 0], [\"150 ms\", \"18 mm\"], [\"250 ms\", \"25 mm\"]]"),
+];
+
+/// The keys of a network: a current amplifier, a rotor, a handle on a cable, and a hand.
+const NETWORK: &[(&str, &str)] = &[
+    ("device.kind", "network"),
+    ("device.units_at", "handle"),
+    ("device.bodies.rotor", "{ inertia = \"50 g.cm2\", coulomb_friction = \"3 mN.m\" }"),
+    ("device.bodies.handle", "{ mass = \"30 g\" }"),
+    (
+        "device.joints.cable",
+        "{ from = \"rotor\", to = \"handle\", ratio = 10, radius = \"60 mm\", stiffness = \"20 kN/m\", \
+         damping_ratio = 0.02 }",
+    ),
+    ("device.drive.kind", "current"),
+    ("device.drive.on", "rotor"),
+    ("device.drive.torque_constant", "23 mN.m/A"),
+    ("device.drive.bandwidth", "2 kHz"),
+    ("device.drive.dac.full_scale", "10 A"),
+    ("device.drive.dac.bits", "12"),
+    ("encoder.on", "rotor"),
+    ("wall.position", "6 mm"),
+    ("hand.kind", "spring_damper"),
+    ("hand.on", "handle"),
+    ("hand.stiffness", "1.4 kN/m"),
+    ("hand.damping", "28 N.s/m"),
+    ("hand.path", "[[\"0 s\", 0], [\"200 ms\", \"12 mm\"]]"),
+];
+
 /// Returns the keys that the scene gives.
 fn given(args: &Args, design: &str) -> Given {
     let method = args.method.as_deref().unwrap_or("hybrid");
@@ -191,32 +247,12 @@ fn given(args: &Args, design: &str) -> Given {
         give(begin.keys);
         return all;
     }
-    match args.device.as_str() {
-        "motor" => give(&[
-            ("device.kind", "motor"),
-            ("device.motor", "vasudevan_2007"),
-            ("device.wheel_ratio", "7"),
-            ("encoder.lines", &counts.div_ceil(4).to_string()),
-            ("wall.position", "1.5 rad"),
-            ("hand.kind", "spring_damper"),
-            ("hand.stiffness", "0.3 N.m/rad"),
-            ("hand.damping", "0.5 mN.m.s/rad"),
-            ("hand.path", "[[\"0 s\", 0], [\"150 ms\", 1.4], [\"250 ms\", 1.9]]"),
-        ]),
-        _ => give(&[
-            ("device.kind", "mass"),
-            ("device.mass", "90 g"),
-            ("device.damping", "0.5 N.s/m"),
-            ("encoder.resolution", &format!("{:?}", 1.0 / f64::from(counts))),
-            ("amplifier.full_scale", "10 N"),
-            ("method.pwm.bits", "16"),
-            ("wall.position", "2 cm"),
-            ("hand.kind", "spring_damper"),
-            ("hand.stiffness", "200 N/m"),
-            ("hand.damping", "3 N.s/m"),
-            ("hand.path", "[[\"0 s\", 0], [\"150 ms\", \"18 mm\"], [\"250 ms\", \"25 mm\"]]"),
-        ]),
-    }
+    let (device, (encoder, resolution)) = match args.device.as_str() {
+        "mass" => (MASS, ("encoder.resolution", format!("{:?}", 1.0 / f64::from(counts)))),
+        kind => (if kind == "network" { NETWORK } else { MOTOR }, ("encoder.lines", counts.div_ceil(4).to_string())),
+    };
+    give(device);
+    give(&[(encoder, &resolution)]);
     give(&[("run.duration", "1 s"), ("expect.outcome", "settled")]);
     if args.dut {
         // PWM counts of 1/16 for an encoder count: 0.5 N.m/rad of the motor's 0.265 N.m at 1024 counts.
@@ -237,7 +273,11 @@ fn given(args: &Args, design: &str) -> Given {
         return all;
     }
     let is_mass = args.device == "mass";
-    let [stiffness, damping] = if is_mass { ["500 N/m", "1 N.s/m"] } else { ["0.5 N.m/rad", "0.1 mN.m.s/rad"] };
+    let [stiffness, damping, coupling, c1] = match args.device.as_str() {
+        "mass" => ["500 N/m", "1 N.s/m", "500 N/m", "500 N/m"],
+        "network" => ["10 kN/m", "5 N.s/m", "0.3 N.m/rad", "0.28 N.m/rad"],
+        _ => ["0.5 N.m/rad", "0.1 mN.m.s/rad", "0.3 N.m/rad", "0.28 N.m/rad"],
+    };
     // Laws that have a damper of their own, or none.
     let damped = !matches!(method, "virtual_coupling" | "passive_spring");
     // Counts of the way that the hand goes: less than a revolution, or 6 cm.
@@ -251,8 +291,8 @@ fn given(args: &Args, design: &str) -> Given {
         ("wall.damping", if damped { damping } else { "0" }),
     ]);
     match method {
-        "virtual_coupling" => give(&[("method.coupling_stiffness", if is_mass { stiffness } else { "0.3 N.m/rad" })]),
-        "energy_bounding" => give(&[("method.c1", if is_mass { stiffness } else { "0.28 N.m/rad" })]),
+        "virtual_coupling" => give(&[("method.coupling_stiffness", coupling)]),
+        "energy_bounding" => give(&[("method.c1", c1)]),
         _ => {}
     }
     all

@@ -41,7 +41,8 @@ fn every_combination_of_flags_gives_a_scene_that_runs_and_settles() {
     let kind = listed.iter().find(|key| key["key"] == "kind").expect("a kind");
     let methods: Vec<_> = kind["options"].as_array().expect("options").iter().filter_map(Value::as_str).collect();
     assert!(methods.len() >= 7, "{methods:?}");
-    let devices = [("motor", ["400", "4096", "20000"]), ("mass", ["20000", "50000", "200000"])];
+    let turns = ["400", "4096", "20000"];
+    let devices = [("motor", turns), ("mass", ["20000", "50000", "200000"]), ("network", turns)];
     let clocks = [("25 MHz", 25e6), ("50 MHz", 50e6), ("100 MHz", 100e6)];
     for (device, counts) in devices {
         for method in &methods {
@@ -53,7 +54,7 @@ fn every_combination_of_flags_gives_a_scene_that_runs_and_settles() {
                 assert_eq!(value(&keys, "clock", "frequency"), clock_hz);
                 let counts: f64 = counts.parse().expect("a number");
                 let (key, expected) =
-                    if device == "motor" { ("lines", counts / 4.0) } else { ("resolution", 1.0 / counts) };
+                    if device == "mass" { ("resolution", 1.0 / counts) } else { ("lines", counts / 4.0) };
                 assert_eq!(value(&keys, "encoder", key).as_f64(), Some(expected));
             }
         }
