@@ -77,7 +77,9 @@ fn leaping_and_stepping_agree_at_every_edge_of_networks() {
     let cable = "device.joints.cable.stiffness = \"20 kN/m\"\ndevice.joints.cable.damping_ratio = 0.02\n";
     assert!(KNOB.contains(cable));
     let rigid = KNOB.replace(cable, "");
-    for (name, text) in [("knob", KNOB), ("wheel", WHEEL), ("hand", &hand), ("pi", &pi), ("rigid", &rigid)] {
+    let late = format!("{KNOB}host = {{ late = 2, latency = \"3 us\" }}\n");
+    let all = [("knob", KNOB), ("wheel", WHEEL), ("hand", &hand), ("pi", &pi), ("rigid", &rigid), ("late", &late)];
+    for (name, text) in all {
         let experiment = Experiment::Axis(scene(text));
         let simulation = simulation(&experiment);
         let comparison = simulation.compare(20_000);
@@ -98,4 +100,123 @@ fn the_energies_of_networks_add_up() {
         let residual = energy.residual_j.abs() / energy.exchanged_j;
         assert!(residual <= 1e-12, "{name}: {residual:e}: {energy:?}");
     }
+}
+
+/// Numbers from a seed, by SplitMix64.
+struct Dice(u64);
+
+impl Dice {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ z >> 31
+    }
+
+    fn of(&mut self, count: u64) -> u64 {
+        self.next() % count
+    }
+
+    /// Returns a number between two positive ones, evenly over its logarithm.
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        low * (high / low).powf(self.next() as f64 / u64::MAX as f64)
+    }
+}
+
+/// Returns a network of up to four bodies that turn, in a chain, with friction, stops, a drive and a hand.
+fn random_network(dice: &mut Dice) -> String {
+    let bodies = 1 + dice.of(3);
+    let mut text = String::from(
+        "about = \"A network.\"\nclock = { frequency = \"1 MHz\" }\nrun = { duration = \"100 ms\" }\n\
+         device.kind = \"network\"\n",
+    );
+    for body in 0..bodies {
+        let inertia = dice.between(1e-6, 1e-4);
+        let [viscous, coulomb] = [dice.between(1e-7, 1e-4), dice.between(1e-4, 5e-3)];
+        text += &format!("device.bodies.b{body} = {{ inertia = {inertia:e}, viscous_friction = {viscous:e}");
+        if dice.of(2) == 0 {
+            let stiction = coulomb * dice.between(1.0, 1.5);
+            text += &format!(", coulomb_friction = {coulomb:e}, stiction = {stiction:e}");
+        }
+        if dice.of(3) == 0 {
+            text += &format!(", return_spring = {:e}", dice.between(1e-3, 1.0));
+        }
+        if body < 2 && dice.of(2) == 0 {
+            let [stiffness, damping] = [dice.between(1.0, 100.0), dice.between(1e-4, 1e-2)];
+            text += &format!(
+                ", stops = {{ low = -0.3, high = {:e}, stiffness = {stiffness:e}, damping = {damping:e} }}",
+                dice.between(0.05, 0.5)
+            );
+        }
+        if body == 0 {
+            text += &format!(", initial_speed = {:e}", dice.between(1.0, 50.0));
+        }
+        text += " }\n";
+    }
+    for joint in 1..bodies {
+        let ratio = dice.between(0.2, 5.0);
+        text += &format!("device.joints.j{joint} = {{ from = \"b{}\", to = \"b{joint}\", ratio = {ratio:e}", joint - 1);
+        if dice.of(4) != 0 {
+            let [stiffness, damping] = [dice.between(0.1, 100.0), dice.between(0.01, 0.2)];
+            text += &format!(", stiffness = {stiffness:e}, damping_ratio = {damping:e}");
+        }
+        text += " }\n";
+    }
+    let on = dice.of(bodies);
+    let kind = ["bridge", "current", "pi"][dice.of(3) as usize];
+    text += &format!("device.drive.kind = \"{kind}\"\ndevice.drive.on = \"b{on}\"\n");
+    text += "device.drive.torque_constant = \"25 mN.m/A\"\ndevice.drive.resistance = \"2 Ohm\"\n\
+             device.drive.inductance = \"0.3 mH\"\n";
+    if kind != "bridge" {
+        let supply = dice.between(5.0, 50.0);
+        text += &format!("device.drive.bandwidth = \"2 kHz\"\ndevice.drive.supply = {supply:e}\n");
+        text += "device.drive.dac = { bits = 12, full_scale = \"4 A\" }\n";
+        text += &format!("host.late = {}\n", dice.of(3));
+    }
+    let [seen, grip] = [dice.of(bodies), dice.of(bodies)];
+    text += &format!("encoder = {{ on = \"b{seen}\", lines = 2048 }}\nhand.on = \"b{grip}\"\n");
+    let hand = dice.of(3);
+    if hand == 0 {
+        text += "hand.kind = \"constant_torque\"\nhand.torque = \"10 mN.m\"\n";
+    } else {
+        text += "hand.kind = \"spring_damper\"\nhand.stiffness = 0.3\nhand.damping = 1e-3\n\
+                 hand.path = [[\"0 s\", 0], [\"10 ms\", 0.1], [\"40 ms\", 0.3]]\n";
+    }
+    if hand == 1 {
+        text += "hand.inertia = \"1e-4 kg.m2\"\nhand.own_stiffness = 0.2\nhand.own_damping = 1e-3\n";
+    }
+    let method = ["conventional", "hybrid"][dice.of(2) as usize];
+    let stiffness = dice.between(0.05, 2.0);
+    text += &format!("method = {{ kind = \"{method}\", sample_rate = \"2 kHz\", position_bits = 16, ");
+    text += "stiffness_format = \"(0,14,8)\", damping_format = \"(0,14,8)\" }\n";
+    text + &format!("wall = {{ position = 0.05, stiffness = {stiffness:e}, damping = 1e-4 }}\n")
+}
+
+/// Holds networks of these seeds to the clock and to their energies.
+fn hold_random(seeds: std::ops::Range<u64>) {
+    let mut changes = 0;
+    for seed in seeds {
+        let text = random_network(&mut Dice(seed));
+        let experiment = Experiment::Axis(scene(&text));
+        let simulation = simulation(&experiment);
+        let comparison = simulation.compare(20_000);
+        assert_eq!(comparison.mismatches, 0, "seed {seed}: {:?}\n{text}", comparison.first);
+        let summary = simulation.run(Driver::Events, &mut simulation.trace(&[]), &mut (), &Control::default());
+        let (residual_j, all_j) = (summary.energy.residual_j.abs(), summary.energy.exchanged_j);
+        assert!(residual_j <= 1e-12 * all_j, "seed {seed}: {residual_j:e} J of {all_j:e} J\n{text}");
+        changes += summary.mode_changes;
+    }
+    assert!(changes > 100, "{changes} changes of modes");
+}
+
+#[test]
+fn random_networks_leap_as_they_step() {
+    hold_random(0..20);
+}
+
+#[test]
+#[ignore = "testbench/long.sh runs it"]
+fn a_thousand_random_networks_leap_as_they_step() {
+    hold_random(20..1020);
 }
