@@ -1,7 +1,7 @@
 //! An axis whose words are hpu's own.
 
 use hpu_chart::{self as chart, Picture, run_pictures};
-use hpu_cosim::scene::{Device, Units};
+use hpu_cosim::scene::{Device, LawMethod, Loop, SampledWallMethod, Scene, Units};
 use hpu_cosim::{ANGLE, AxisSimulation, Simulation, Summary, Trace};
 use hpu_page::Page;
 use hpu_signal::{Notation, Signal};
@@ -38,6 +38,7 @@ impl Shown for AxisSimulation<'_> {
             "stiffness_missed": realised.stiffness_miss.as_ref().map(parameters::missed_object),
             "damping_nm_s_per_rad": realised.damping_nm_s_per_rad,
             "sample_rate_hz": realised.sample_rate_hz,
+            "filter_corner_hz": filter(self.scene()).map(|(_, corner_hz)| corner_hz),
         })
     }
 
@@ -80,11 +81,11 @@ pub(super) fn motion(device: &Device, wall_rad: Option<f64>, trace: &Trace) -> S
     )
 }
 
-fn words(simulation: &AxisSimulation, notation: Notation) -> [String; 4] {
+fn words(simulation: &AxisSimulation, notation: Notation) -> Vec<String> {
     let (scene, words) = (simulation.scene(), simulation.words());
     let units = scene.device.units();
     let (realised, method) = (&words.realised, &scene.method);
-    [
+    let mut lines = vec![
         format!(
             "stiffness {} of {} is {}, asked {}: {}",
             method.stiffness_format.value(words.stiffness),
@@ -109,5 +110,17 @@ fn words(simulation: &AxisSimulation, notation: Notation) -> [String; 4] {
             si(realised.torque_quantum_nm, units.effort)
         ),
         format!("period {} clocks is {}", words.period, si(realised.sample_rate_hz, "Hz")),
-    ]
+    ];
+    lines.extend(filter(scene).map(|(wall, corner_hz)| {
+        let (word, frac) = wall.weight(scene.sample_period_s());
+        let asked = wall.corner_hz.map(|hz| format!(", asked {}", si(hz, "Hz"))).unwrap_or_default();
+        format!("velocity filter of weight {word} / 2^{frac} is a corner of {}{asked}", si(corner_hz, "Hz"))
+    }));
+    lines
+}
+
+/// Returns the wall whose velocity goes through a low pass that has a corner, and the corner that its words have.
+fn filter(scene: &Scene) -> Option<(&SampledWallMethod, f64)> {
+    let Loop::Law(LawMethod::SampledWall(wall)) = &scene.method.kind else { return None };
+    Some((wall, wall.realised_corner_hz(scene.sample_period_s())?))
 }

@@ -49,6 +49,8 @@ crate::base::listed::configuration! {
         ratio: u32 = 1, ["RATIO"];
         /// Exponent of the low pass, for [`Estimator::Filtered`].
         shift: u32 = 3, ["SHIFT"];
+        /// Weight of a new difference in the low pass, in units of `2^-shift`.
+        weight: u32 = 1, ["WEIGHT"];
         /// Samples of the window, for [`Estimator::Window`] and [`Estimator::Foaw`].
         window: u32 = 8, ["WINDOW"];
         /// Noise of the position in counts, for [`Estimator::Foaw`].
@@ -95,20 +97,22 @@ impl SampledWall {
     /// error unless the velocity has 2 to 62 bits, 0 to 30 of them fraction bits (16 from an edge timer), `ratio` is a
     /// VHDL `positive`, and the other numbers are `natural`.
     pub fn new(config: SampledWallConfig) -> Result<Self, ConfigError> {
-        let SampledWallConfig { widths, ratio, shift, window, noise, relief, root_gain, slew, .. } = config;
+        let SampledWallConfig { widths, ratio, shift, weight, window, noise, relief, root_gain, slew, .. } = config;
         let frac = config.velocity_frac;
         widths.check(Self::NAME)?;
         let LawWidths { width, period_width, .. } = widths;
         within(Self::NAME, "RATIO", ratio, 1..=NATURAL)?;
         let gains = [("ROOT_GAIN", root_gain), ("SLEW", slew)];
         for (generic, value) in
-            [("SHIFT", shift), ("WINDOW", window), ("NOISE", noise), ("RELIEF", relief)].into_iter().chain(gains)
+            [("SHIFT", shift), ("WEIGHT", weight), ("WINDOW", window), ("NOISE", noise), ("RELIEF", relief)]
+                .into_iter()
+                .chain(gains)
         {
             within(Self::NAME, generic, value, 0..=NATURAL)?;
         }
         within(Self::NAME, "VELOCITY_FRAC", frac, 0..=30)?;
         within(Self::NAME, "WIDTH + VELOCITY_FRAC", width + frac, WORD)?;
-        let estimator = EstimatorConfig { width, period_width, frac, shift, window, noise, root_gain, slew };
+        let estimator = EstimatorConfig { width, period_width, frac, shift, weight, window, noise, root_gain, slew };
         let mut block = Self {
             config,
             wanted: Wanted::new(&widths),
@@ -351,7 +355,8 @@ impl InLoops for SampledWall {
             widths: distinct(),
             estimator: Estimator::Filtered,
             ratio: 2,
-            shift: 1,
+            shift: 4,
+            weight: 11,
             window: 13,
             noise: 14,
             velocity_frac: 6,

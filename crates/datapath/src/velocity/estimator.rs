@@ -54,6 +54,7 @@ pub(crate) struct EstimatorConfig {
     pub(crate) period_width: u32,
     pub(crate) frac: u32,
     pub(crate) shift: u32,
+    pub(crate) weight: u32,
     pub(crate) window: u32,
     pub(crate) noise: u32,
     pub(crate) root_gain: u32,
@@ -101,7 +102,8 @@ impl Whole {
 
 impl Velocity {
     pub(crate) fn new(estimator: Estimator, config: EstimatorConfig) -> Result<Self, ConfigError> {
-        let EstimatorConfig { width, period_width, frac: out_frac, shift, window, noise, root_gain, slew } = config;
+        let EstimatorConfig { width, period_width, frac: out_frac, shift, weight, window, noise, root_gain, slew } =
+            config;
         Ok(match estimator {
             Estimator::Difference => {
                 let config = VelocityConfig { width, period_width, out_width: width, ..VelocityConfig::default() };
@@ -111,6 +113,7 @@ impl Velocity {
                 width,
                 period_width,
                 shift,
+                weight,
                 out_frac,
                 ..FilteredConfig::default()
             })?),

@@ -1,8 +1,10 @@
-//! Backward difference of the position through a first-order low pass whose factor is a power of two: no multiplier.
+//! Backward difference of the position through a first-order low pass. With a factor that is a power of two it has no
+//! multiplier.
 //!
 //! - **Equation**: `d(k) = position(k) - position(k-1)`, modulo `2^WIDTH` as two's complement;
-//!   `v(k) = v(k-1) + rounded((d(k) * 2^OUT_FRAC - v(k-1)) / 2^SHIFT)`, rounded as `ROUNDING` says, down unless it says
-//!   otherwise: `alpha = 2^-SHIFT`, a time constant of about `2^SHIFT - 1/2` sample periods.
+//!   `v(k) = v(k-1) + rounded((d(k) * 2^OUT_FRAC - v(k-1)) * WEIGHT / 2^SHIFT)`, rounded as `ROUNDING` says, down
+//!   unless it says otherwise: `alpha = WEIGHT * 2^-SHIFT`, a time constant of about `1/alpha - 1/2` sample periods, a
+//!   corner of `-ln(1 - alpha) / (2 pi T)` at a sample period `T`.
 //! - **Ports**: `position` (0,WIDTH,0), `period` (0,PERIOD_WIDTH,0) in clocks, 0 acts as 1, in; `velocity`
 //!   (1,WIDTH-1,OUT_FRAC) out, in counts per sample.
 //! - **Latency**: 1 edge after a sample edge, up to `period`, beside that of the filter.
@@ -10,8 +12,8 @@
 //!   `max(period,1) - 1`; else it counts down. A new period takes effect at the next sample edge.
 //! - **Reset**: countdown, previous position and velocity 0; the first edge samples.
 //! - **Overflow**: none; the new velocity is between the previous velocity and the difference, which both fit. With
-//!   `ROUNDING` 0 every floor is carried on: the velocity is less than `2^SHIFT` of its LSBs below that of the exact
-//!   filter, and after motion back it comes to rest up to `2^SHIFT - 1` LSBs below 0.
+//!   `ROUNDING` 0 every floor is carried on: the velocity is less than `2^SHIFT / WEIGHT` of its LSBs below that of the
+//!   exact filter, and after motion back it comes to rest less than that below 0.
 //! - **VHDL twin**: `hdl/filtered_difference.vhd`.
 //! - **Source**: the first-order filter that haptic controllers put behind their difference (Colgate and Brown 1994).
 //! - **Differs from the hardware**: none known.
@@ -43,8 +45,10 @@ crate::base::listed::configuration! {
         width: u32 = 12, ["WIDTH"];
         /// Width of the period, in bits.
         period_width: u32 = 24, ["PERIOD_WIDTH"];
-        /// Exponent of the filter's factor `2^-shift`; with 0 nothing is filtered.
+        /// Exponent of the filter's factor `weight * 2^-shift`; with 0 nothing is filtered.
         shift: u32 = 3, ["SHIFT"];
+        /// Weight of a new difference, in units of `2^-shift`.
+        weight: u32 = 1, ["WEIGHT"];
         /// Number of fraction bits of the velocity.
         out_frac: u32 = 8, ["OUT_FRAC"];
         /// The rounding of a step of the velocity.
@@ -73,12 +77,13 @@ impl FilteredDifference {
     /// # Errors
     ///
     /// Returns an error unless position and velocity have 2 to 62 bits, the velocity has 0 to 30 fraction bits, the
-    /// period has 2 to 30 bits, and the shift is 0 to 16.
+    /// period has 2 to 30 bits, the shift is 0 to 16, and the weight 1 to `2^shift`.
     pub fn new(config: FilteredConfig) -> Result<Self, ConfigError> {
-        let FilteredConfig { width, period_width, shift, out_frac, .. } = config;
+        let FilteredConfig { width, period_width, shift, weight, out_frac, .. } = config;
         within(Self::NAME, "WIDTH", width, WORD)?;
         within(Self::NAME, "PERIOD_WIDTH", period_width, COUNTER)?;
         within(Self::NAME, "SHIFT", shift, 0..=16)?;
+        within(Self::NAME, "WEIGHT", weight, 1..=1 << shift)?;
         within(Self::NAME, "OUT_FRAC", out_frac, 0..=30)?;
         within(Self::NAME, "WIDTH + OUT_FRAC", width + out_frac, WORD)?;
         let (int, frac) = (width.cast_signed() - 1, out_frac.cast_signed());
@@ -116,12 +121,13 @@ impl FilteredDifference {
     #[inline]
     fn moved<W: Word>(&self, position: W, previous: W, last: W) -> W {
         let input = (position - previous).wrap(self.difference).shl(self.config.out_frac);
-        if self.config.rounding != Rounding::Truncate {
-            let step = (input - last).round(self.config.rounding, self.config.shift.cast_signed());
-            return (last + step).wrap(self.narrowing.to);
+        let FilteredConfig { shift, weight, rounding, .. } = self.config;
+        let way = if weight == 1 { input - last } else { (input - last) * W::int(weight.into()) };
+        if rounding != Rounding::Truncate {
+            return (last + way.round(rounding, shift.cast_signed())).wrap(self.narrowing.to);
         }
-        // This is v + floor((d - v) / 2^SHIFT), over the common denominator.
-        (last.shl(self.config.shift) + input - last).narrow(&self.narrowing)
+        // This is v + floor((d - v) * WEIGHT / 2^SHIFT), over the common denominator.
+        (last.shl(shift) + way).narrow(&self.narrowing)
     }
 }
 
@@ -197,8 +203,8 @@ impl Listed for FilteredDifference {
         let filtered = |[width, period_width, shift, out_frac]: [u32; 4]| {
             Self::new(FilteredConfig { width, period_width, shift, out_frac, ..FilteredConfig::default() })
         };
-        let rounded =
-            |rounding| Self::new(FilteredConfig { width: 5, period_width: 4, shift: 2, out_frac: 3, rounding });
+        let small = FilteredConfig { width: 5, period_width: 4, shift: 2, out_frac: 3, ..FilteredConfig::default() };
+        let rounded = |rounding| Self::new(FilteredConfig { rounding, ..small });
         Ok(vec![
             ("unfiltered", filtered([8, 6, 0, 0])?),
             ("5_bit", filtered([5, 4, 2, 3])?),
@@ -206,6 +212,8 @@ impl Listed for FilteredDifference {
             ("wide", filtered([40, 4, 5, 22])?),
             ("nearest_up", rounded(Rounding::NearestUp)?),
             ("toward_zero", rounded(Rounding::TowardZero)?),
+            ("weighted", Self::new(FilteredConfig { shift: 3, weight: 5, ..small })?),
+            ("30_hz", Self::new(FilteredConfig { shift: 16, weight: 3017, ..FilteredConfig::default() })?),
         ])
     }
 }

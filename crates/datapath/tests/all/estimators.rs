@@ -46,8 +46,10 @@ fn the_filter_answers_every_short_history_as_the_recursion_says() {
 fn the_filter_rounds_its_steps_in_every_way_as_the_recursion_says() {
     for rounding in Rounding::ALL {
         for (shift, out_frac) in [(1, 0), (2, 3)] {
-            let config = FilteredConfig { width: 4, period_width: 4, shift, out_frac, rounding };
-            every_history(&mut FilteredDifference::new(config).unwrap(), &filtered_model(config), 3, 4);
+            for weight in 1..=1 << shift {
+                let config = FilteredConfig { width: 4, period_width: 4, shift, weight, out_frac, rounding };
+                every_history(&mut FilteredDifference::new(config).unwrap(), &filtered_model(config), 3, 4);
+            }
         }
     }
 }
@@ -86,9 +88,11 @@ proptest! {
 
     #[test]
     fn the_filter_follows_the_recursion(
-        positions in walk(40, 60), shift in 0u32..17, out_frac in 0u32..23, period in 0i64..4
+        positions in walk(40, 60), shift in 0u32..17, part in 0.0f64..1.0, out_frac in 0u32..23, period in 0i64..4
     ) {
-        let config = FilteredConfig { width: 40, period_width: 4, shift, out_frac, ..FilteredConfig::default() };
+        let weight = 1 + (part * f64::from(1u32 << shift)) as u32;
+        let rest = FilteredConfig::default();
+        let config = FilteredConfig { width: 40, period_width: 4, shift, weight, out_frac, ..rest };
         samples_like(&mut FilteredDifference::new(config).unwrap(), &filtered_model(config), &positions, period);
     }
 
@@ -238,6 +242,8 @@ fn widths_beyond_the_data_sheet_are_refused() {
     assert!([0, 65].into_iter().all(|window| WindowDifference::new(12, 24, window).is_err()));
     let filtered = FilteredConfig::default();
     assert!(FilteredDifference::new(FilteredConfig { shift: 17, ..filtered }).is_err());
+    assert!(FilteredDifference::new(FilteredConfig { weight: 0, ..filtered }).is_err());
+    assert!(FilteredDifference::new(FilteredConfig { weight: 9, ..filtered }).is_err());
     assert!(FilteredDifference::new(FilteredConfig { width: 55, ..filtered }).is_err());
     let foaw = FoawConfig::default();
     for config in

@@ -78,8 +78,9 @@ fn expected(config: &SampledWallConfig, history: &[LawIn<i64>]) -> LawOut<i64> {
         Estimator::Difference => window_model(width, 1)(&seen) << frac,
         Estimator::Window => window_model(width, window as usize)(&seen) << frac,
         Estimator::Filtered => {
+            let SampledWallConfig { shift, weight, .. } = *config;
             let rest = FilteredConfig::default();
-            filtered_model(FilteredConfig { width, period_width, shift: config.shift, out_frac: frac, ..rest })(&seen)
+            filtered_model(FilteredConfig { width, period_width, shift, weight, out_frac: frac, ..rest })(&seen)
         }
         Estimator::Foaw => {
             foaw_model(FoawConfig { width, period_width, window, noise: config.noise, out_frac: frac })(&seen)

@@ -72,9 +72,10 @@ pub(super) fn controller(scene: &Scene, damping: Damping) -> Result<(Vec<Term>, 
             }
             match wall.estimator {
                 Estimator::Difference => Ok((plain(fixed), one())),
-                // Each sample renews a share of 2^-shift.
+                // Each sample renews a share of weight / 2^shift.
                 Estimator::Filtered => {
-                    let share = 0.5f64.powi(wall.shift as i32);
+                    let (weight, frac) = wall.weight(period_s);
+                    let share = f64::from(weight) * 0.5f64.powi(frac.cast_signed());
                     let den = vec![Term::new(0, 0, share, 0.0), Term::new(1, 1, 1.0 - share, 0.0)];
                     let mut num: Vec<Term> = den
                         .iter()

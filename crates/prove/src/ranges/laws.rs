@@ -113,7 +113,7 @@ impl Seen<'_> {
 
     /// Returns the velocity of any estimator.
     fn estimate(&self, law: &SampledWall) -> Affine {
-        let SampledWallConfig { estimator, shift, window, velocity_frac: frac, .. } = *law.config();
+        let SampledWallConfig { estimator, shift, weight, window, velocity_frac: frac, .. } = *law.config();
         let period = law.velocity_period(self.settings.period);
         let clocks = period.max(1) as f64;
         let sample = self.moved(clocks).known();
@@ -126,8 +126,10 @@ impl Seen<'_> {
         match (estimator, law.estimator()) {
             (Estimator::Filtered, Some(block)) => {
                 // The state lies between two values that fit, rounded down, so it stays between them. Every rounding
-                // down carries over to the next sample: 2^SHIFT LSBs in all.
-                let error = sample.exact.map(|_| (Span::new(-(1 << shift), 0), 0));
+                // down carries over to the next sample: 2^SHIFT / WEIGHT LSBs in all.
+                let weight = i128::from(weight);
+                let all = ((1i128 << shift) + weight - 1) / weight;
+                let error = sample.exact.map(|_| (Span::new(-all, 0), 0));
                 let state = Affine::put(|symbols| symbols.replaced(still, error, true));
                 read(block, &[("state", state)])
             }

@@ -61,6 +61,7 @@ static PARTS: &[Part] = &[
     Each(|keys| keys.method),
     Fixed(&[
         &method_shaper::GROUP,
+        &method_velocity_filter::GROUP,
         &pwm::GROUP,
         &dut::GROUP,
         &dut_clocks::GROUP,

@@ -54,6 +54,12 @@ keys! { method_shaper: "method.shaper" of [];
     cutoff: Quantity = Quantity::new(&q::FREQUENCY, Positive, Required);
 }
 
+keys! { method_velocity_filter: "method.velocity_filter" of [];
+    /// Corner frequency of the filter of the velocity: that of a first-order low pass. Its weight is the nearest word of
+    /// 16 bits.
+    corner: Quantity = Quantity::new(&q::FREQUENCY, Positive, Required);
+}
+
 scene! { pwm: "method.pwm" of [];
     /// The pulse-width modulator.
     #[derive(Clone, Copy, PartialEq, Debug)]

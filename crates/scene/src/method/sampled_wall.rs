@@ -3,13 +3,15 @@
 use hpu_datapath::{Estimator, SampledWallConfig};
 
 use crate::method::published::{Features, Layer, Published};
+use crate::method::rows::method_velocity_filter;
 use crate::method::setting::{Setting, Unmade};
 use crate::method::wall::Wall;
 use crate::schema::Otherwise::{self, Is};
 use crate::schema::quantity::Sense::{self, NotNegative};
 use crate::schema::section::Section;
 use crate::schema::source::SceneError;
-use crate::schema::{Choice, Group, Key, Quantity, Whole, keys, named};
+use crate::schema::{Choice, Group, Key, Own, Quantity, Whole, keys, named};
+use crate::text::message::number_above;
 
 keys! { sampled_wall: "method" of ["sampled_wall"];
     /// Whether the spring reads the sampled position or the position at once.
@@ -22,6 +24,8 @@ keys! { sampled_wall: "method" of ["sampled_wall"];
     velocity_every: Whole<u32> = Whole::new(1, 1 << 20, Is(1));
     /// Weight of a new sample in the filter of `filtered`: 2^-`filter_shift`.
     filter_shift: Whole<u32> = Whole::new(0, 16, Is(3));
+    /// The filter of `filtered` by its corner, instead of `filter_shift`.
+    velocity_filter: Own = Own::section(Otherwise::Said("none"));
     /// Samples in the window of `window`, or at most in that of `foaw`.
     window: Whole<u32> = Whole::new(1, 64, Is(8));
     /// Noise of the position that `foaw` assumes, in counts.
@@ -35,6 +39,9 @@ keys! { sampled_wall: "method" of ["sampled_wall"];
     negative_damping: Quantity = Quantity::along(|axis| axis.damping, NotNegative, Is(0.0));
 }
 
+/// The bits of the weight of a filter that is given by its corner.
+const WEIGHT_BITS: u32 = 16;
+
 /// A sampled wall in a scene.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct SampledWallMethod {
@@ -44,8 +51,10 @@ pub struct SampledWallMethod {
     pub estimator: Estimator,
     /// Periods of the spring per period of the velocity.
     pub ratio: u32,
-    /// `log2` of the filter's weight.
+    /// The filter's weight is the inverse of `2^shift`, unless it has a corner.
     pub shift: u32,
+    /// The filter's corner, if that is given.
+    pub corner_hz: Option<f64>,
     /// Samples of the window.
     pub window: u32,
     /// Noise bound of the adaptive window, in counts.
@@ -59,6 +68,42 @@ pub struct SampledWallMethod {
 }
 
 impl SampledWallMethod {
+    /// Returns the weight of a new difference in the filter, as a word and the number of its fraction bits, at this
+    /// sample period: of a corner `f` the word nearest to `1 - exp(-2 pi f T)`, `T` being the velocity's period.
+    pub fn weight(&self, sample_period_s: f64) -> (u32, u32) {
+        let Some(corner_hz) = self.corner_hz else { return (1, self.shift) };
+        let share = -(-corner_hz * self.turn_s(sample_period_s)).exp_m1();
+        ((share * f64::from(1u32 << WEIGHT_BITS)).round() as u32, WEIGHT_BITS)
+    }
+
+    /// Returns the corner that the filter's words have at this sample period, in hertz. `None` where nothing is
+    /// filtered.
+    pub fn realised_corner_hz(&self, sample_period_s: f64) -> Option<f64> {
+        let (word, frac) = self.weight(sample_period_s);
+        let share = f64::from(word) * 0.5f64.powi(frac.cast_signed());
+        let corner_hz = -(-share).ln_1p() / self.turn_s(sample_period_s);
+        (self.estimator == Estimator::Filtered && corner_hz.is_finite()).then_some(corner_hz)
+    }
+
+    /// Returns `2 pi T`, where `T` is the velocity's period.
+    fn turn_s(&self, sample_period_s: f64) -> f64 {
+        std::f64::consts::TAU * f64::from(self.ratio) * sample_period_s
+    }
+
+    /// Returns the words of the filter of a scene.
+    fn filter(&self, setting: &Setting) -> Result<(u32, u32), SceneError> {
+        let found = self.weight(setting.period_s);
+        if found.0 == 0 {
+            let half = -0.5 / f64::from(1u32 << WEIGHT_BITS);
+            let least_hz = number_above(-half.ln_1p() / self.turn_s(setting.period_s));
+            let reason = format!(
+                "rounds to a weight of zero in {WEIGHT_BITS} bits; write at least {least_hz} Hz, or sample less often"
+            );
+            return Err(setting.places.error("method.velocity_filter.corner", reason));
+        }
+        Ok(found)
+    }
+
     /// Returns the words of Levant's gains, `1.5 sqrt(L)` and `1.1 L`, for an acceleration of `L` counts per sample
     /// squared.
     fn levant(&self, setting: &Setting) -> Result<(u32, u32), SceneError> {
@@ -83,6 +128,7 @@ impl SampledWallMethod {
 fn foreign(estimator: Estimator) -> impl Iterator<Item = &'static str> {
     let owners = [
         ("method.filter_shift", &[Estimator::Filtered][..]),
+        ("method.velocity_filter", &[Estimator::Filtered]),
         ("method.window", &[Estimator::Window, Estimator::Foaw]),
         ("method.noise", &[Estimator::Foaw]),
         ("method.acceleration", &[Estimator::Levant]),
@@ -108,11 +154,21 @@ impl Published for SampledWallMethod {
         if let Some(key) = foreign.find(|key| s.has(key)) {
             return Err(s.error(key, "not a number of this estimator; leave it out"));
         }
+        let filter = s.section("velocity_filter")?;
+        filter.accept(&[])?;
+        let corner_hz = match s.has("velocity_filter") {
+            true if s.has("filter_shift") => {
+                return Err(s.error("filter_shift", "the filter has a corner; leave one of the two out"));
+            }
+            true => Some(filter.read(&method_velocity_filter::corner)?),
+            false => None,
+        };
         Ok(Self {
             live: s.read(&key::spring)?,
             estimator,
             ratio: s.read(&key::velocity_every)?,
             shift: s.read(&key::filter_shift)?,
+            corner_hz,
             window: s.read(&key::window)?,
             noise: s.read(&key::noise)?,
             acceleration_rad_per_s2: match s.given(&key::acceleration)? {
@@ -129,7 +185,8 @@ impl Published for SampledWallMethod {
     }
 
     fn block(&self, setting: &Setting) -> Result<Self::Block, Unmade> {
-        let Self { live, estimator, ratio, shift, window, noise, velocity_frac, relief_nm_s_per_rad, .. } = *self;
+        let Self { live, estimator, ratio, window, noise, velocity_frac, relief_nm_s_per_rad, .. } = *self;
+        let (weight, shift) = self.filter(setting)?;
         let unit = setting.stiffness_unit() * (self.features().velocity_samples * setting.period_s);
         let widths = setting.widths;
         let relief = setting.word("method.negative_damping", relief_nm_s_per_rad, unit, "", widths.damping)?;
@@ -140,6 +197,7 @@ impl Published for SampledWallMethod {
             estimator,
             ratio,
             shift,
+            weight,
             window,
             noise,
             velocity_frac,

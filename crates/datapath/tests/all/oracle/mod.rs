@@ -45,7 +45,7 @@ pub fn filtered_model(config: FilteredConfig) -> impl Fn(&[i64]) -> i64 {
             let past = &positions[..sampled];
             let difference = motion(ago(past, 0), ago(past, 1), 1 << config.width);
             let error = i128::from(difference) * 2i128.pow(config.out_frac) - velocity;
-            velocity + rounded(error, 2i128.pow(config.shift), config.rounding)
+            velocity + rounded(error * i128::from(config.weight), 2i128.pow(config.shift), config.rounding)
         }) as i64
     }
 }
