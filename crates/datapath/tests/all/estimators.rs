@@ -237,6 +237,37 @@ fn the_timer_lets_the_speed_fall_while_the_next_count_is_overdue() {
     assert_eq!([3, 3, 4, 3, 2].map(at), [(15, 1), (15, 1), (2, 0), (15, 1), (1, 0)]);
 }
 
+/// Returns the amplitude of a sinusoid of one period in `samples / periods` samples.
+fn amplitude(samples: &[f64], periods: f64) -> f64 {
+    let turn = std::f64::consts::TAU * periods / samples.len() as f64;
+    let along = |wave: fn(f64) -> f64| samples.iter().zip(0..).map(|(x, k)| x * wave(turn * f64::from(k))).sum::<f64>();
+    2.0 * along(f64::sin).hypot(along(f64::cos)) / samples.len() as f64
+}
+
+#[test]
+fn at_its_corner_the_filter_leaves_the_root_of_a_half_of_the_difference() {
+    // 30 Hz at 4 kHz is three periods in 400 samples. The position swings by 2^24 counts, the difference by 790000.
+    let config = FilteredConfig { width: 40, period_width: 4, shift: 16, weight: 3017, ..FilteredConfig::default() };
+    let block: &mut dyn AnyBlock = &mut FilteredDifference::new(config).unwrap();
+    let (samples, periods, turn) = (400, 3.0, std::f64::consts::TAU * 3.0 / 400.0);
+    let position = |k: i32| (f64::from(1 << 24) * (1.0 + (turn * f64::from(k)).sin())).round() as i64;
+    let (mut filtered, mut difference) = (Vec::new(), Vec::new());
+    // The start decays by exp(-2 pi 3) in 400 samples, and is less than 1e-16 after 800.
+    for k in 0..3 * samples {
+        filtered.push(block.tick(&[position(k), 1])[0] as f64 / 256.0);
+        difference.push((position(k) - position(k - 1)) as f64);
+    }
+    let last = |all: &[f64]| amplitude(&all[all.len() - samples as usize..], periods);
+    let ratio = last(&filtered) / last(&difference);
+    // The low pass alpha / (1 - (1 - alpha) / z), on the unit circle. A count of quantisation in each of the two is
+    // 1.3e-6 of the difference.
+    let alpha = 3017.0 / 65536.0;
+    let exact = alpha / f64::hypot(1.0 - (1.0 - alpha) * turn.cos(), (1.0 - alpha) * turn.sin());
+    assert!((ratio / exact - 1.0).abs() < 5e-6, "{ratio}, by the formula {exact}");
+    // Of a filter in continuous time it is the root of a half; sampling adds (2 pi f T)^2 / 24.
+    assert!((ratio * 2f64.sqrt() - 1.0).abs() < turn * turn / 12.0, "{ratio}");
+}
+
 #[test]
 fn widths_beyond_the_data_sheet_are_refused() {
     assert!([0, 65].into_iter().all(|window| WindowDifference::new(12, 24, window).is_err()));

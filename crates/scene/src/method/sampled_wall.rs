@@ -11,7 +11,7 @@ use crate::schema::quantity::Sense::{self, NotNegative};
 use crate::schema::section::Section;
 use crate::schema::source::SceneError;
 use crate::schema::{Choice, Group, Key, Own, Quantity, Whole, keys, named};
-use crate::text::message::number_above;
+use crate::text::message::{number_above, number_below};
 
 keys! { sampled_wall: "method" of ["sampled_wall"];
     /// Whether the spring reads the sampled position or the position at once.
@@ -90,14 +90,18 @@ impl SampledWallMethod {
         std::f64::consts::TAU * f64::from(self.ratio) * sample_period_s
     }
 
-    /// Returns the words of the filter of a scene.
+    /// Returns the words of the filter of a scene. A corner whose weight rounds to 0 or to 1 is refused.
     fn filter(&self, setting: &Setting) -> Result<(u32, u32), SceneError> {
         let found = self.weight(setting.period_s);
-        if found.0 == 0 {
-            let half = -0.5 / f64::from(1u32 << WEIGHT_BITS);
-            let least_hz = number_above(-half.ln_1p() / self.turn_s(setting.period_s));
+        let whole = 1u32 << WEIGHT_BITS;
+        if self.corner_hz.is_some() && !(1..whole).contains(&found.0) {
+            let half = 0.5 / f64::from(whole);
+            let [least_hz, most_hz] = [-half, half - 1.0].map(|less| -less.ln_1p() / self.turn_s(setting.period_s));
             let reason = format!(
-                "rounds to a weight of zero in {WEIGHT_BITS} bits; write at least {least_hz} Hz, or sample less often"
+                "rounds to a weight of {} in {WEIGHT_BITS} bits; accepted at this sample rate: {} to {} Hz",
+                found.0 / whole,
+                number_above(least_hz),
+                number_below(most_hz)
             );
             return Err(setting.places.error("method.velocity_filter.corner", reason));
         }

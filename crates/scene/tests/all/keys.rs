@@ -239,8 +239,9 @@ fn every_default_is_the_value_of_a_scene_without_the_key() {
 }
 
 /// Keys that are read only beside another.
-const BESIDE: [(&str, &str, &str); 13] = [
+const BESIDE: [(&str, &str, &str); 14] = [
     ("method.filter_shift", "method.estimator", "filtered"),
+    ("method.velocity_filter", "method.estimator", "filtered"),
     ("method.window", "method.estimator", "window"),
     ("method.noise", "method.estimator", "foaw"),
     ("method.acceleration", "method.estimator", "levant"),

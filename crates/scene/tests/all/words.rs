@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use hpu_datapath::{ConventionalLoop, HybridLoop};
-use hpu_scene::{LoopWords, Scene, shipped};
+use hpu_scene::{LawMethod, Loop, LoopWords, Scene, shipped};
 
 fn scene(overrides: &[(&str, &str)]) -> Result<Scene, String> {
     let overrides: Vec<_> = overrides.iter().map(|(k, v)| (k.to_string(), v.to_string())).collect();
@@ -105,6 +105,34 @@ fn the_sample_rate_is_rounded_to_whole_clocks() {
     // 2517.5 clocks: a half rounds up.
     assert_eq!(words.period, 2518);
     assert!(near(words.realised.sample_rate_hz, 25.175e6 / 2518.0, 1e-15));
+}
+
+/// Returns the word of the filter's weight at 4 kHz, the number of its fraction bits, and the corner that it has.
+fn filter(key: &str, value: &str) -> (u32, u32, Option<f64>) {
+    let scene = scene(&[
+        ("method.kind", "sampled_wall"),
+        ("method.sample_rate", "4 kHz"),
+        ("method.estimator", "filtered"),
+        (key, value),
+    ])
+    .unwrap();
+    let Loop::Law(LawMethod::SampledWall(wall)) = scene.method.kind else { panic!("a sampled wall") };
+    let (word, frac) = wall.weight(scene.sample_period_s());
+    (word, frac, wall.realised_corner_hz(scene.sample_period_s()))
+}
+
+#[test]
+fn a_corner_of_30_hz_at_4_khz_is_the_known_word_and_every_shift_has_its_known_corner() {
+    // Known answers, computed apart: 1 - exp(-2 pi 30 / 4000) = 0.04603079678847874, times 2^16 about 3017.
+    let (word, frac, corner_hz) = filter("method.velocity_filter.corner", "30 Hz");
+    assert_eq!((word, frac), (3017, 16));
+    assert!(near(corner_hz.unwrap(), 30.00331655, 1e-9), "{corner_hz:?}");
+    for (shift, expected_hz) in [("4", 41.0865), ("5", 20.2118)] {
+        let (word, frac, corner_hz) = filter("method.filter_shift", shift);
+        assert_eq!((word, frac.to_string()), (1, shift.to_string()));
+        assert!((corner_hz.unwrap() - expected_hz).abs() <= 0.5e-4, "shift {shift}: {corner_hz:?}");
+    }
+    assert_eq!(filter("method.filter_shift", "0").2, None);
 }
 
 #[test]

@@ -389,6 +389,22 @@ fn a_coupling_and_estimators_have_linear_loops_of_their_own_and_nonlinear_laws_h
     near(coupled.stable[0].to.middle(), alone.stable[0].to.middle(), 2e-5);
 }
 
+#[test]
+fn a_filter_by_its_corner_and_one_by_its_shift_are_the_same_loop_where_their_weights_are() {
+    let filtered = |key: &str, value: f64| {
+        let estimator = ("method.estimator", "filtered".to_string());
+        let law = [("method.kind", "sampled_wall".to_string()), estimator, (key, value.to_string())];
+        let damped = [("wall.damping", "0.2 mN.m.s/rad".to_string()), ("method.damping_format", "(0,16,4)".into())];
+        of_linear(&known("conventional-wall-1khz", &[&law[..], &damped].concat()))
+    };
+    // 1 - exp(-2 pi f T) is 1/8, or 2^13 of 2^16.
+    let corner_hz = (8f64 / 7.0).ln() / std::f64::consts::TAU * 1000.0;
+    let by_shift = filtered("method.filter_shift", 3.0);
+    assert!(!by_shift.stable.is_empty());
+    assert_eq!(filtered("method.velocity_filter.corner", corner_hz), by_shift);
+    assert_ne!(filtered("method.velocity_filter.corner", 2.0 * corner_hz), by_shift);
+}
+
 /// Returns the stable set over the usual range.
 fn of_linear(scene: &Scene) -> StableSet {
     let damping = Damping::Fixed(scene.wall.damping_nm_s_per_rad);

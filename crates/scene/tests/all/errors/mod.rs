@@ -322,6 +322,39 @@ fn a_reference_rate_without_rescaling_is_refused_and_with_it_required() {
     );
 }
 
+/// Returns the message for a sampled wall with this estimator on line 8, and this key on line 9.
+fn refused_estimator(estimator: &str, key: &str) -> String {
+    refused("kind = \"hybrid\"", &format!("kind = \"sampled_wall\"\nestimator = \"{estimator}\"\n{key}"))
+}
+
+#[test]
+fn a_filter_without_a_corner_that_its_words_hold_is_refused() {
+    let corner = |corner: &str| refused_estimator("filtered", &format!("velocity_filter = {{ corner = {corner} }}"));
+    says(corner("0"), "9:30: method.velocity_filter.corner: `0` must be above zero");
+    // A weight of 1 / 2^17 at 1 kHz is a corner of -ln(1 - 2^-17) / (2 pi 1 ms), one of 1 - 2^-17 a corner of
+    // 17 ln(2) / (2 pi 1 ms).
+    let ends = "accepted at this sample rate: 0.001214261 to 1875.402 Hz";
+    for (value, weight) in [("0.0012", 0), ("\"2 kHz\"", 1)] {
+        let told = format!("rounds to a weight of {weight} in 16 bits; {ends}");
+        says(corner(value), &format!("9:30: method.velocity_filter.corner: {told}"));
+    }
+    for end in ["0.001214261", "1875.402"] {
+        let law = format!("kind = \"sampled_wall\"\nestimator = \"filtered\"\nvelocity_filter.corner = {end}");
+        parse(&GOOD.replace("kind = \"hybrid\"", &law), &[]).unwrap();
+    }
+    let two = "velocity_filter = { corner = 30 }\nfilter_shift = 3";
+    let told = "10:16: method.filter_shift: the filter has a corner; leave one of the two out";
+    says(refused_estimator("filtered", two), told);
+    says(
+        refused_estimator("window", "velocity_filter = { corner = 30 }"),
+        "9:19: method.velocity_filter: not a number of this estimator; leave it out",
+    );
+    let told = "9:33: method.velocity_filter.order: unknown key; accepted here: corner";
+    says(refused_estimator("filtered", "velocity_filter = { corner = 9, order = 2 }"), told);
+    let told = "9:19: method.velocity_filter.corner: missing; write a frequency as Hz, MHz or a number in Hz";
+    says(refused_estimator("filtered", "velocity_filter = {}"), told);
+}
+
 #[test]
 fn a_path_is_points_in_the_order_of_time() {
     let path = |path: &str| refused_hand(&format!("kind = \"prescribed\"\npath = {path}"));
