@@ -55,6 +55,8 @@ end entity;
 architecture rtl of filtered_difference is
 
   constant OUT_WIDTH : positive := WIDTH + OUT_FRAC;
+  -- Bits that the weight adds.
+  constant GAIN_WIDTH : natural := minimum(WEIGHT - 1, 1) * (SHIFT + 2);
 
 begin
 
@@ -67,14 +69,17 @@ begin
     variable state     : signed(OUT_WIDTH downto 0);
     variable target    : signed(OUT_WIDTH downto 0);
     -- Times the weight, and one bit more, for what a rounding adds.
-    variable way       : signed(OUT_WIDTH + SHIFT + 3 downto 0);
+    variable way       : signed(OUT_WIDTH + GAIN_WIDTH + 1 downto 0);
   begin
     if rising_edge(clk) then
       if countdown = 0 then
         d        := signed(unsigned(position) - previous);
         previous := unsigned(position);
         target   := shift_left(resize(d, OUT_WIDTH + 1), OUT_FRAC);
-        way      := resize((target - state) * to_signed(WEIGHT, SHIFT + 2), way'length);
+        way      := resize(target - state, way'length);
+        if WEIGHT > 1 then
+          way := resize((target - state) * to_signed(WEIGHT, SHIFT + 2), way'length);
+        end if;
         state    := state + resize(rounded(way, SHIFT, ROUNDING), OUT_WIDTH + 1);
         velocity <= std_logic_vector(state(OUT_WIDTH - 1 downto 0));
 

@@ -2,17 +2,19 @@
 --
 -- At a sample edge:
 --   d        := (position - previous) mod 2^WIDTH, read as two's complement
---   velocity := velocity + rounded((d * 2^OUT_FRAC - velocity) / 2^SHIFT)
+--   velocity := velocity + rounded((d * 2^OUT_FRAC - velocity) * WEIGHT / 2^SHIFT)
 --   previous := position
 --
--- A low pass with alpha = 2^-SHIFT, by a shift: its time constant is about
--- 2^SHIFT - 1/2 sample periods. Truncation, a floor, leaves a standing velocity up
--- to 2^SHIFT - 1 LSB below the steady d; a rounding to the nearest leaves it at most
+-- A low pass with alpha = WEIGHT / 2^SHIFT, by a shift alone where WEIGHT is 1: its
+-- time constant is about 1/alpha - 1/2 sample periods, its corner
+-- -ln(1 - alpha) / (2 pi T). Truncation, a floor, leaves a standing velocity less
+-- than 1/alpha LSB below the steady d; a rounding to the nearest leaves it at most
 -- half of that beside it.
 --
 -- generics WIDTH         bits of the position
 --          PERIOD_WIDTH  bits of the period, 2 to 30
---          SHIFT         alpha is 2^-SHIFT; 0 does not filter
+--          SHIFT         alpha is WEIGHT / 2^SHIFT; 0 does not filter
+--          WEIGHT        1 to 2^SHIFT
 --          OUT_FRAC      fraction bits of the velocity
 --          ROUNDING      how a step of the velocity is rounded, of rounding_pkg; 0
 --                        truncates, towards -infinity
@@ -37,6 +39,7 @@ entity filtered_difference is
     WIDTH        : positive := 12;
     PERIOD_WIDTH : positive range 2 to 30 := 24;
     SHIFT        : natural  := 3;
+    WEIGHT       : positive := 1;
     OUT_FRAC     : natural  := 8;
     ROUNDING     : rounding_mode := TRUNCATE
   );
@@ -52,6 +55,8 @@ end entity;
 architecture rtl of filtered_difference is
 
   constant OUT_WIDTH : positive := WIDTH + OUT_FRAC;
+  -- Bits that the weight adds.
+  constant GAIN_WIDTH : natural := minimum(WEIGHT - 1, 1) * (SHIFT + 2);
 
 begin
 
@@ -63,15 +68,18 @@ begin
     -- One bit more than a velocity, for the difference of two.
     variable state     : signed(OUT_WIDTH downto 0);
     variable target    : signed(OUT_WIDTH downto 0);
-    -- One bit more, for what a rounding adds.
-    variable way       : signed(OUT_WIDTH + 1 downto 0);
+    -- Times the weight, and one bit more, for what a rounding adds.
+    variable way       : signed(OUT_WIDTH + GAIN_WIDTH + 1 downto 0);
   begin
     if rising_edge(clk) then
       if countdown = 0 then
         d        := signed(unsigned(position) - previous);
         previous := unsigned(position);
         target   := shift_left(resize(d, OUT_WIDTH + 1), OUT_FRAC);
-        way      := resize(target - state, OUT_WIDTH + 2);
+        way      := resize(target - state, way'length);
+        if WEIGHT > 1 then
+          way := resize((target - state) * to_signed(WEIGHT, SHIFT + 2), way'length);
+        end if;
         state    := state + resize(rounded(way, SHIFT, ROUNDING), OUT_WIDTH + 1);
         velocity <= std_logic_vector(state(OUT_WIDTH - 1 downto 0));
 

@@ -15,7 +15,8 @@
 --                          +-----> relief_mult --------------+
 --
 -- ESTIMATOR 0  velocity_register                counts per sample
---           1  filtered_difference by SHIFT     counts per sample
+--           1  filtered_difference by SHIFT and WEIGHT
+--                                               counts per sample
 --           2  window_difference over WINDOW    counts per window
 --           3  foaw by WINDOW and NOISE         counts per sample
 --           4  edge_timer and a division        counts per sample
@@ -39,7 +40,7 @@
 --          SPRING_HELD                      sample the spring every period
 --          ESTIMATOR                        which velocity, see above
 --          RATIO                            periods to a sample of the velocity
---          SHIFT, WINDOW, NOISE             see the estimators
+--          SHIFT, WEIGHT, WINDOW, NOISE     see the estimators
 --          VELOCITY_FRAC                    fraction bits of the velocity, V
 --          RELIEF                           gain of the relief, a word of
 --                                           DAMPING_FRAC fraction bits
@@ -88,6 +89,7 @@ entity sampled_wall is
     ESTIMATOR       : natural range 0 to 5 := 0;
     RATIO           : positive := 1;
     SHIFT           : natural  := 3;
+    WEIGHT          : positive := 1;
     WINDOW          : positive := 8;
     NOISE           : natural  := 1;
     VELOCITY_FRAC   : natural  := 8;
@@ -189,6 +191,7 @@ begin
         WIDTH        => WIDTH,
         PERIOD_WIDTH => PERIOD_WIDTH,
         SHIFT        => SHIFT,
+        WEIGHT       => WEIGHT,
         OUT_FRAC     => VELOCITY_FRAC
       )
       port map (

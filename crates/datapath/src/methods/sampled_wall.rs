@@ -334,6 +334,7 @@ impl Listed for SampledWall {
             ("8_bit", small),
             ("live", SampledWallConfig { spring_held: false, ratio: 3, ..small }),
             ("filtered", SampledWallConfig { estimator: Estimator::Filtered, shift: 2, relief: 5, ..small }),
+            ("weighted", SampledWallConfig { estimator: Estimator::Filtered, shift: 3, weight: 5, ratio: 2, ..small }),
             ("window", SampledWallConfig { estimator: Estimator::Window, window: 3, ratio: 3, ..small }),
             ("foaw", SampledWallConfig { estimator: Estimator::Foaw, spring_held: false, relief: 90, ..small }),
             ("levant", SampledWallConfig { estimator: Estimator::Levant, root_gain: 300, slew: 9, relief: 7, ..small }),

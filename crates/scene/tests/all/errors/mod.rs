@@ -349,7 +349,7 @@ fn a_filter_without_a_corner_that_its_words_hold_is_refused() {
         refused_estimator("window", "velocity_filter = { corner = 30 }"),
         "9:19: method.velocity_filter: not a number of this estimator; leave it out",
     );
-    let told = "9:33: method.velocity_filter.order: unknown key; accepted here: corner";
+    let told = "9:33: method.velocity_filter.order: unknown key; accepted here: corner; did you mean corner?";
     says(refused_estimator("filtered", "velocity_filter = { corner = 9, order = 2 }"), told);
     let told = "9:19: method.velocity_filter.corner: missing; write a frequency as Hz, MHz or a number in Hz";
     says(refused_estimator("filtered", "velocity_filter = {}"), told);
