@@ -6,10 +6,11 @@
 package filtered_difference_pkg is
 
   constant FORMAT : string := "# filtered_difference in rst(0,1,0) position(0,12,0) period(0,24,0) out " &
-    "velocity(1,11,8) generics WIDTH=12 PERIOD_WIDTH=24 SHIFT=3 OUT_FRAC=8";
+    "velocity(1,11,8) generics WIDTH=12 PERIOD_WIDTH=24 SHIFT=3 WEIGHT=1 OUT_FRAC=8";
   constant WIDTH : integer := 12;
   constant PERIOD_WIDTH : integer := 24;
   constant SHIFT : integer := 3;
+  constant WEIGHT : integer := 1;
   constant OUT_FRAC : integer := 8;
   constant ROUNDING : integer := 0;
 

@@ -17,8 +17,8 @@
 --          SHAPER_ENABLED, SHAPER_PHASE,
 --          SHAPER_B0, SHAPER_B1, SHAPER_B2,
 --          SHAPER_A1, SHAPER_A2             see input_shaper
---          SPRING_HELD, ESTIMATOR, RATIO, SHIFT, WINDOW, NOISE, VELOCITY_FRAC,
---          RELIEF, ROOT_GAIN, SLEW: see sampled_wall
+--          SPRING_HELD, ESTIMATOR, RATIO, SHIFT, WEIGHT, WINDOW, NOISE,
+--          VELOCITY_FRAC, RELIEF, ROOT_GAIN, SLEW: see sampled_wall
 -- in       a_pin       (0,1,0)        encoder line A, asynchronous
 --          b_pin       (0,1,0)        encoder line B, asynchronous
 --          reference   (0,POSITION_WIDTH,0)  where the wall begins
@@ -73,6 +73,7 @@ entity sampled_wall_loop is
     ESTIMATOR       : natural range 0 to 5 := 0;
     RATIO           : positive := 1;
     SHIFT           : natural  := 3;
+    WEIGHT          : positive := 1;
     WINDOW          : positive := 8;
     NOISE           : natural  := 1;
     VELOCITY_FRAC   : natural  := 8;
@@ -143,6 +144,7 @@ begin
       ESTIMATOR       => ESTIMATOR,
       RATIO           => RATIO,
       SHIFT           => SHIFT,
+      WEIGHT          => WEIGHT,
       WINDOW          => WINDOW,
       NOISE           => NOISE,
       VELOCITY_FRAC   => VELOCITY_FRAC,

@@ -10,7 +10,8 @@ package sampled_wall_loop_pkg is
     "b_low(0,1,0) generics POSITION_WIDTH=12 STIFFNESS_WIDTH=12 STIFFNESS_FRAC=0 DAMPING_WIDTH=12 DAMPING_FRAC=0 " &
     "PERIOD_WIDTH=24 SCALE_WIDTH=16 SCALE_FRAC=8 PWM_WIDTH=12 ANTIPHASE=false LATCHED=true FLOATING=false " &
     "DEAD_TIME=0 SHAPER_ENABLED=false SHAPER_PHASE=0 SHAPER_B0=0 SHAPER_B1=0 SHAPER_B2=0 SHAPER_A1=0 SHAPER_A2=0 " &
-    "SPRING_HELD=true ESTIMATOR=0 RATIO=1 SHIFT=3 WINDOW=8 NOISE=1 VELOCITY_FRAC=8 RELIEF=0 ROOT_GAIN=94 SLEW=17";
+    "SPRING_HELD=true ESTIMATOR=0 RATIO=1 SHIFT=3 WEIGHT=1 WINDOW=8 NOISE=1 VELOCITY_FRAC=8 RELIEF=0 ROOT_GAIN=94 " &
+    "SLEW=17";
   constant POSITION_WIDTH : integer := 12;
   constant STIFFNESS_WIDTH : integer := 12;
   constant STIFFNESS_FRAC : integer := 0;
@@ -35,6 +36,7 @@ package sampled_wall_loop_pkg is
   constant ESTIMATOR : integer := 0;
   constant RATIO : integer := 1;
   constant SHIFT : integer := 3;
+  constant WEIGHT : integer := 1;
   constant WINDOW : integer := 8;
   constant NOISE : integer := 1;
   constant VELOCITY_FRAC : integer := 8;

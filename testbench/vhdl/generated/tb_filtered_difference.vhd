@@ -12,6 +12,7 @@ entity tb_filtered_difference is
     WIDTH : integer := work.filtered_difference_pkg.WIDTH;
     PERIOD_WIDTH : integer := work.filtered_difference_pkg.PERIOD_WIDTH;
     SHIFT : integer := work.filtered_difference_pkg.SHIFT;
+    WEIGHT : integer := work.filtered_difference_pkg.WEIGHT;
     OUT_FRAC : integer := work.filtered_difference_pkg.OUT_FRAC;
     ROUNDING : integer := work.filtered_difference_pkg.ROUNDING;
     FORMAT : string := work.filtered_difference_pkg.FORMAT;
@@ -28,8 +29,8 @@ architecture test of tb_filtered_difference is
 begin
 
   dut : entity work.filtered_difference
-    generic map (WIDTH => WIDTH, PERIOD_WIDTH => PERIOD_WIDTH, SHIFT => SHIFT, OUT_FRAC => OUT_FRAC,
-      ROUNDING => ROUNDING)
+    generic map (WIDTH => WIDTH, PERIOD_WIDTH => PERIOD_WIDTH, SHIFT => SHIFT, WEIGHT => WEIGHT,
+      OUT_FRAC => OUT_FRAC, ROUNDING => ROUNDING)
     port map (clk => clk, rst => rst, position => position, period => period, velocity => velocity);
 
   process

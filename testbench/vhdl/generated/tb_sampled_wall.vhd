@@ -22,6 +22,7 @@ entity tb_sampled_wall is
     ESTIMATOR : integer := work.sampled_wall_pkg.ESTIMATOR;
     RATIO : integer := work.sampled_wall_pkg.RATIO;
     SHIFT : integer := work.sampled_wall_pkg.SHIFT;
+    WEIGHT : integer := work.sampled_wall_pkg.WEIGHT;
     WINDOW : integer := work.sampled_wall_pkg.WINDOW;
     NOISE : integer := work.sampled_wall_pkg.NOISE;
     VELOCITY_FRAC : integer := work.sampled_wall_pkg.VELOCITY_FRAC;
@@ -52,7 +53,7 @@ begin
     generic map (WIDTH => WIDTH, STIFFNESS_WIDTH => STIFFNESS_WIDTH, STIFFNESS_FRAC => STIFFNESS_FRAC,
       DAMPING_WIDTH => DAMPING_WIDTH, DAMPING_FRAC => DAMPING_FRAC, PERIOD_WIDTH => PERIOD_WIDTH,
       SCALE_WIDTH => SCALE_WIDTH, SCALE_FRAC => SCALE_FRAC, TORQUE_WIDTH => TORQUE_WIDTH, SPRING_HELD => SPRING_HELD,
-      ESTIMATOR => ESTIMATOR, RATIO => RATIO, SHIFT => SHIFT, WINDOW => WINDOW, NOISE => NOISE,
+      ESTIMATOR => ESTIMATOR, RATIO => RATIO, SHIFT => SHIFT, WEIGHT => WEIGHT, WINDOW => WINDOW, NOISE => NOISE,
       VELOCITY_FRAC => VELOCITY_FRAC, RELIEF => RELIEF, ROOT_GAIN => ROOT_GAIN, SLEW => SLEW)
     port map (clk => clk, rst => rst, position => position, delta => delta, contact => contact,
       penetration => penetration, stiffness => stiffness, damping => damping, period => period, scale => scale,

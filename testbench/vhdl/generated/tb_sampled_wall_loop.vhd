@@ -33,6 +33,7 @@ entity tb_sampled_wall_loop is
     ESTIMATOR : integer := work.sampled_wall_loop_pkg.ESTIMATOR;
     RATIO : integer := work.sampled_wall_loop_pkg.RATIO;
     SHIFT : integer := work.sampled_wall_loop_pkg.SHIFT;
+    WEIGHT : integer := work.sampled_wall_loop_pkg.WEIGHT;
     WINDOW : integer := work.sampled_wall_loop_pkg.WINDOW;
     NOISE : integer := work.sampled_wall_loop_pkg.NOISE;
     VELOCITY_FRAC : integer := work.sampled_wall_loop_pkg.VELOCITY_FRAC;
@@ -67,7 +68,7 @@ begin
       ANTIPHASE => ANTIPHASE, LATCHED => LATCHED, FLOATING => FLOATING, DEAD_TIME => DEAD_TIME,
       SHAPER_ENABLED => SHAPER_ENABLED, SHAPER_PHASE => SHAPER_PHASE, SHAPER_B0 => SHAPER_B0, SHAPER_B1 => SHAPER_B1,
       SHAPER_B2 => SHAPER_B2, SHAPER_A1 => SHAPER_A1, SHAPER_A2 => SHAPER_A2, SPRING_HELD => SPRING_HELD,
-      ESTIMATOR => ESTIMATOR, RATIO => RATIO, SHIFT => SHIFT, WINDOW => WINDOW, NOISE => NOISE,
+      ESTIMATOR => ESTIMATOR, RATIO => RATIO, SHIFT => SHIFT, WEIGHT => WEIGHT, WINDOW => WINDOW, NOISE => NOISE,
       VELOCITY_FRAC => VELOCITY_FRAC, RELIEF => RELIEF, ROOT_GAIN => ROOT_GAIN, SLEW => SLEW)
     port map (clk => clk, rst => rst, a_pin => a_pin, b_pin => b_pin, reference => reference,
       stiffness => stiffness, damping => damping, period => period, scale => scale, a_high => a_high, a_low => a_low,

@@ -21,6 +21,8 @@ const fn short(line: &'static str, why: &'static str) -> Form {
 const SEARCH: &str = "hpu widths hybrid-wall stiff-hybrid --also wall.stiffness=2.5 --also hand.stiffness=0.6 \
                       --search --proved --against 24 --price -o out";
 const ESTIMATORS: &str = "hpu study velocity-estimators -o out";
+const CORNER: &str =
+    "hpu run dual-rate-wall --set method.estimator=filtered --set 'method.velocity_filter.corner=30 Hz'";
 const RECURS_60_S: &str = "hpu run friction-wall --set run.duration=60s";
 const PAGE: &str = "hpu widths hybrid-wall -o out";
 const WRAP: &str = "hpu run wrap-product --beside wrap-saturated -o out";
@@ -81,6 +83,7 @@ pub const COMMANDS: &[(&str, Form)] = &[
     ("hpu vectors --verify", Form::NotHere("the name of a verb and an option; tests of blocks have files")),
     ("hpu block NAME", short("hpu block saturator", "NAME is any block")),
     ("hpu run hybrid-wall -o out", Form::AsIs),
+    (CORNER, Form::AsIs),
     (WRAP, Form::AsIs),
     (PAGE, Form::AsIs),
     (
@@ -400,6 +403,11 @@ pub const FIGURES: &[(&str, From, &str)] = &[
     ("a lag of 5 to 8 ms", From::Run(ESTIMATORS), "filtered, 2^-3 0.280 rad/s 1.28 rad/s 0.144 rad/s 7.90 ms"),
     ("a lag of 5 to 8 ms", From::Run(ESTIMATORS), "window of 8 0.211 rad/s 0.90 rad/s 0.147 rad/s 4.56 ms"),
     ("off by 1.5 rad/s", From::Run(ESTIMATORS), "Levant, 25 rad/s2 1.484 rad/s"),
+    (
+        "here it is 5894, which has a corner of 29.997 Hz",
+        From::Run(CORNER),
+        "filter of weight 5894 / 2^16 is a corner of 29.997 Hz, asked 30 Hz",
+    ),
     ("`spring \u{2026} 77.57 %`", From::Run(WRAP), "4076 0 % 77.57 % PWM count"),
     (
         "Within 1 % of a 24-bit design's stable stiffness",
@@ -480,6 +488,8 @@ pub const EXCEPTED: &[(&str, &str)] = &[
     ("`HPU_NO_DUT=1`", "a switch"),
     ("`motor = \"vasudevan_2007\"`", "a name"),
     ("VHDL-93", "the name of a standard"),
+    ("`1 - exp(-2 pi f T)`", "how the weight is defined"),
+    ("nearest word of 16 bits", "how the weight is defined"),
     ("sought at 200 stiffnesses", "how the search is defined"),
     ("the last 30 % of the run", "how the window is defined"),
     ("more than 5 % faster", "how `fit` is defined"),

@@ -237,6 +237,7 @@ impl Published for SampledWallMethod {
     }
 
     fn unused(&self) -> Vec<&'static str> {
-        foreign(self.estimator).collect()
+        let replaced = self.corner_hz.map(|_| "method.filter_shift");
+        foreign(self.estimator).chain(replaced).collect()
     }
 }

@@ -116,6 +116,8 @@ fn filter(key: &str, value: &str) -> (u32, u32, Option<f64>) {
         (key, value),
     ])
     .unwrap();
+    // The shift is a parameter of the run only where it is in force.
+    assert_eq!(scene.parameters.iter().any(|parameter| parameter.key == "method.filter_shift"), key.ends_with("shift"));
     let Loop::Law(LawMethod::SampledWall(wall)) = scene.method.kind else { panic!("a sampled wall") };
     let (word, frac) = wall.weight(scene.sample_period_s());
     (word, frac, wall.realised_corner_hz(scene.sample_period_s()))
