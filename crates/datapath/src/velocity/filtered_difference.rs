@@ -212,7 +212,7 @@ impl Listed for FilteredDifference {
             ("wide", filtered([40, 4, 5, 22])?),
             ("nearest_up", rounded(Rounding::NearestUp)?),
             ("toward_zero", rounded(Rounding::TowardZero)?),
-            ("weighted", Self::new(FilteredConfig { shift: 3, weight: 5, ..small })?),
+            ("weighted", Self::new(FilteredConfig { shift: 3, weight: 5, rounding: Rounding::NearestEven, ..small })?),
             ("30_hz", Self::new(FilteredConfig { shift: 16, weight: 3017, ..FilteredConfig::default() })?),
         ])
     }
