@@ -55,8 +55,8 @@ keys! { method_shaper: "method.shaper" of [];
 }
 
 keys! { method_velocity_filter: "method.velocity_filter" of [];
-    /// Corner frequency of the filter of the velocity: that of a first-order low pass. Its weight is the nearest word of
-    /// 16 bits.
+    /// Corner frequency of the filter of the velocity: that of a first-order low pass. Its weight is the nearest word
+    /// of 16 bits.
     corner: Quantity = Quantity::new(&q::FREQUENCY, Positive, Required);
 }
 
