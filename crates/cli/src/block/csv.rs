@@ -23,7 +23,7 @@ impl Ticked {
     pub fn read(file: &str, text: &str, inputs: &[Signal]) -> Result<Self, Failure> {
         let refuse = |line: usize, reason: String| Failure::file(format!("{file}:{line}: {reason}"));
         if !text.is_empty() && !text.ends_with('\n') {
-            return Err(refuse(text.lines().count(), CUT.to_string()));
+            return Err(refuse(text.lines().count(), format!("{CUT}; end a whole one with a line feed")));
         }
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let mut lines = (1..).zip(text.lines()).filter(|(_, line)| !line.trim().is_empty() && !line.starts_with('#'));

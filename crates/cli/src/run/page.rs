@@ -1,7 +1,8 @@
 //! The page of a run: its summary, as text and as JSON. The keys of the JSON are a contract, and more may be added.
 //! Numbers are in SI units.
 
-use hpu_cosim::scene::{Metric, Units};
+use hpu_cosim::replay::Recording;
+use hpu_cosim::scene::{Metric, Units, number};
 use hpu_cosim::{AnySimulation, Mark, NetUse, SIGNS, Simulation};
 use hpu_page::summary::{energies, outcome};
 use hpu_page::trace_table::TraceColumns;
@@ -31,6 +32,7 @@ pub fn page(ran: &Ran) -> Page {
         simulation.name(),
         format!("{}, {} at {clock}", simulation.name(), simulation.closed_by()),
     );
+    recording(&mut page, ran);
     page.data("driver", ran.driver).data("solver", ran.solver);
     page.data("fitted", ran.fitted.as_ref().map(|found| fit::model(found).json()));
     if let Some(found) = &ran.fitted {
@@ -88,6 +90,26 @@ pub fn page(ran: &Ran) -> Page {
     page.data("trace", trace(ran));
     pages::files(&mut page, &ran.files);
     page
+}
+
+/// Adds what was read of the recording, if the scene names one.
+fn recording(page: &mut Page, ran: &Ran) {
+    let read = ran.recording.as_ref().map(|Recording { file, taken }| {
+        let [from_s, to_s] = taken.span_s;
+        json!({
+            "file": file, "columns": taken.columns, "from_s": from_s, "to_s": to_s, "rows": taken.rows,
+            "notes": taken.notes,
+        })
+    });
+    page.data("recording", read);
+    if let Some(Recording { file, taken }) = &ran.recording {
+        let [from, to] = taken.span_s.map(number);
+        let columns = taken.columns.join(", ");
+        page.line("recording", format!("{file}: {columns}; {from} s to {to} s; {} rows", taken.rows));
+        for note in &taken.notes {
+            page.line("recording", note);
+        }
+    }
 }
 
 /// Adds how long the wall was touched, and what it gave.

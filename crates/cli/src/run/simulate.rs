@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use hpu_cosim::replay::Recording;
 use hpu_cosim::scene::{Expectation, Experiment, OutcomeKind};
 use hpu_cosim::{AnySimulation, Simulation, Summary, Trace, Wired, judged_window_s, metric};
 use hpu_page::heard;
@@ -38,6 +39,8 @@ pub struct Ran<'s> {
     pub window_s: [f64; 2],
     /// Every parameter, with the source of its value.
     pub parameters: Vec<Said>,
+    /// The recording that the scene names.
+    pub recording: Option<Recording>,
     /// The comparison of a design's ports with the nets of a scene of ours.
     pub held: Option<NetComparison>,
     /// The comparison with the VHDL, and the source of the VHDL.
@@ -160,6 +163,7 @@ pub fn simulate<'s>(
         trace,
         window_s: judged_window_s(scene),
         parameters: Vec::new(),
+        recording: scene.recording.clone(),
         held,
         rtl,
         fitted: None,

@@ -24,15 +24,16 @@ keys! { hand_file: "hand.file" of [];
     to: Quantity = Quantity::new(&q::TIME, Any, Said("its end"));
     /// Time that is added to those of the recording, so that they are those of the run.
     offset: Quantity = Quantity::new(&q::TIME, Any, Said("0, or with `from` as much as makes that the run's start"));
+    /// Column of a table's times, as in the header; a unit that the header does not have stands behind it, as in
+    /// `t [ms]`. Columns without a header have numbers, as in `1 [ms]`.
+    time: Text = Text("the name of a column, as in \"t [ms]\"", Said("the one with a unit of time"));
+    /// Character between two columns of a table; a blank also stands for several.
+    delimiter: Text = Text("one character, as in \";\"", Said("a tab, `;`, `,` or blank: the first that most rows have"));
 }
 
 keys! { hand_file_motion: "hand.file" of ["spring_damper", "prescribed"];
-    /// Column of the times, as in the header; a unit that the header does not have stands behind it, as in `t [ms]`.
-    time: Text = Text("the name of a column, as in \"t [ms]\"", Said("the one with a unit of time"));
     /// Column of the angles, positions or counts, in the same way.
     angle: Text = Text("the name of a column, as in \"knob [deg]\"", Said("the one with a unit of the motion"));
-    /// Character between two columns.
-    delimiter: Text = Text("one character, as in \";\"", Said("a tab, `;` or `,`: the first that the header has"));
 }
 
 /// A file: a name alone, or a section. The fields are a description of the file, and the default.
@@ -75,11 +76,11 @@ impl Read for OfFile {
 fn file(s: &Section, kind: &str) -> Result<FileOfHand, SceneError> {
     use {hand_file as key, hand_file_motion as of_motion};
     s.accept_as("hand.file", &[kind])?;
-    let separator = match s.given(&of_motion::delimiter)?.map(|text| text.chars().collect::<Vec<_>>()) {
+    let separator = match s.given(&key::delimiter)?.map(|text| text.chars().collect::<Vec<_>>()) {
         None => None,
         Some(one) => match one[..] {
             [one] if one.is_ascii() && one != '"' && one != '\n' => Some(one),
-            _ => return Err(s.error(of_motion::delimiter.name, "write one character, as in \";\" or \"\\t\"")),
+            _ => return Err(s.error(key::delimiter.name, "write one character, as in \";\" or \"\\t\"")),
         },
     };
     let part = Part { from_s: s.given(&key::from)?, to_s: s.given(&key::to)?, offset_s: s.given(&key::offset)? };
@@ -88,7 +89,7 @@ fn file(s: &Section, kind: &str) -> Result<FileOfHand, SceneError> {
     {
         return Err(s.error(key::to.name, format!("{} s; write a time after from, {} s", number(to_s), number(from_s))));
     }
-    let columns = Columns { time: s.given(&of_motion::time)?, position: s.given(&of_motion::angle)?, separator };
+    let columns = Columns { time: s.given(&key::time)?, position: s.given(&of_motion::angle)?, separator };
     Ok(FileOfHand { path: s.read(&key::path)?, columns, part })
 }
 

@@ -47,7 +47,7 @@ pub(crate) fn scene(file: &str, source: &Source, kind: Kind, load: Load) -> Resu
     let (device, axis) = device(&root.section("device")?, kind)?;
     let root = root.along(axis);
     let count = || Ok(encoder(&root.section("encoder")?, &device, true)?.count_rad());
-    let (hand, covered) = hand(&root.section("hand")?, &[], load, &count)?;
+    let (hand, recorded) = hand(&root.section("hand")?, &[], load, &count)?;
     imposed(&root.section("device")?, &hand)?;
     let clock = clock(&root.section("clock")?)?;
     let model = model(&root.section("model")?, &device)?;
@@ -66,7 +66,7 @@ pub(crate) fn scene(file: &str, source: &Source, kind: Kind, load: Load) -> Resu
         host_clocks: 0,
         head: OWN.head(file, source, &root, (about, clock))?,
     };
-    covered.map_or(Ok(()), |covered| covered.check(&parts))?;
+    parts.recording = recorded.map(|recorded| recorded.check(&parts)).transpose()?;
     parts.parameters = source.parameters.take(&unused(&parts)).into();
     agree(&parts)?;
     Ok(parts)

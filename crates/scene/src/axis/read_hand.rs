@@ -6,8 +6,8 @@ use std::io;
 use crate::axis::file::{Covered, FileOfHand};
 use crate::axis::parts::{Hand, PathPoint};
 use crate::axis::rows as keys;
-use crate::files::utf8;
-use crate::replay::{self, Motion, Unit, smooth};
+use crate::head::Head;
+use crate::replay::{self, Motion, Recording, Taken, Unit, smooth};
 use crate::schema::parameter::{Origin, ParameterValue};
 use crate::schema::quantity as q;
 use crate::schema::quantity::Sense::{Any, NotNegative};
@@ -21,15 +21,27 @@ pub(crate) type Load<'a> = &'a mut dyn FnMut(&str) -> io::Result<Vec<u8>>;
 /// Reads the angle, or length, of one encoder count.
 type Count<'a> = &'a dyn Fn() -> Result<f64, SceneError>;
 
-/// Reads the hand, and tells which part of a run a recording covers. `device` is the kind of a device that adds keys.
-/// `count` is called only for a motion that is
-/// recorded in encoder counts.
+/// A recording, and the part of a run that it covers.
+pub(crate) struct Recorded {
+    recording: Recording,
+    covered: Covered,
+}
+
+impl Recorded {
+    /// Returns the recording, unless it covers nothing of the run or of its judged window.
+    pub(crate) fn check(self, head: &Head) -> Result<Recording, SceneError> {
+        self.covered.check(head).map(|()| self.recording)
+    }
+}
+
+/// Reads the hand, and the recording that it may name. `device` is the kind of a device that adds keys. `count` is
+/// called only for a motion that is recorded in encoder counts.
 pub(crate) fn hand(
     s: &Section,
     device: &[&'static str],
     load: Load,
     count: Count,
-) -> Result<(Hand, Option<Covered>), SceneError> {
+) -> Result<(Hand, Option<Recorded>), SceneError> {
     let kind = s.read(&keys::hand::kind)?;
     s.accept(&[&[kind], device].concat())?;
     match kind {
@@ -38,19 +50,24 @@ pub(crate) fn hand(
         "spring_damper" => {
             let stiffness_nm_per_rad = s.read(&keys::hand_grip::stiffness)?;
             let damping_nm_s_per_rad = s.read(&keys::hand_grip::damping)?;
-            let (path, covered) = motion(s, load, count)?;
-            Ok((Hand::SpringDamper { stiffness_nm_per_rad, damping_nm_s_per_rad, path }, covered))
+            let (path, recorded) = motion(s, load, count)?;
+            Ok((Hand::SpringDamper { stiffness_nm_per_rad, damping_nm_s_per_rad, path }, recorded))
         }
-        "prescribed" => motion(s, load, count).map(|(path, covered)| (Hand::Prescribed { path }, covered)),
+        "prescribed" => motion(s, load, count).map(|(path, recorded)| (Hand::Prescribed { path }, recorded)),
         _ => {
-            let FileOfHand { path: file, part, .. } = s.read(&keys::hand_capture::file)?;
+            let FileOfHand { path: file, columns, part } = s.read(&keys::hand_capture::file)?;
             let channel_a = s.read(&keys::hand_capture::channel_a)?;
             let channel_b = s.read(&keys::hand_capture::channel_b)?;
             let bytes = read(s, &file, load)?;
-            let capture = replay::read_capture(&bytes, &channel_a, &channel_b)
+            let capture = replay::read_capture(&bytes, &channel_a, &channel_b, &columns)
                 .map_err(|error| s.error("file", format!("{file}:{error}")))?;
             let (edges, covered) = part.of_capture(&capture).map_err(|reason| s.error("file", reason))?;
-            Ok((Hand::Capture { edges }, Some(covered)))
+            let [first, last] = [capture.edges.first().map_or(0, |edge| edge.picoseconds), capture.end_picoseconds];
+            let span_s = [first, last].map(|picoseconds| picoseconds as f64 / 1e12);
+            let columns = capture.times.into_iter().chain([channel_a, channel_b]).collect();
+            let rows = capture.edges.len();
+            let recording = Recording { file, taken: Taken { columns, span_s, rows, notes: Vec::new() } };
+            Ok((Hand::Capture { edges }, Some(Recorded { recording, covered })))
         }
     }
 }
@@ -61,7 +78,7 @@ fn read(s: &Section, file: &str, load: Load) -> Result<Vec<u8>, SceneError> {
 }
 
 /// Returns the points of `path`, or those of `file`.
-fn motion(s: &Section, load: Load, count: Count) -> Result<(Vec<PathPoint>, Option<Covered>), SceneError> {
+fn motion(s: &Section, load: Load, count: Count) -> Result<(Vec<PathPoint>, Option<Recorded>), SceneError> {
     match (s.has("path"), s.has("file")) {
         (true, true) => Err(s.error("file", "a path is given too; write one of path, file")),
         (false, false) => Err(s.error("path", "missing; write path = [[time, angle], ...], or file = \"motion.csv\"")),
@@ -70,10 +87,11 @@ fn motion(s: &Section, load: Load, count: Count) -> Result<(Vec<PathPoint>, Opti
             let FileOfHand { path: file, columns, part } = s.read(&keys::hand_motion::file)?;
             let bytes = read(s, &file, load)?;
             let refused = |error: &dyn Display| s.error("file", format!("{file}:{error}"));
-            let text = utf8(&file, &bytes).map_err(|error| s.error("file", error.to_string()))?;
             let most = (q::TIME.most, s.axis().position.most);
             let unit = if s.axis().position.si == "m" { Unit::Length } else { Unit::Angle };
-            let points = match replay::read_motion(text, &columns, unit, most).map_err(|error| refused(&error))? {
+            let read = replay::read_motion(&bytes, &columns, unit, most);
+            let (motion, taken) = read.map_err(|error| refused(&error))?;
+            let points = match motion {
                 Motion::Positions(points) => points,
                 Motion::Counts(mut recording) => {
                     recording.retain(|(time_s, _)| part.has(*time_s));
@@ -82,7 +100,7 @@ fn motion(s: &Section, load: Load, count: Count) -> Result<(Vec<PathPoint>, Opti
             };
             let (points, covered) = part.of_motion(&points).map_err(|reason| s.error("file", reason))?;
             let points = points.into_iter().map(|(time_s, angle_rad)| PathPoint { time_s, angle_rad });
-            Ok((points.collect(), Some(covered)))
+            Ok((points.collect(), Some(Recorded { recording: Recording { file, taken }, covered })))
         }
     }
 }

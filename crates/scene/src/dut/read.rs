@@ -41,7 +41,7 @@ pub(crate) fn scene(file: &str, source: &Source, kind: Kind, load: Load) -> Resu
     let (device, axis) = device(&root.section("device")?, kind)?;
     let root = root.along(axis);
     let count = || Ok(encoder(&root.section("encoder")?, &device, true)?.count_rad());
-    let (hand, covered) = hand(&root.section("hand")?, &[], load, &count)?;
+    let (hand, recorded) = hand(&root.section("hand")?, &[], load, &count)?;
     if let Hand::Capture { .. } = hand {
         return Err(root.error("hand.kind", "a recording has no device to drive; write \"prescribed\""));
     }
@@ -98,7 +98,7 @@ pub(crate) fn scene(file: &str, source: &Source, kind: Kind, load: Load) -> Resu
     if scene.dut.lines().any(|line| line == Line::Index) && matches!(scene.device, Device::Mass(_)) {
         return Err(scene.error("dut.ports", "the encoder of a mass has no index; leave encoder.index out"));
     }
-    covered.map_or(Ok(()), |covered| covered.check(&scene))?;
+    scene.recording = recorded.map(|recorded| recorded.check(&scene)).transpose()?;
     scene.parameters = source.parameters.take(&["about", "expect", "accuracy"]).into();
     Ok(scene)
 }

@@ -16,6 +16,7 @@ use hpu_signal::Clock;
 use crate::head::accuracy::{Accuracy, OfOutputs};
 use crate::head::expect::Expect;
 use crate::head::rows as keys;
+use crate::replay::Recording;
 use crate::schema::parameter::Parameter;
 use crate::schema::section::Section;
 use crate::schema::source::{Places, SceneError, Source};
@@ -46,6 +47,8 @@ pub struct Head {
     pub auto: bool,
     /// Every parameter of the run, as the scene was read, with its origin.
     pub parameters: Arc<[Parameter]>,
+    /// The recording that moves the device or its encoder lines, if the scene names one.
+    pub recording: Option<Recording>,
     pub(crate) places: Places,
 }
 
@@ -127,6 +130,7 @@ impl Own {
             accuracy: accuracy(&root.section("accuracy")?, self.outputs, self.kind)?,
             auto: source.auto,
             parameters: [].into(),
+            recording: None,
             places: source.places.clone(),
         })
     }

@@ -10,6 +10,8 @@ pub struct Capture {
     pub edges: Vec<PinEdge>,
     /// The end of the recording in picoseconds, rounded down.
     pub end_picoseconds: i64,
+    /// The column of the times, of a table.
+    pub times: Option<String>,
 }
 
 /// Returns the indices of `[7:0]`, or of `[3]`.
@@ -43,9 +45,27 @@ pub(super) struct Variable<Code> {
     pub(super) code: Code,
 }
 
+/// Returns a name without the differences between programs: `/m/ab(0)`, `m.ab [0]` and `m.\\ab[0]` are one.
+fn plain(name: &str) -> String {
+    let name = name.trim().trim_start_matches(['/', '.']).replace('/', ".").replace(['\\', ' '], "");
+    match name.strip_suffix(')').and_then(|rest| rest.rsplit_once('(')) {
+        Some((name, index)) if index.bytes().all(|byte| byte.is_ascii_digit()) => format!("{name}[{index}]"),
+        _ => name,
+    }
+}
+
 impl<Code: Copy + PartialEq> Variable<Code> {
     fn is_named(&self, name: &str) -> bool {
         self.path == name || self.name == name
+    }
+
+    /// Returns whether a name of [`plain`] form is this variable's, or that of its only bit without the index.
+    fn is_plainly(&self, name: &str) -> bool {
+        let is = |own: &str| {
+            let own = plain(own);
+            own == name || self.width == 1 && indexed(&own).is_some_and(|(stem, _)| stem == name)
+        };
+        is(&self.path) || is(&self.name)
     }
 
     /// Returns the bit at an index.
@@ -57,22 +77,26 @@ impl<Code: Copy + PartialEq> Variable<Code> {
     }
 }
 
-/// Returns a name without the index at its end, and the index: `ab[1]` and `ab(1)` are `ab` and 1.
+/// Returns a name without the index at its end, and the index: `ab[1]` is `ab` and 1.
 fn indexed(name: &str) -> Option<(&str, i64)> {
-    let inside = name.strip_suffix(']').or_else(|| name.strip_suffix(')'))?;
-    let (name, index) = inside.rsplit_once(if inside.contains('[') { '[' } else { '(' })?;
-    Some((name.trim_end(), index.parse().ok()?))
+    let (name, index) = name.strip_suffix(']')?.rsplit_once('[')?;
+    Some((name, index.parse().ok()?))
 }
 
 /// Finds the channel of a name.
 pub(super) fn find<Code: Copy + PartialEq>(variables: &[Variable<Code>], name: &str) -> Result<Channel<Code>, String> {
     // The same variable may stand in several scopes under one code.
-    let mut named: Vec<&Variable<Code>> = Vec::new();
-    for variable in variables.iter().filter(|variable| variable.is_named(name)) {
-        if !named.iter().any(|other| other.code == variable.code) {
-            named.push(variable);
+    let with = |is: &dyn Fn(&Variable<Code>) -> bool| {
+        let mut named: Vec<&Variable<Code>> = Vec::new();
+        for variable in variables.iter().filter(|variable| is(variable)) {
+            if !named.iter().any(|other| other.code == variable.code) {
+                named.push(variable);
+            }
         }
-    }
+        named
+    };
+    let (exact, simple) = (with(&|one| one.is_named(name)), plain(name));
+    let named = if exact.is_empty() { with(&|one| one.is_plainly(&simple)) } else { exact };
     match named[..] {
         [one] if one.width == 1 => return Ok(Channel { code: one.code, bit: 0, width: 1 }),
         [one] => {
@@ -85,8 +109,8 @@ pub(super) fn find<Code: Copy + PartialEq>(variables: &[Variable<Code>], name: &
         }
         [] => {}
     }
-    if let Some((of, index)) = indexed(name) {
-        let bit = variables.iter().filter(|variable| variable.is_named(of)).find_map(|variable| variable.bit(index));
+    if let Some((of, index)) = indexed(&simple) {
+        let bit = variables.iter().filter(|variable| variable.is_plainly(of)).find_map(|variable| variable.bit(index));
         if let Some(bit) = bit {
             return Ok(bit);
         }
@@ -147,9 +171,12 @@ impl Lines {
         }
     }
 
-    /// Returns the capture; unknown levels at its beginning are the first known ones.
-    pub(super) fn ended(mut self) -> Capture {
+    /// Returns the capture; unknown levels at its beginning are the first known ones. Refuses a line without any.
+    pub(super) fn ended(mut self, names: [&str; 2]) -> Result<Capture, String> {
         self.settle();
+        if let Some((_, name)) = self.levels.iter().zip(names).find(|(level, _)| level.is_none()) {
+            return Err(format!("the channel `{name}` has no level 0 or 1 in the whole recording"));
+        }
         // A recording begins at its first known level.
         let begin = self.edges.iter().position(|(_, levels)| *levels != [None; 2]).unwrap_or(0);
         let first = [0, 1].map(|line| self.edges.iter().find_map(|(_, levels)| levels[line]).unwrap_or(false));
@@ -160,7 +187,7 @@ impl Lines {
                 edges.push(PinEdge { picoseconds, a, b });
             }
         }
-        Capture { edges, end_picoseconds: self.now }
+        Ok(Capture { edges, end_picoseconds: self.now, times: None })
     }
 }
 

@@ -74,5 +74,5 @@ fn read_whole(bytes: &[u8], names: [&str; 2]) -> Result<Capture, ReplayError> {
         lines.set(line, level(value)).map_err(said)?;
     }
     lines.to(picoseconds(header.end_time.max(last))?);
-    Ok(lines.ended())
+    lines.ended(names).map_err(refused)
 }

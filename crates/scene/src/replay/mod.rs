@@ -6,19 +6,25 @@
 
 mod capture;
 mod channel;
+mod columns;
+mod counter;
+mod decode;
 #[cfg(not(target_family = "wasm"))]
 mod fst;
 mod logic_table;
 mod motion;
 mod smooth;
 mod table;
+mod units;
 mod vcd;
 
 use std::fmt;
 
 pub use capture::read_capture;
 pub use channel::Capture;
-pub use motion::{Columns, Motion, Unit, read_motion};
+pub use columns::Columns;
+pub use motion::{Motion, read_motion};
+pub use units::Unit;
 
 pub(crate) use smooth::smooth;
 
@@ -31,6 +37,28 @@ pub struct PinEdge {
     pub a: bool,
     /// Level of line B.
     pub b: bool,
+}
+
+/// A recording that a scene names.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Recording {
+    /// The name of its file.
+    pub file: String,
+    /// What was read of it.
+    pub taken: Taken,
+}
+
+/// What was read of a recording.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Taken {
+    /// The columns, with the units by which they were read, or the channels.
+    pub columns: Vec<String>,
+    /// The first and the last time, in s.
+    pub span_s: [f64; 2],
+    /// The number of rows, or of changes.
+    pub rows: usize,
+    /// What was read otherwise than it is written.
+    pub notes: Vec<String>,
 }
 
 /// The reason why a recording was refused, and the line of the recording.
@@ -59,15 +87,5 @@ impl fmt::Display for ReplayError {
 
 impl std::error::Error for ReplayError {}
 
-/// The reason for refusing a table or a recording whose last line has no line feed.
-pub const CUT: &str = "the last line has no line feed, so the file may be cut short; end a whole one with a line feed";
-
-/// Refuses a recording whose last line has no line feed: it may be cut within a number, and nothing else would show
-/// that.
-fn whole(bytes: &[u8]) -> Result<(), ReplayError> {
-    if bytes.last().is_none_or(|last| *last == b'\n') {
-        return Ok(());
-    }
-    let line = bytes.iter().filter(|byte| **byte == b'\n').count() + 1;
-    Err(ReplayError::new(line as u64, CUT))
-}
+/// The reason for doubting a file whose last line has no line feed.
+pub const CUT: &str = "the last line has no line feed, so the file may be cut short";

@@ -67,8 +67,8 @@ fn variable<'a>(scopes: &[String], tokens: &[&'a [u8]]) -> Option<Variable<&'a [
         name = format!("{name}[{index}]");
     }
     let path = scopes.iter().map(|scope| format!("{scope}.")).collect::<String>() + &name;
-    let is_named = !name.is_empty() && width > 0;
-    is_named.then_some(Variable { path, name, range: of_name.or(of_size), width, code })
+    // Writers of strings give them no size; they are no channel.
+    (!name.is_empty()).then_some(Variable { path, name, range: of_name.or(of_size), width, code })
 }
 
 /// The header: the unit of its times, and its variables.
@@ -99,7 +99,12 @@ fn header<'a>(tokens: &mut Tokens<'a>) -> Result<Header<'a>, ReplayError> {
             _ => {}
         }
     }
-    let femtoseconds = femtoseconds.ok_or_else(|| ReplayError::new(tokens.line, "no $timescale, as in `1 us`"))?;
+    let femtoseconds = femtoseconds.ok_or_else(|| {
+        ReplayError::new(
+            tokens.line,
+            "no $timescale, so times have no unit; add a line as `$timescale 1 ns $end` in front of the file",
+        )
+    })?;
     Ok(Header { femtoseconds, variables })
 }
 
@@ -166,7 +171,7 @@ pub(super) fn read(bytes: &[u8], names: [&str; 2]) -> Result<Capture, ReplayErro
             }
         }
     }
-    Ok(lines.ended())
+    lines.ended(names).map_err(|reason| ReplayError::new(tokens.line, reason))
 }
 
 /// Takes a change of a variable's value.

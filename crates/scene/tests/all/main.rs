@@ -3,6 +3,7 @@
 mod counts;
 mod errors;
 mod keys;
+mod lab_files;
 mod laws;
 mod methods;
 mod network;

@@ -3,7 +3,7 @@
 
 use std::io::Cursor;
 
-use hpu_cosim::replay::read_capture;
+use hpu_cosim::replay::{Columns, read_capture};
 use hpu_cosim::scene::Scene;
 use hpu_cosim::{AxisSimulation, Control, Driver, Simulation, Summary, Wired};
 use hpu_datapath::{HybridLoop, LoopConfig, Wiring};
@@ -73,7 +73,8 @@ fn recorded_pins_replay_at_the_edges_they_were_recorded_at() {
         }
         let end = Cycle(edge(1_001));
         for file in [vcd.finish(end).expect("memory"), fst.finish(end).expect("memory").into_inner()] {
-            let read = read_capture(&file, "hybrid_loop.a_pin", "hybrid_loop.b_pin").expect("a capture");
+            let read = read_capture(&file, "hybrid_loop.a_pin", "hybrid_loop.b_pin", &Columns::default());
+            let read = read.expect("a capture");
             let read =
                 read.edges.iter().map(|pins| (clock.first_edge_at(pins.picoseconds.unsigned_abs()), (pins.a, pins.b)));
             assert!(read.eq((0..=1_000).map(|count| (Cycle(edge(count)), levels(count)))), "at {frequency_hz} Hz");
