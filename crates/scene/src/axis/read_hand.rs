@@ -66,7 +66,7 @@ pub(crate) fn hand(
             let span_s = [first, last].map(|picoseconds| picoseconds as f64 / 1e12);
             let columns = capture.times.into_iter().chain([channel_a, channel_b]).collect();
             let rows = capture.edges.len();
-            let recording = Recording { file, taken: Taken { columns, span_s, rows, notes: Vec::new() } };
+            let recording = Recording { file, taken: Taken { columns, span_s, rows, notes: capture.notes } };
             Ok((Hand::Capture { edges }, Some(Recorded { recording, covered })))
         }
     }

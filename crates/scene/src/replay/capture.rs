@@ -40,5 +40,5 @@ pub fn read_capture(bytes: &[u8], channel_a: &str, channel_b: &str, columns: &Co
         true => no_columns("VCD").and_then(|()| vcd::read(text.as_bytes(), names)),
         false => logic_table::read(&text, names, columns),
     };
-    or_cut(&text, read)
+    or_cut(&text, read).map(|capture| Capture { notes: Vec::from_iter(decode::note(&text)), ..capture })
 }

@@ -12,6 +12,8 @@ pub struct Capture {
     pub end_picoseconds: i64,
     /// The column of the times, of a table.
     pub times: Option<String>,
+    /// What was read otherwise than it is written.
+    pub notes: Vec<String>,
 }
 
 /// Returns the indices of `[7:0]`, or of `[3]`.
@@ -187,7 +189,7 @@ impl Lines {
                 edges.push(PinEdge { picoseconds, a, b });
             }
         }
-        Ok(Capture { edges, end_picoseconds: self.now, times: None })
+        Ok(Capture { edges, end_picoseconds: self.now, times: None, notes: Vec::new() })
     }
 }
 

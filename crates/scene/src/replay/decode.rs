@@ -53,9 +53,18 @@ fn utf16(bytes: &[u8], unit: fn([u8; 2]) -> u16) -> String {
 pub(super) fn or_cut<T>(text: &str, read: Result<T, ReplayError>) -> Result<T, ReplayError> {
     read.map_err(|error| {
         let lines = text.bytes().filter(|byte| *byte == b'\n').count() as u64;
-        match !text.ends_with('\n') && error.line == lines + 1 && !text.is_empty() {
+        match is_open(text) && error.line == lines + 1 {
             true => ReplayError::new(error.line, format!("{CUT}: {}", error.reason)),
             false => error,
         }
     })
+}
+
+/// Returns a note about a text whose last line is read without its line feed: its last number may be cut.
+pub(super) fn note(text: &str) -> Option<String> {
+    is_open(text).then(|| CUT.to_string())
+}
+
+fn is_open(text: &str) -> bool {
+    !text.is_empty() && !text.ends_with('\n')
 }

@@ -74,7 +74,7 @@ fn read(text: &str, columns: &Columns, kind: Unit, most: (f64, f64)) -> Result<(
     for column in [time_at, position_at] {
         table.check_commas(column)?;
     }
-    let (mut notes, mut start) = (Vec::new(), 0.0);
+    let (mut notes, mut start) = (Vec::from_iter(decode::note(text)), 0.0);
     let mut motion: Vec<(f64, f64)> = Vec::with_capacity(table.rows.len());
     for row in &table.rows {
         let cells = table.cells(row)?;

@@ -174,7 +174,8 @@ impl<'a> Table<'a> {
 /// Returns the number of a cell.
 pub(super) fn number_of(row: &Row, cell: &str) -> Result<f64, ReplayError> {
     let value = number(cell).filter(|value| value.is_finite());
-    value.ok_or_else(|| ReplayError::new(row.line, format!("`{}` is not a finite number", excerpt(cell))))
+    let way_out = if cell.contains(':') { "; write times as numbers, as in seconds" } else { "" };
+    value.ok_or_else(|| ReplayError::new(row.line, format!("`{}` is not a finite number{way_out}", excerpt(cell))))
 }
 
 /// The lines of a file: comments, rows, and the separator that Excel's `sep=;` tells.

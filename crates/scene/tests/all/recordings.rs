@@ -81,3 +81,24 @@ fn a_motion_is_shifted_and_cut_between_its_points() {
     assert_eq!(shifted, Ok(part));
     assert_eq!(motion("{ path = 'x.csv', from = 2, to = 9 }", "9").map(|path| path.len()), Ok(4));
 }
+
+/// A run names what it was given: a column that was taken by mistake shows there.
+#[test]
+fn a_scene_tells_what_it_read_of_its_recording() {
+    let told = |hand: &str, duration: &str, text: &str| {
+        let scene = format!("{SCENE}hand = {hand}\nrun = {{ duration = {duration} }}\n");
+        let scene = Scene::parse("x.toml", &scene, &[], &mut |_: &str| Ok(text.as_bytes().to_vec())).unwrap();
+        let recording = scene.recording.clone().expect("a recording");
+        (recording.file, recording.taken.columns.join(", "), recording.taken.span_s, recording.taken.rows)
+    };
+    let motion = told("{ kind = 'prescribed', file = 'x.csv' }", "5", MOTION);
+    assert_eq!(motion, ("x.csv".into(), "time_s, angle_rad".into(), [2.0, 6.0], 4));
+    let named = "{ kind = 'prescribed', file = { path = 'x.csv', time = 't [s]', angle = 'knob [deg]' } }";
+    let motion = told(named, "1", "t,knob\n0,0\n1,90\n");
+    assert_eq!(motion, ("x.csv".into(), "t [s], knob [deg]".into(), [0.0, 1.0], 2));
+    let capture = "{ kind = 'capture', channel_a = 'a', channel_b = 'b', file = { path = 'x.csv', from = 5 } }";
+    assert_eq!(told(capture, "'9 ms'", CAPTURE), ("x.csv".into(), "a, b".into(), [5.0, 5.01], 4));
+    let table = "{ kind = 'capture', channel_a = 'a', channel_b = 'b', file = 'x.csv' }";
+    let table = told(table, "'1 ms'", "Time [ms],a,b\n0,0,0\n1,1,0\n2,1,1\n");
+    assert_eq!(table, ("x.csv".into(), "Time [ms], a, b".into(), [0.0, 0.002], 3));
+}

@@ -319,6 +319,9 @@ fn a_recording_that_ends_within_a_row_or_a_change_is_refused() {
     // A whole last line may lack its line feed: many programs leave it out.
     assert_eq!(motion(&table[..table.len() - 1]), motion(table));
     assert_eq!(read(&capture[..capture.len() - 1]), read(&capture));
+    let open = &capture.as_bytes()[..capture.len() - 1];
+    let notes = read_capture(open, "A", "B", &Columns::default()).map(|capture| capture.notes);
+    assert_eq!(notes, Ok(vec!["the last line has no line feed, so the file may be cut short".to_string()]));
     for cut in 5..10 {
         let message = motion(&table[..table.len() - cut]).unwrap_err().to_string();
         assert!(message.starts_with("3: the last line has no line feed"), "{cut}: {message}");
