@@ -4,7 +4,7 @@ use super::ReplayError;
 use super::channel::{Capture, Lines, Variable, find_both};
 use super::columns::Columns;
 use super::motion::TIMES;
-use super::table::Table;
+use super::table::{Table, by_clock};
 use super::units::{self, Scale, name_and_unit};
 use crate::text::message::excerpt;
 
@@ -166,7 +166,8 @@ pub(super) fn read(text: &str, names: [&str; 2], columns: &Columns) -> Result<Ca
         let now = match time {
             Some((column, unit)) => {
                 let cell = &cells[column];
-                let refused = || ReplayError::new(row.line, format!("`{}` is not a time", excerpt(cell)));
+                let reason = || format!("`{}` is not a time{}", excerpt(cell), by_clock(cell));
+                let refused = || ReplayError::new(row.line, reason());
                 sigrok.exact(picoseconds(cell, unit).ok_or_else(refused)?, unit)
             }
             None => (index * PICOSECONDS / sigrok.rate_hz.unwrap_or(1)) as i64,

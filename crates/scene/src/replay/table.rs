@@ -72,10 +72,9 @@ impl<'a> Table<'a> {
         let is_headless = is_numbers(&some[header]);
         let is_head = |row: &Row| width(&cells(row.text, separator)) > 1 && !is_numbers(row);
         let mut table = Self { comments, line: first.line, header: Vec::new(), is_headless, rows, separator };
-        if is_headless && header > 0 && is_head(&table.rows[header - 1]) {
-            // A header with another number of cells: the rows are refused.
-            table.is_headless = false;
-            header -= 1;
+        // A header with another number of cells: the rows are refused.
+        if let Some(at) = table.rows[..header].iter().rposition(is_head).filter(|_| is_headless) {
+            (table.is_headless, header) = (false, at);
         }
         if table.is_headless {
             table.take_comment(columns, header);
@@ -174,8 +173,15 @@ impl<'a> Table<'a> {
 /// Returns the number of a cell.
 pub(super) fn number_of(row: &Row, cell: &str) -> Result<f64, ReplayError> {
     let value = number(cell).filter(|value| value.is_finite());
-    let way_out = if cell.contains(':') { "; write times as numbers, as in seconds" } else { "" };
-    value.ok_or_else(|| ReplayError::new(row.line, format!("`{}` is not a finite number{way_out}", excerpt(cell))))
+    value.ok_or_else(|| {
+        let reason = format!("`{}` is not a finite number{}", excerpt(cell), by_clock(cell));
+        ReplayError::new(row.line, reason)
+    })
+}
+
+/// Returns the way out where a cell is a date or a time of day.
+pub(super) fn by_clock(cell: &str) -> &'static str {
+    if cell.contains(':') { "; write times as numbers, as in seconds" } else { "" }
 }
 
 /// The lines of a file: comments, rows, and the separator that Excel's `sep=;` tells.
@@ -309,12 +315,13 @@ fn is_number(cell: &str) -> bool {
     number(cell).is_some()
 }
 
-/// Returns a number with a decimal point, or a decimal comma, and with Fortran's exponents.
+/// Returns a number with a decimal point, or a decimal comma, with Fortran's exponents and any sign of minus.
 fn number(cell: &str) -> Option<f64> {
     cell.parse().ok().or_else(|| {
-        let plain = match cell.matches(',').count() {
-            1 if !cell.contains('.') => cell.replace(',', "."),
-            _ => cell.to_string(),
+        let plain = cell.replace('\u{2212}', "-");
+        let plain = match plain.matches(',').count() {
+            1 if !plain.contains('.') => plain.replace(',', "."),
+            _ => plain,
         };
         let digits = plain.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c));
         digits.then(|| plain.replace(['d', 'D'], "e").parse().ok()).flatten()

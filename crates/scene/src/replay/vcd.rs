@@ -116,7 +116,7 @@ fn timescale(tokens: &Tokens, token: &[u8]) -> Result<i128, ReplayError> {
     if count.parse::<u32>().is_ok_and(|count| ![1, 10, 100].contains(&count)) {
         return Err(ReplayError::new(tokens.line, format!("a timescale of {count}; VCD knows 1, 10 and 100")));
     }
-    let femtoseconds: i128 = match unit {
+    let femtoseconds: i128 = match unit.to_lowercase().as_str() {
         "s" => 1_000_000_000_000_000,
         "ms" => 1_000_000_000_000,
         "us" => 1_000_000_000,

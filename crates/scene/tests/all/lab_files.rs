@@ -186,6 +186,7 @@ fn headers_are_found_where_programs_write_them() {
         format!("time_s,angle_rad\n{}", rows.trim_end()),
         "time/min,angle/mrad\n0,0\n0.008333333333333333,1000\n0.016666666666666666,2000\n".to_string(),
         format!("time_s,angle_rad\n{}", rows.replace("0.5", "5.0D-01")),
+        format!("time_s,u_V,angle_rad\n{}", rows.replace(',', ",\u{2212}1,")),
     ] {
         assert_eq!(points(text.as_bytes(), "", ""), expected, "{text}");
     }
@@ -196,6 +197,11 @@ fn headers_are_found_where_programs_write_them() {
     assert!(refused(rows, "", "").contains("time = \"1 [s]\", angle = \"2 [rad]\""));
     // A row that is no number is an error, wherever, and never taken as a header.
     assert!(refused("0,0\nbad,1\n1,2\n", "1 [s]", "2 [rad]").starts_with("2: `bad` is not a finite number"));
+    assert!(
+        refused("time_s,angle_rad\n0,0\n0,01,0,05\n0,02,0,1\n0,03,0,2\n", "", "")
+            .starts_with("3: 4 columns; the header")
+    );
+    assert!(refused("time_s,angle_rad\n12:00:00,1\n", "", "").ends_with("write times as numbers, as in seconds"));
     assert!(refused("time_s,angle_rad\nbad,1\n1,2\n", "", "").starts_with("2: `bad` is not a finite number"));
 }
 
