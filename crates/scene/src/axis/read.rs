@@ -82,7 +82,7 @@ fn scene_of_network(file: &str, source: &Source, root: &Section, load: Load) -> 
     let [seen, grip, at_wall] = draft.axes();
     let encoder = draft.encoder(&root.section("encoder")?)?;
     let count = || Ok(encoder.count_rad());
-    let (mut hand, covered) = hand(&root.section("hand")?.along(grip), &["network"], load, &count)?;
+    let (mut hand, recorded) = hand(&root.section("hand")?.along(grip), &["network"], load, &count)?;
     let clock = clock(&root.section("clock")?)?;
     let bridge = bridge(&root.section("bridge")?)?;
     let ratio = draft.wall_ratio();
@@ -117,7 +117,7 @@ fn scene_of_network(file: &str, source: &Source, root: &Section, load: Load) -> 
         network: Some(compound),
         head: OWN.head(file, source, root, (about, clock))?,
     };
-    covered.map_or(Ok(()), |covered| covered.check(&parts))?;
+    parts.recording = recorded.map(|recorded| recorded.check(&parts)).transpose()?;
     parts.parameters = source.parameters.take(&unused(&parts)).into();
     agree(&parts)?;
     Ok(parts)

@@ -128,8 +128,11 @@ fn within(row: &Row, cell: &str, value: f64, most: f64) -> Result<f64, ReplayErr
     Err(ReplayError::new(row.line, format!("{}; accepted: {least} to {most}", excerpt(cell))))
 }
 
+/// Times in s, and counts.
+type Counts = Vec<(f64, i64)>;
+
 /// Returns whole numbers as counts, and the width of their counter if it passes its end. `at` is their column.
-fn counts(table: &Table, at: usize, motion: &[(f64, f64)]) -> Result<(Vec<(f64, i64)>, Option<u32>), ReplayError> {
+fn counts(table: &Table, at: usize, motion: &[(f64, f64)]) -> Result<(Counts, Option<u32>), ReplayError> {
     let mut counts: Vec<_> = motion.iter().map(|(time_s, count)| (*time_s, *count as i64)).collect();
     let bits = unwrapped(&mut counts);
     for (row, (_, count)) in table.rows.iter().zip(&counts) {
