@@ -124,7 +124,7 @@ fn picoseconds(cell: &str, unit: i128) -> Option<i64> {
     let fraction = &fraction[..fraction.len().min(18)];
     let scale = 10_i128.pow(u32::try_from(fraction.len()).ok()?);
     let value = whole.parse::<i128>().unwrap_or(0) * scale + fraction.parse::<i128>().unwrap_or(0);
-    i64::try_from((sign * value * unit).div_euclid(scale)).ok()
+    i64::try_from((sign * value).checked_mul(unit)?.div_euclid(scale)).ok()
 }
 
 /// Reads two channels.

@@ -130,6 +130,8 @@ fn levels_are_read_as_programs_write_them_and_refused_otherwise() {
     }
     let analog = lines("Time [s],A,B\n0,0.0,0.0\n0.1,3.3,0.0\n", "A", "B", None).unwrap_err();
     assert!(analog.starts_with("3: the level `3.3` is none; accepted: 0, 1, low, high"), "{analog}");
+    let late = lines("Time [s],A,B\n999999999999999999.999999999999999999,0,0\n", "A", "B", None).unwrap_err();
+    assert!(late.ends_with("is not a time"), "{late}");
     let never = lines("Time [s],A,B\n0,0,x\n0.1,1,x\n", "A", "B", None).unwrap_err();
     assert_eq!(never, "1: the channel `B` has no level 0 or 1 in the whole recording");
 }
