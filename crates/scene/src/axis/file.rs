@@ -28,7 +28,7 @@ keys! { hand_file: "hand.file" of [];
     /// `t [ms]`. Columns without a header have numbers, as in `1 [ms]`.
     time: Text = Text("the name of a column, as in \"t [ms]\"", Said("the one with a unit of time"));
     /// Character between two columns of a table; a blank also stands for several.
-    delimiter: Text = Text("one character, as in \";\"", Said("a tab, `;`, `,` or blank: the first that most rows have"));
+    delimiter: Text = Text("one character, as in \";\"", Said("a tab, `;`, `,` or blank: the first in most rows"));
 }
 
 keys! { hand_file_motion: "hand.file" of ["spring_damper", "prescribed"];

@@ -16,13 +16,13 @@ use super::{ReplayError, logic_table, vcd};
 /// simultaneous, so a pulse of no duration does not exist.
 ///
 /// A level that is unknown at the beginning (`x`, `z`, `U`) is that of the first known one, so the end of a simulated
-/// reset is no edge. While a recording is switched off (`$dumpoff`), lines keep their levels. `columns` names the column
-/// of the times of a table, and its separator, where the header does not tell them.
+/// reset is no edge. While a recording is switched off (`$dumpoff`), lines keep their levels. `columns` names the
+/// column of the times of a table, and its separator, where the header does not tell them.
 ///
 /// # Errors
 ///
-/// [`ReplayError`] for a file of another format, a missing, ambiguous or wide channel (listed with the existing ones), a
-/// channel without any known level, a level that is unknown after a known one, a cell that is no level, time running
+/// [`ReplayError`] for a file of another format, a missing, ambiguous or wide channel (listed with the existing ones),
+/// a channel without any known level, a level that is unknown after a known one, a cell that is no level, time running
 /// backwards or without a unit, a time beyond 2^63 ps, and a last line that is cut.
 pub fn read_capture(bytes: &[u8], channel_a: &str, channel_b: &str, columns: &Columns) -> Result<Capture, ReplayError> {
     let names = [channel_a, channel_b];

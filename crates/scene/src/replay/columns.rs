@@ -145,16 +145,16 @@ impl Role<'_> {
     /// Tells that no column has a unit.
     fn none(&self, table: &Table) -> String {
         if table.is_headless {
-            return "no header; write the names of the columns with their units above, as in `time_s,angle_rad`, or name \
-                    columns by their numbers in the scene: file = { path = \"...\", time = \"1 [s]\", angle = \
+            return "no header; write the names of the columns with their units above, as in `time_s,angle_rad`, or \
+                    name columns by their numbers in the scene: file = { path = \"...\", time = \"1 [s]\", angle = \
                     \"2 [rad]\" }"
                 .into();
         }
         let (unit, column) =
             if self.key == "time" { ("ms", table.header.first()) } else { ("deg", table.header.last()) };
         format!(
-            "no column of {} with a unit: the header has {}; write the unit behind a name, as in `time_s,angle_rad`, or \
-             in the scene: file = {{ path = \"...\", {} = \"{} [{unit}]\" }}",
+            "no column of {} with a unit: the header has {}; write the unit behind a name, as in `time_s,angle_rad`, \
+             or in the scene: file = {{ path = \"...\", {} = \"{} [{unit}]\" }}",
             self.what,
             listed(&table.header),
             self.key,

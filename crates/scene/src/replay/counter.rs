@@ -6,8 +6,8 @@ const WIDTHS: [u32; 5] = [8, 12, 16, 24, 32];
 /// Lets counts go on where their counter passes its end, as from 65535 to 0, and returns its width; `None`, with the
 /// counts as they were, if it does not.
 ///
-/// The counter has the least width that holds all counts, with a sign if one is negative. It passes its end if a step is
-/// longer than half of its range, and if all steps of this kind are, around the end, hardly longer than the longest
+/// The counter has the least width that holds all counts, with a sign if one is negative. It passes its end if a step
+/// is longer than half of its range, and if all steps of this kind are, around the end, hardly longer than the longest
 /// other one. Counts without a sign that begin in the upper half begin below 0, as in two's complement.
 pub(super) fn unwrapped(counts: &mut [(f64, i64)]) -> Option<u32> {
     let least = counts.iter().map(|(_, count)| *count).min()?;

@@ -147,8 +147,8 @@ pub(super) fn read(text: &str, names: [&str; 2], columns: &Columns) -> Result<Ca
             let no_unit = || {
                 let cell = excerpt(&table.header[column]);
                 let reason = format!(
-                    "the times of the column `{cell}` have no unit; write `{cell} [us]` in the header, or in the scene: \
-                     file = {{ path = \"...\", time = \"{cell} [us]\" }}"
+                    "the times of the column `{cell}` have no unit; write `{cell} [us]` in the header, or in the \
+                     scene: file = {{ path = \"...\", time = \"{cell} [us]\" }}"
                 );
                 ReplayError::new(table.line, reason)
             };

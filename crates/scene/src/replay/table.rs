@@ -1,5 +1,5 @@
-//! Tables as programs of laboratories write them: with commas, semicolons, tabs or blanks, with a decimal point or comma,
-//! with quotes, comments, titles above the header, and units in a row of their own.
+//! Tables as programs of laboratories write them: with commas, semicolons, tabs or blanks, with a decimal point or
+//! comma, with quotes, comments, titles above the header, and units in a row of their own.
 
 use std::borrow::Cow;
 
@@ -43,8 +43,8 @@ const LOOKED_AT: usize = 200;
 const END_OF_HEAD: &str = "***End_of_Header***";
 
 impl<'a> Table<'a> {
-    /// Reads a table. Empty lines are skipped, and comments: lines that begin with `#`, `%` or `//`, above the first row
-    /// also with `;`. `separator` is what most rows have if it is `None`.
+    /// Reads a table. Empty lines are skipped, and comments: lines that begin with `#`, `%` or `//`, above the first
+    /// row also with `;`. `separator` is what most rows have if it is `None`.
     ///
     /// The header is the first row that has as many cells as most rows and is not of numbers alone. Rows above it are
     /// titles. A table that begins with numbers has its header in the comment above, or none.
