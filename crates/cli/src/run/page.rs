@@ -2,7 +2,7 @@
 //! Numbers are in SI units.
 
 use hpu_cosim::replay::Recording;
-use hpu_cosim::scene::{Metric, Units, number};
+use hpu_cosim::scene::{Metric, Units, figure};
 use hpu_cosim::{AnySimulation, Mark, NetUse, SIGNS, Simulation};
 use hpu_page::summary::{energies, outcome};
 use hpu_page::trace_table::TraceColumns;
@@ -103,7 +103,7 @@ fn recording(page: &mut Page, ran: &Ran) {
     });
     page.data("recording", read);
     if let Some(Recording { file, taken }) = &ran.recording {
-        let [from, to] = taken.span_s.map(number);
+        let [from, to] = taken.span_s.map(figure);
         let columns = taken.columns.join(", ");
         page.line("recording", format!("{file}: {columns}; {from} s to {to} s; {} rows", taken.rows));
         for note in &taken.notes {
