@@ -103,7 +103,9 @@ fn a_word_whose_sign_the_text_does_not_tell_stays_with_ghdl() {
     let dir = scratch("untold_arithmetic");
     let source = DESIGN.replace("resize(p.v + y, 5)", "resize(like(k), 5)").replace(
         "architecture rtl of arithmetic is",
-        "architecture rtl of arithmetic is function like(v : integer) return byte is begin return to_signed(v, 8); end;",
+        "architecture rtl of arithmetic is
+           function like(w : integer) return byte is begin return to_signed(w, 8); end;
+           function like(w : integer) return std_logic_vector is begin return \"01\"; end;",
     );
     let ports = "a = \"encoder.a\"\nb = \"encoder.b\"\npwm = \"bridge.pwm\"\ndir = \"bridge.direction\"\n";
     let path = scene(&dir, ("arithmetic.vhd", &source), "engine = \"verilator\"", ports);

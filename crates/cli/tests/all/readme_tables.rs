@@ -519,6 +519,12 @@ pub const EXCEPTED: &[(&str, &str)] = &[
     ("`\"gains(2)\"`", SETTING),
     ("`\"g[2]\"`", SETTING),
     ("`\"g[1][3:0]\"`", SETTING),
+    ("a count beyond `range 0 to 99`", SETTING),
+    ("The text is UTF-8, UTF-16 or Latin-1.", SETTING),
+    ("`time = \"1 [ms]\"`", SETTING),
+    ("Times since 1970", SETTING),
+    ("Counts of 8, 12, 16, 24 or 32 bits", SETTING),
+    ("A level is 0 or 1 (also `0.0`,", SETTING),
     ("the number of the literal, from 0 |", SETTING),
     (
         "{ a = \"ui_in[0]\", b = \"ui_in[1]\", pwm = \"uo_out[0]\", direction = \"uo_out[1]\", mode = \"ui_in[7:2]\" }",

@@ -3,6 +3,7 @@
 //! its sign.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use super::text::{Token, plain, tokens};
 use super::types::{Type, Types};
@@ -15,10 +16,37 @@ enum Kind {
     Unsigned,
 }
 
-/// A file of a design: its text without comments, and its tokens' places.
+/// A file of a design: its name, its text without comments, and its tokens' places.
 struct File<'t> {
+    name: &'t str,
     text: &'t str,
     tokens: Vec<Token<'t>>,
+}
+
+/// A declaration: its file, the part of the text in which it is seen, and its kind if that is known.
+struct Declaration<'t> {
+    file: &'t str,
+    scope: Range<usize>,
+    kind: Option<Kind>,
+}
+
+/// The declarations of a design, by their names in lower case.
+struct Kinds<'t>(BTreeMap<String, Vec<Declaration<'t>>>);
+
+impl Kinds<'_> {
+    /// Returns the kind of a name at a place: that of the innermost declarations that are seen there, or of those in
+    /// other files. `Some(None)` where they differ, or are of no kind.
+    fn of(&self, name: &str, file: &str, at: usize) -> Option<Option<Kind>> {
+        let all = self.0.get(&name.to_lowercase())?;
+        let here = || all.iter().filter(|one| one.file == file && one.scope.contains(&at));
+        let innermost = here().map(|one| one.scope.len()).min();
+        let seen: Vec<_> = match innermost {
+            Some(length) => here().filter(|one| one.scope.len() == length).map(|one| one.kind).collect(),
+            None => all.iter().filter(|one| one.file != file && one.scope.start == 0).map(|one| one.kind).collect(),
+        };
+        let first = *seen.first()?;
+        Some(first.filter(|_| seen.iter().all(|kind| *kind == first)))
+    }
 }
 
 /// Returns the Verilog that GHDL 2.0 has made of some files, by their names, with these operations as VHDL has them.
@@ -28,8 +56,9 @@ struct File<'t> {
 /// The place of an operation with a value whose type the text does not tell.
 pub(in crate::dut) fn with_operands(verilog: &str, files: &BTreeMap<String, String>) -> Result<String, String> {
     let texts: BTreeMap<_, _> = files.iter().map(|(name, text)| (&**name, plain(text.as_bytes()))).collect();
-    let kinds = kinds(&texts);
-    let files: BTreeMap<_, _> = texts.iter().map(|(name, text)| (*name, File { text, tokens: tokens(text) })).collect();
+    let texts: Vec<_> = texts.iter().map(|(name, text)| File { name, text, tokens: tokens(text) }).collect();
+    let files: BTreeMap<_, _> = texts.into_iter().map(|file| (file.name, file)).collect();
+    let kinds = kinds(&files);
     let (mut made, mut place) = (String::new(), None);
     let mut widths: BTreeMap<&str, usize> = BTreeMap::new();
     for line in verilog.lines() {
@@ -112,36 +141,79 @@ fn of_type(types: &Types, text: &str, is_signed: bool, depth: u32) -> Option<Kin
     }
 }
 
-/// Returns the kinds of all names that the texts declare, in lower case; a name of two kinds has none.
-fn kinds(texts: &BTreeMap<&str, String>) -> BTreeMap<String, Option<Kind>> {
-    let types = Types::of(texts.values().map(String::as_str));
-    let is_signed = texts.values().any(|text| text.to_lowercase().contains("std_logic_signed"));
-    let mut kinds: BTreeMap<String, Option<Kind>> = BTreeMap::new();
-    let mut put = |name: &str, kind: Option<Kind>| {
-        let known = kinds.entry(name.to_lowercase()).or_insert(kind);
-        if *known != kind {
-            *known = None;
+/// Returns the parts of a text in which a subprogram's or a process's own names are seen.
+fn scopes(tokens: &[Token]) -> Vec<Range<usize>> {
+    let is = |at: usize, words: &[&str]| tokens.get(at).is_some_and(|token| words.iter().any(|word| token.is(word)));
+    let mut scopes = Vec::new();
+    for at in 0..tokens.len() {
+        if at > 0 && is(at - 1, &["end"]) || !is(at, &["function", "procedure", "process"]) {
+            continue;
         }
-    };
-    for text in texts.values() {
-        let tokens = tokens(text);
-        for at in 0..tokens.len() {
-            if tokens[at].is("for") && tokens.get(at + 2).is_some_and(|token| token.is("in")) {
-                put(tokens[at + 1].text, Some(Kind::Integer));
+        let is_process = is(at, &["process"]);
+        // A subprogram without a body ends with its declaration.
+        let (mut next, mut depth) = (at + 1, 0i32);
+        while !is_process && next < tokens.len() && (depth > 0 || !is(next, &["is", ";"])) {
+            depth += i32::from(is(next, &["("])) - i32::from(is(next, &[")"]));
+            next += 1;
+        }
+        let has_body = is_process || is(next, &["is"]) && !is(next + 1, &["new"]);
+        let mut open = 1;
+        while has_body && next < tokens.len() && open > 0 {
+            next += 1;
+            let after_end = is(next - 1, &["end"]);
+            if is(next, &["end"]) {
+                open -= 1;
+            } else if !after_end && is(next, &["if", "case", "loop", "record", "function", "procedure"]) {
+                // One inside without a body does not end; it is rare, and then the scope is too long.
+                open += 1;
             }
-            if !tokens[at].is(":") || at == 0 {
+        }
+        let end = tokens.get(next).or(tokens.last()).map_or(0, Token::end);
+        scopes.push(tokens[at].at..end);
+    }
+    scopes
+}
+
+/// Returns the kinds of all names that the files declare, also of functions, by their results.
+fn kinds<'t>(files: &BTreeMap<&'t str, File<'t>>) -> Kinds<'t> {
+    let types = Types::of(files.values().map(|file| file.text));
+    let is_signed = files.values().any(|file| file.text.to_lowercase().contains("std_logic_signed"));
+    let mut kinds = Kinds(BTreeMap::new());
+    for File { name: file, text, tokens } in files.values() {
+        let scopes = scopes(tokens);
+        let mut put = |token: &Token, kind: Option<Kind>, is_outside: bool| {
+            // The name of a function is seen around it, its parameters within.
+            let around = scopes.iter().filter(|scope| scope.contains(&token.at));
+            let mut around: Vec<_> = around.collect();
+            around.sort_by_key(|scope| scope.len());
+            let scope = around.get(usize::from(is_outside)).map_or(0..text.len(), |scope| (*scope).clone());
+            kinds.0.entry(token.text.to_lowercase()).or_default().push(Declaration { file, scope, kind });
+        };
+        let is = |at: usize, word: &str| tokens.get(at).is_some_and(|token| token.is(word));
+        // The subtype from a token on.
+        let subtype = |first: usize| {
+            let end = tokens
+                .get(first..)?
+                .iter()
+                .position(|token| [";", ":=", ")", "(", "is"].iter().any(|sign| token.is(sign)))?;
+            (end > 0).then(|| of_type(&types, &text[tokens[first].at..tokens[first + end - 1].end()], is_signed, 0))
+        };
+        for at in 0..tokens.len() {
+            if is(at, "for") && is(at + 2, "in") {
+                put(&tokens[at + 1], Some(Kind::Integer), false);
+            } else if is(at, "function") && !(at > 0 && is(at - 1, "end")) && tokens.len() > at + 1 {
+                let result = (at..tokens.len()).take_while(|next| !is(*next, "is")).find(|next| is(*next, "return"));
+                put(&tokens[at + 1], result.and_then(|result| subtype(result + 1)).flatten(), true);
+            }
+            if at == 0 || !is(at, ":") {
                 continue;
             }
-            let modes = ["in", "out", "inout", "buffer"];
-            let first =
-                at + 1 + usize::from(tokens.get(at + 1).is_some_and(|token| modes.iter().any(|mode| token.is(mode))));
-            let end = tokens[first..].iter().position(|token| [";", ":=", ")", "("].iter().any(|sign| token.is(sign)));
-            let Some(end) = end.map(|end| first + end).filter(|end| *end > first) else { continue };
-            let kind = of_type(&types, &text[tokens[first].at..tokens[end - 1].end()], is_signed, 0);
+            let has_mode = ["in", "out", "inout", "buffer"].iter().any(|mode| is(at + 1, mode));
+            let Some(kind) = subtype(at + 1 + usize::from(has_mode)) else { continue };
             let mut name = at - 1;
             loop {
-                put(tokens[name].text, kind);
-                if name < 2 || !tokens[name - 1].is(",") {
+                put(&tokens[name], kind, false);
+                if name < 2 || !is(name - 1, ",") {
                     break;
                 }
                 name -= 2;
@@ -153,7 +225,7 @@ fn kinds(texts: &BTreeMap<&str, String>) -> BTreeMap<String, Option<Kind>> {
 
 /// Returns the kind of an expression from its first token on: signed if any part of it is. `None` where the text does
 /// not tell.
-fn kind_of(tokens: &[Token], kinds: &BTreeMap<String, Option<Kind>>) -> Option<Kind> {
+fn kind_of(file: &File, tokens: &[Token], kinds: &Kinds) -> Option<Kind> {
     const ENDS: [&str; 18] = [
         ";", ",", "<", ">", "=", "/=", "<=", ">=", "=>", "then", "when", "else", "loop", "generate", "and", "or",
         "xor", "is",
@@ -172,9 +244,9 @@ fn kind_of(tokens: &[Token], kinds: &BTreeMap<String, Option<Kind>>) -> Option<K
             "unsigned" | "to_unsigned" => Some(Kind::Unsigned),
             "to_integer" => Some(Kind::Integer),
             _ if name.starts_with(|c: char| c.is_ascii_digit()) => Some(Kind::Integer),
-            _ => kinds.get(&name).copied().flatten(),
+            _ => kinds.of(&name, file.name, token.at).flatten(),
         };
-        unknown |= kind.is_none() && token.is_word() && kinds.contains_key(&name);
+        unknown |= kind.is_none() && token.is_word() && kinds.0.contains_key(&name);
         found = match (found, kind) {
             (Some(Kind::Signed), _) | (_, Some(Kind::Signed)) => Some(Kind::Signed),
             (Some(Kind::Unsigned), _) | (_, Some(Kind::Unsigned)) => Some(Kind::Unsigned),
@@ -197,12 +269,7 @@ fn kind_of(tokens: &[Token], kinds: &BTreeMap<String, Option<Kind>>) -> Option<K
 }
 
 /// Returns a difference whose operands are exchanged, in the right order; `None` for another one.
-fn difference<'w>(
-    value: &str,
-    file: &File,
-    at: usize,
-    kinds: &BTreeMap<String, Option<Kind>>,
-) -> Result<Option<String>, &'w str> {
+fn difference<'w>(value: &str, file: &File, at: usize, kinds: &Kinds) -> Result<Option<String>, &'w str> {
     let Some((one, other)) = value.strip_suffix(';').and_then(|value| value.split_once(" - ")) else { return Ok(None) };
     let sign = file.index(at);
     // A constant at the left is where it has to be.
@@ -220,12 +287,12 @@ fn difference<'w>(
             let Some(open) = open else { return Ok(None) };
             let is_converted = open > 0 && file.tokens[open - 1].is("to_integer");
             let is_called = open > 0 && file.tokens[open - 1].is_word();
-            is_converted || !is_called && kind_of(&file.tokens[open + 1..sign - 1], kinds) == Some(Kind::Integer)
+            is_converted || !is_called && kind_of(file, &file.tokens[open + 1..sign - 1], kinds) == Some(Kind::Integer)
         }
         text if text.starts_with(|c: char| c.is_ascii_digit()) => true,
-        _ => kinds.get(&name).copied().flatten() == Some(Kind::Integer),
+        _ => kinds.of(&name, file.name, left.at).flatten() == Some(Kind::Integer),
     };
-    match (is_integer, is_integer.then(|| kind_of(&file.tokens[sign + 1..], kinds))) {
+    match (is_integer, is_integer.then(|| kind_of(file, &file.tokens[sign + 1..], kinds))) {
         (true, Some(Some(Kind::Signed))) => Ok(Some(format!("{other} - {one};"))),
         (true, Some(None)) => Err("what is subtracted here"),
         _ => Ok(None),
@@ -238,9 +305,9 @@ fn resized<'w>(
     value: &str,
     file: &File,
     at: usize,
-    (kinds, widths): (&BTreeMap<String, Option<Kind>>, &BTreeMap<&str, usize>),
+    (kinds, widths): (&Kinds, &BTreeMap<&str, usize>),
 ) -> Result<Option<String>, &'w str> {
-    match kind_of(&file.tokens[(file.index(at) + 2).min(file.tokens.len())..], kinds) {
+    match kind_of(file, &file.tokens[(file.index(at) + 2).min(file.tokens.len())..], kinds) {
         Some(Kind::Signed) => {}
         Some(Kind::Unsigned) => return Ok(None),
         _ => return Err("what is resized here"),
