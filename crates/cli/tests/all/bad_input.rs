@@ -205,7 +205,7 @@ fn text_that_is_not_utf_8_is_refused_with_its_line() {
     let named = capture(&[b"$comment caf\xe9 $end\n", &shipped[..]].concat());
     assert_eq!(code(&named), 0, "{}", stderr(&named));
     let lines = 1 + shipped.iter().filter(|&&byte| byte == b'\n').count();
-    let said = format!("capture.vcd:{lines}: not VCD: `\u{fffd}!` is no change of a value");
+    let said = format!("capture.vcd:{lines}: not VCD: `\u{ff}!` is no change of a value");
     assert_refused(&capture(&[&shipped[..], b"\xff!\n"].concat()), 4, &[&said]);
     let vectors = write("vectors.txt", b"# pwm\n\xff\n");
     assert_refused(&run(&["vectors", "--verify", text(&vectors)]), 4, &["vectors.txt:2: not text in UTF-8"]);

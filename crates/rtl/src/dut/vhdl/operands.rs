@@ -252,8 +252,8 @@ fn kind_of(file: &File, tokens: &[Token], kinds: &Kinds) -> Option<Kind> {
             (Some(Kind::Unsigned), _) | (_, Some(Kind::Unsigned)) => Some(Kind::Unsigned),
             (found, kind) => found.or(kind),
         };
-        // What is in a conversion, or an index, tells nothing of the value.
-        if is_called && kind.is_some() {
+        // What is in a conversion, a call or an index tells nothing of the value.
+        if is_called && (kind.is_some() || kinds.0.contains_key(&name)) {
             let mut inner = 0i32;
             while let Some(token) = tokens.get(at + 1) {
                 inner += i32::from(token.is("(")) - i32::from(token.is(")"));
