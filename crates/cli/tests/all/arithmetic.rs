@@ -14,10 +14,12 @@ library ieee; use ieee.std_logic_1164.all; use ieee.numeric_std.all; use work.nu
 entity arithmetic is
   port (clk, rst, a, b : in std_logic; d, e : out signed(7 downto 0); pwm, dir : out std_logic;
     quotient, by_4, remainder, modulo, mod_3, less, less_c, more, nested, field : out signed(7 downto 0);
+    summed, doubled, called, sized, mixed : out signed(7 downto 0);
     whole, whole_rem, whole_mod : out signed(9 downto 0); short, sum : out signed(4 downto 0);
     low : out unsigned(4 downto 0); unsigned_less : out unsigned(7 downto 0));
 end entity;
 architecture rtl of arithmetic is
+  function thrice(of_it : integer) return integer is begin return 3 * of_it; end;
   signal n : unsigned(7 downto 0) := (others => '0');
   type list is array (0 to 1) of byte; signal l : list;
   signal x, y : byte; signal p : pair; signal k : integer range 0 to 15;
@@ -29,6 +31,8 @@ begin
   d <= x; e <= y; pwm <= a; dir <= b;
   quotient <= x / y; by_4 <= x / 4; remainder <= x rem y; modulo <= x mod y; mod_3 <= x mod (-3);
   less <= 7 - x; less_c <= C - (x + 1); more <= x - 7; nested <= (k) - x when x /= 7 - y else k - x; field <= 5 - p.v;
+  summed <= x + 1 - y; doubled <= resize(x * 2 - y, 8); called <= thrice(k) - x; sized <= x'length + 1 - x;
+  mixed <= 3 - k + x - y;
   whole <= to_signed(to_integer(x) / 3, 10); whole_rem <= to_signed(to_integer(x) rem 5, 10);
   whole_mod <= to_signed(to_integer(x) mod 5, 10);
   short <= resize(l(0), 5); sum <= resize(p.v + y, 5); low <= resize(n, 5); unsigned_less <= 9 - n;
@@ -53,6 +57,11 @@ fn signed_divisions_differences_and_short_words_are_those_of_vhdl() {
         "more",
         "nested",
         "field",
+        "summed",
+        "doubled",
+        "called",
+        "sized",
+        "mixed",
         "whole",
         "whole_rem",
         "whole_mod",
@@ -85,6 +94,11 @@ fn signed_divisions_differences_and_short_words_are_those_of_vhdl() {
             ("more", 8, byte(x - 7)),
             ("nested", 8, byte((n & 15) - x)),
             ("field", 8, byte(5 - x)),
+            ("summed", 8, byte(x + 1 - y)),
+            ("doubled", 8, (2 * x - y) & 127 | if 2 * x - y < 0 { -128 } else { 0 }),
+            ("called", 8, byte(3 * (n & 15) - x)),
+            ("sized", 8, byte(9 - x)),
+            ("mixed", 8, byte(3 - (n & 15) + x - y)),
             ("whole", 10, x / 3),
             ("whole_rem", 10, x % 5),
             ("whole_mod", 10, x.rem_euclid(5)),

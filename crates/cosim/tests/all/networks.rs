@@ -87,7 +87,7 @@ fn leaping_and_stepping_agree_at_every_edge_of_networks() {
     }
 }
 
-/// What was exchanged adds up to rounding, although the mode changes often.
+/// Energy is lost by rounding alone, although the mode changes often.
 #[test]
 fn the_energies_of_networks_add_up() {
     for (name, text, changes) in [("knob", KNOB, 4), ("wheel", WHEEL, 3)] {

@@ -32,7 +32,7 @@ pub(super) enum Touch {
     Lifted(i8),
 }
 
-/// What holds, beside the circuit: each set of signs has the system of its mode.
+/// Stuck bodies and stops, beside the circuit: each set of signs has the system of its mode.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Key {
     /// For each body with friction the direction in which it slips, or 0 if it sticks.
@@ -65,7 +65,7 @@ pub(super) struct Mode<const N: usize> {
     /// The voltage that the drive asks for, and the back-EMF.
     pub demand: Guard<N>,
     pub emf: Guard<N>,
-    /// What moves the body at the grip, but for its constant part.
+    /// The force on the body at the grip, but for its constant part.
     pub borne: State<N>,
 }
 

@@ -5,7 +5,7 @@ use crate::schema::quantity as q;
 use crate::schema::quantity::Sense::{Any, NotNegative, Positive, Within};
 use crate::schema::{Choice, Flag, Group, Key, Own, Quantity, Text, Whole, keys};
 
-/// What a key that names a body takes.
+/// Text of a key that names a body.
 const BODY: &str = "the name of a body";
 
 /// How a drive feeds its winding.

@@ -12,7 +12,7 @@ pub struct Capture {
     pub end_picoseconds: i64,
     /// The column of the times, of a table.
     pub times: Option<String>,
-    /// What was read otherwise than it is written.
+    /// Notes on values that the reader took otherwise than they are written.
     pub notes: Vec<String>,
 }
 

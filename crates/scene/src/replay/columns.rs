@@ -26,11 +26,11 @@ pub(super) const POSITION_NAMES: [&str; 7] = ["angle", "position", "pos", "theta
 /// Words in the name of a column that is neither times nor positions, whatever its unit.
 const OTHERS: [&str; 8] = ["velocity", "vel", "speed", "omega", "rate", "temperature", "temp", "error"];
 
-/// What a column is looked for.
+/// The use of a column.
 pub(super) struct Role<'a> {
     /// The key of a scene that names it.
     pub(super) key: &'a str,
-    /// What it holds.
+    /// The values that it holds.
     pub(super) what: &'a str,
     pub(super) known: &'a [&'a str],
     /// The units that messages name; the first stands in examples.

@@ -62,7 +62,7 @@ fn level_of(cell: &str) -> Option<Option<bool>> {
     })
 }
 
-/// What sigrok writes above a table: `Channels (2/8): D0, D1` and `Samplerate: 1 MHz`.
+/// Lines of sigrok above a table: `Channels (2/8): D0, D1` and `Samplerate: 1 MHz`.
 struct Sigrok {
     channels: Vec<String>,
     rate_hz: Option<i128>,

@@ -44,11 +44,11 @@ pub struct PinEdge {
 pub struct Recording {
     /// The name of its file.
     pub file: String,
-    /// What was read of it.
+    /// Columns, span and rows that the reader took.
     pub taken: Taken,
 }
 
-/// What was read of a recording.
+/// The part of a recording that the reader took.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Taken {
     /// The columns, with the units by which they were read, or the channels.
@@ -57,7 +57,7 @@ pub struct Taken {
     pub span_s: [f64; 2],
     /// The number of rows, or of changes.
     pub rows: usize,
-    /// What was read otherwise than it is written.
+    /// Notes on values that the reader took otherwise than they are written.
     pub notes: Vec<String>,
 }
 

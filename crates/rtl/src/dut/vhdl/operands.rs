@@ -8,7 +8,7 @@ use std::ops::Range;
 use super::text::{Token, plain, tokens};
 use super::types::{Type, Types};
 
-/// What the text tells of a value.
+/// The kind of a value, as far as the text tells it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Kind {
     Integer,
@@ -223,19 +223,27 @@ fn kinds<'t>(files: &BTreeMap<&'t str, File<'t>>) -> Kinds<'t> {
     kinds
 }
 
+/// Words and signs that end an expression, or begin one.
+const ENDS: [&str; 26] = [
+    ";", ",", "<", ">", "=", ":=", "when", "else", "then", "loop", "generate", "and", "or", "xor", "nand", "nor",
+    "not", "is", "return", "if", "elsif", "while", "until", "select", "report", "in",
+];
+
 /// Returns the kind of an expression from its first token on: signed if any part of it is. `None` where the text does
 /// not tell.
 fn kind_of(file: &File, tokens: &[Token], kinds: &Kinds) -> Option<Kind> {
-    const ENDS: [&str; 18] = [
-        ";", ",", "<", ">", "=", "/=", "<=", ">=", "=>", "then", "when", "else", "loop", "generate", "and", "or",
-        "xor", "is",
-    ];
     let (mut depth, mut found, mut unknown) = (0i32, None, false);
     let mut at = 0;
     while let Some(token) = tokens.get(at) {
         depth += i32::from(token.is("(")) - i32::from(token.is(")"));
         if depth < 0 || depth == 0 && ENDS.iter().any(|end| token.is(end)) {
             break;
+        }
+        let attribute = tokens.get(at + 2).filter(|_| tokens.get(at + 1).is_some_and(|next| next.is("'")));
+        if attribute.is_some_and(|word| ["length", "left", "right", "high", "low"].iter().any(|of| word.is(of))) {
+            found = found.or(Some(Kind::Integer));
+            at += 3;
+            continue;
         }
         let name = token.text.to_lowercase();
         let is_called = tokens.get(at + 1).is_some_and(|next| next.is("("));
@@ -273,28 +281,30 @@ fn difference<'w>(value: &str, file: &File, at: usize, kinds: &Kinds) -> Result<
     let Some((one, other)) = value.strip_suffix(';').and_then(|value| value.split_once(" - ")) else { return Ok(None) };
     let sign = file.index(at);
     // A constant at the left is where it has to be.
-    let Some(left) = sign.checked_sub(1).map(|left| file.tokens[left]).filter(|_| !one.contains("'b")) else {
+    if one.contains("'b") {
         return Ok(None);
-    };
-    let name = left.text.to_lowercase();
-    let is_integer = match left.text {
-        ")" => {
-            let mut depth = 0i32;
-            let open = file.tokens[..sign].iter().rposition(|token| {
-                depth += i32::from(token.is(")")) - i32::from(token.is("("));
-                depth == 0
-            });
-            let Some(open) = open else { return Ok(None) };
-            let is_converted = open > 0 && file.tokens[open - 1].is("to_integer");
-            let is_called = open > 0 && file.tokens[open - 1].is_word();
-            is_converted || !is_called && kind_of(file, &file.tokens[open + 1..sign - 1], kinds) == Some(Kind::Integer)
-        }
-        text if text.starts_with(|c: char| c.is_ascii_digit()) => true,
-        _ => kinds.of(&name, file.name, left.at).flatten() == Some(Kind::Integer),
-    };
-    match (is_integer, is_integer.then(|| kind_of(file, &file.tokens[sign + 1..], kinds))) {
-        (true, Some(Some(Kind::Signed))) => Ok(Some(format!("{other} - {one};"))),
-        (true, Some(None)) => Err("what is subtracted here"),
+    }
+    // The left operand is all that stands before, as in `x + 1 - y`.
+    let mut depth = 0i32;
+    let begin = file.tokens[..sign].iter().rposition(|token| {
+        depth += i32::from(token.is(")")) - i32::from(token.is("("));
+        depth < 0 || depth == 0 && ENDS.iter().any(|end| token.is(end))
+    });
+    let left = &file.tokens[begin.map_or(0, |begin| begin + 1)..sign];
+    let is_integer = kind_of(file, left, kinds) == Some(Kind::Integer);
+    if !is_integer {
+        return Ok(None);
+    }
+    // The right operand ends before the next sum, as in `3 - k + x`.
+    let mut depth = 0i32;
+    let right = &file.tokens[sign + 1..];
+    let end = right.iter().position(|token| {
+        depth += i32::from(token.is("(")) - i32::from(token.is(")"));
+        depth == 0 && ["+", "-", "&"].iter().any(|sum| token.is(sum))
+    });
+    match kind_of(file, &right[..end.unwrap_or(right.len())], kinds) {
+        Some(Kind::Signed) => Ok(Some(format!("{other} - {one};"))),
+        None => Err("what is subtracted here"),
         _ => Ok(None),
     }
 }
