@@ -60,7 +60,7 @@ fn by_icarus(dir: &Path, top: &str, (a, b): (&[u64], &[u64])) -> Vec<String> {
         assert!(output.status.success(), "{}", stderr(&output));
         String::from_utf8(output.stdout).expect("text")
     };
-    icarus("iverilog", &["-g2012", "-o", "bench.vvp", "-s", "bench", "bench.v", &format!("{top}.v")]);
+    icarus("iverilog", &["-g2005", "-o", "bench.vvp", "-s", "bench", "bench.v", &format!("{top}.v")]);
     let said = icarus("vvp", &["-n", "bench.vvp"]);
     said.lines().filter_map(|line| line.strip_prefix("HPU ")).map(str::to_string).collect()
 }
@@ -174,6 +174,75 @@ fn a_design_that_waits_does_what_icarus_does_and_is_told() {
     let scene = scene(&dir, "\"waits.v\"", "waits", ports, "");
     let said = agrees((&dir, &dir), &scene, "waits", 9);
     assert!(said.contains("note: waits.v:") && said.contains("waits for a time or an event"), "{said}");
+}
+
+/// Each bit of `out` depends on a short delay: words of a clock that a register divides, of a clock that is delayed
+/// itself, and of one that is a pulse as long as a delay. Names are keywords of SystemVerilog; an output is wider than
+/// the words of a scene.
+const DIVIDED: &str = "`timescale 1ns / 1ps
+module divided (input clk, input rst, input a, input b, input missing, output [15:0] out, output [99:0] debug);
+  reg [7:0] n, held, do, taken, final, pulses; reg half;
+  wire later, edge_of_n;
+  initial begin half = 0; held = 0; do = 0; taken = 0; final = 0; pulses = 0; end
+  always @(posedge clk) if (rst) n <= #1 0; else n <= #1 n + 1;
+  always @(posedge clk) half <= ~half;
+  always @(posedge clk) held <= #1 n;
+  always @(posedge half) do <= held;
+  assign #1 later = clk;
+  always @(posedge clk) taken <= n;
+  always @(posedge later) final <= taken;
+  assign #1 edge_of_n = n[0];
+  wire priority = edge_of_n ^ n[0];
+  always @(posedge priority) pulses <= pulses + a;
+  assign debug = {92'b0, n};
+  assign out = {4'b0, pulses[2:0], final[3:0], do[4:0]};
+endmodule
+";
+
+#[test]
+fn a_short_delay_stays_where_another_clock_than_the_ports_may_see_it() {
+    let dir = scratch("divided_verilog");
+    fs::write(dir.join("divided.v"), DIVIDED).expect("a design");
+    let ports = "a = \"encoder.a\"\nb = \"encoder.b\"\nmissing = 0\nout = \"open\"";
+    let file = scene(&dir, "\"divided.v\"", "divided", ports, "");
+    let said = agrees((&dir, &dir), &file, "divided", 12);
+    assert!(
+        said.contains("note: divided.v:") && said.contains("is no input of the design, clocks registers"),
+        "{said}"
+    );
+    // An output that is connected has to fit a word.
+    let wide = run(&["run", &file, "--set", "dut.ports.debug=open"]);
+    assert_refused(&wide, 4, &["dut.ports.debug: port `debug` has 100 bits; hpu takes ports of at most 64"]);
+    // Verilator has one unit of time for all modules.
+    fs::write(dir.join("more.v"), "`timescale 1us / 1ps\nmodule more; endmodule\n").expect("a design");
+    let file = scene(&dir, "\"divided.v\", \"more.v\"", "divided", ports, "");
+    assert_refused(&run(&["run", &file]), 1, &["more.v: `timescale 1us / 1ps beside that of divided.v"]);
+}
+
+/// GHDL 2.0 has an error of its own when it synthesises the real number.
+const REAL: &str = "library ieee; use ieee.std_logic_1164.all; use ieee.numeric_std.all;
+entity real_sum is port (clk, rst, a, b, missing : in std_logic; out_w : out std_logic_vector(7 downto 0)); end;
+architecture r of real_sum is begin
+  process (clk) variable sum : real := 0.0; begin if rising_edge(clk) then
+    sum := sum + 1.0; if rst = '1' or sum > 200.0 then sum := 0.0; end if;
+    out_w <= std_logic_vector(to_unsigned(integer(sum), 8));
+  end if; end process;
+end;
+";
+
+#[test]
+fn ghdl_simulates_what_its_synthesis_cannot_end() {
+    let dir = scratch("real_vhdl");
+    fs::write(dir.join("real_sum.vhd"), REAL).expect("a design");
+    let ports = "a = \"encoder.a\"\nb = \"encoder.b\"\nmissing = 0\nout_w = \"open\"";
+    let file = scene(&dir, "\"real_sum.vhd\"", "real_sum", ports, "");
+    let (said, words) = shown(&dir, &file, &["out_w"]);
+    assert!(
+        said.contains("GHDL simulates `real_sum`") && said.contains("synthesis ends by an error of its own"),
+        "{said}"
+    );
+    assert_eq!(words[0], (1..EDGES as u64).map(|edge| edge % 201).collect::<Vec<_>>());
+    assert_refused(&run(&["run", &file, "--set", "dut.engine=verilator"]), 4, &["GHDL Bug occurred"]);
 }
 
 /// Signals, ports, units and labels with names that Verilog, SystemVerilog or Verilator keeps for itself, beside

@@ -167,7 +167,7 @@ fn leaping_and_stepping_agree_at_every_edge_under_every_fault() {
                 let scene =
                     parsed(name, &[&moving[..], faults, bridge].concat()).unwrap_or_else(|error| panic!("{error}"));
                 let simulation = WiredSimulation::new(&scene).expect("a scene");
-                let comparison = simulation.compare(2_000_000);
+                let comparison = simulation.compare(900_000);
                 assert_eq!(comparison.mismatches, 0, "{name} {faults:?}: {:?}", comparison.first);
             }
         }

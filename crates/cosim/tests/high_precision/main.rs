@@ -178,6 +178,7 @@ fn outputs_that_are_shown_are_those_of_58_decimal_places_rounded_once() {
 }
 
 #[test]
+#[ignore = "testbench/long.sh runs it"]
 fn twice_the_places_move_no_register_and_no_angle() {
     for scene in scenes() {
         let outcome = precise_beside_twice_as_precise(&scene, 10_000);

@@ -59,6 +59,7 @@ fn linear_limits_are_routh_s_and_those_of_the_data_sheet_and_so_are_their_ratios
 }
 
 #[test]
+#[ignore = "testbench/long.sh runs it"]
 fn in_words_the_hybrid_wall_is_some_five_times_stiffer_and_a_slower_clock_takes_some_of_it() {
     let found = measured("in words, pushed by 50 mN.m");
     // Each pair goes from the stiffness up to which all settle to the one beyond which none was seen to settle.

@@ -251,6 +251,7 @@ fn a_study_of_one_seed_says_that_it_is_one_draw() {
 }
 
 #[test]
+#[ignore = "testbench/long.sh runs it"]
 fn at_the_boundary_of_the_drop_test_seeds_differ() {
     let study = Study::whole(&[Rung::SHIPPED]);
     let fails = |axis, platform, stiffness_n_per_m| {

@@ -10,6 +10,7 @@
 //! states are equal.
 
 mod build;
+mod clocks;
 mod cost;
 mod declared;
 mod fallback;
@@ -184,6 +185,10 @@ impl Simulators {
             }
             Some(tool) if tool.tool == Tool::Verilator && tool.is_unusable() => {
                 self.instead(model, inside, "there is no Verilator", &error.to_string())
+            }
+            Some(tool) if tool.crashed() && tool.step == verilator::SYNTHESIS => {
+                let remedy = "write the design as synthesis takes it";
+                self.instead(model, inside, "GHDL's synthesis ends by an error of its own", remedy)
             }
             // A design that GHDL itself refuses is refused.
             Some(_) => Err(error),

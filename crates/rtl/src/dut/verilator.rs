@@ -14,12 +14,13 @@ use hpu_cosim::script::{Script, Verilog};
 use hpu_signal::{Clock, Format};
 
 use super::build::{Built, Model, PROGRAM, carries_clock, common_cycle, write, write_files};
+use super::clocks::derived;
 use super::declared::{self, Declared, Kind};
 use super::files::{PlainName, plain_names};
 use super::process::{ANSWER, Process, UNSET};
 use super::said::{Ears, Form, errors, fatal, told, with_reports_asserted, without};
 use super::text::delay::{first, left_out};
-use super::text::verilog::{Dropped, TIMESCALE, waits};
+use super::text::verilog::{Dropped, TIMESCALE, mixed, waits};
 use super::vhdl::with_operands;
 use super::{Simulators, of_tool, refuses};
 use crate::cost::verilog::{UNTOLD, repaired};
@@ -53,6 +54,10 @@ const TAKEN: [&str; 2] = ["-Wno-BLKANDNBLK", "-Wno-ENUMVALUE"];
 const WITHOUT_DELAYS: [&str; 5] = ["--no-timing", "-Wwarn-ASSIGNDLY", "-Wwarn-STMTDLY", "--timescale", TIMESCALE];
 /// Delays are simulated, by coroutines of C++20.
 const WITH_DELAYS: [&str; 5] = ["--timing", "--timescale", TIMESCALE, "-CFLAGS", "-std=c++20"];
+/// Files `.v` are Verilog of 2005, in which keywords of SystemVerilog are names.
+const OF_2005: &str = "+1364-2005ext+v";
+/// The step from VHDL to Verilog.
+pub(super) const SYNTHESIS: &str = "synthesise a design";
 /// The functions of `main.cpp` that take what the design says, and its end.
 const PRINT: (&str, &str) = (
     "hpu_print.h",
@@ -246,7 +251,7 @@ impl Simulators {
             command.arg(format!("--work={}", dut.library));
             command.arg(format!("--out={language}"));
             command.arg(&*dut.top);
-            run(Tool::Ghdl, "synthesise a design", command, self.limit()).map_err(|error| of_tool(dut, error))
+            run(Tool::Ghdl, SYNTHESIS, command, self.limit()).map_err(|error| of_tool(dut, error))
         };
         let said = synth("verilog", asserted.is_some())?;
         let told = asserted.and_then(|files| told(&said.out, &said.err, files));
@@ -322,16 +327,45 @@ impl Simulators {
         (generics, inside): (bool, bool),
     ) -> Result<Translated, Error> {
         let (dut, (folder, _, top)) = (model.dut, design);
-        let said = self.read_by_verilator(dut, design, (generics, inside), &WITHOUT_DELAYS);
-        let (is_timed, note) = match said {
+        let read_with = |timing: &[&str]| self.read_by_verilator(dut, design, (generics, inside), timing);
+        // A file of Verilog may have names that are keywords of SystemVerilog.
+        let mut timing = WITHOUT_DELAYS.to_vec();
+        let mut said = read_with(&timing);
+        if generics && said.as_ref().is_err_and(|error| !waits(error.said())) {
+            let older = [&timing[..], &[OF_2005]].concat();
+            let again = read_with(&older);
+            if again.as_ref().map_or_else(|error| waits(error.said()), |_| true) {
+                (timing, said) = (older, again);
+            }
+        }
+        let (mut is_timed, mut note) = match &said {
             Ok(said) => without_delays(&Dropped::of(dut, &said.err), model.clock),
             Err(error) if waits(error.said()) => (true, Some(timed_note(first_place(error.said(), &dut.top)))),
-            Err(error) => return Err(error),
+            Err(_) => return Err(said.expect_err("an error")),
         };
+        // Of Verilog that GHDL has synthesised, the VHDL knows more.
+        let declares = |timing: &[&str]| match generics {
+            true => self.declared_in_verilog(dut, design, timing),
+            false => Ok(Declared::default()),
+        };
+        let mut declared = None;
+        if generics && !is_timed && note.is_some() {
+            declared = Some(declares(&timing)?);
+            let delays = Dropped::of(dut, &said?.err).assigned;
+            if let (Some(clock), Some(delays)) = (derived(&read(&folder.join(XML))?), first(&delays)) {
+                (is_timed, note) = (true, Some(kept_note(&delays, &clock)));
+            }
+        }
         if is_timed {
+            if let Some(said) = mixed(dut) {
+                return Err(refuses(Tool::Verilator, dut, said));
+            }
+            let language = timing.iter().copied().filter(|option| *option == OF_2005);
+            timing = WITH_DELAYS.into_iter().chain(language).collect();
             // No file of the first reading is to stay.
             let _ = fs::remove_dir_all(folder.join("obj"));
-            self.read_by_verilator(dut, design, (generics, inside), &WITH_DELAYS)?;
+            read_with(&timing)?;
+            declared = None;
         }
         let header = read(&folder.join("obj/Vdut.h"))?;
         let mut found = fields(&header)?;
@@ -349,16 +383,13 @@ impl Simulators {
             let inside = if field.is_inside { model.names.inside(&field.name) } else { Some(field.name.clone()) };
             inside.map(|name| field.name = name).is_some()
         });
-        let timing = if is_timed { &WITH_DELAYS[..] } else { &WITHOUT_DELAYS };
-        for field in &found {
-            if field.width > MOST_BITS {
-                let said =
-                    format!("port `{}` has {} bits; hpu takes ports of at most {MOST_BITS}", field.name, field.width);
-                return Err(refuses(Tool::Verilator, dut, said));
-            }
+        // An output that nobody asks for is left open.
+        found.retain(|field| field.width <= MOST_BITS || field.is_input || is_connected(dut, &field.name));
+        if let Some(field) = found.iter().find(|field| field.width > MOST_BITS) {
+            let why = format!("port `{}` has {} bits; hpu takes ports of at most {MOST_BITS}", field.name, field.width);
+            return Err(Error::port(&field.name, why));
         }
-        // Of Verilog that GHDL has synthesised, the VHDL knows more.
-        let declared = if generics { self.declared_in_verilog(dut, design, timing)? } else { Declared::default() };
+        let declared = declared.map_or_else(|| declares(&timing), Ok)?;
         if generics {
             number(&mut found, &read(&folder.join(XML))?);
         }
@@ -543,8 +574,8 @@ struct Translated {
 }
 
 /// Returns whether a model has to simulate the delays that Verilator would leave out, and what is told about them. A
-/// delay of an assignment that ends before the clock's next edge is left out, because registers see the same without
-/// it. A statement that waits is simulated.
+/// delay of an assignment that ends before the clock's next edge is left out, because registers of the clock see the same
+/// without it. A statement that waits is simulated.
 fn without_delays(dropped: &Dropped, clock: Clock) -> (bool, Option<String>) {
     let Dropped { assigned, waits } = dropped;
     let long = first(waits.iter().chain(assigned.iter().filter(|delay| !delay.is_short(clock))));
@@ -553,6 +584,19 @@ fn without_delays(dropped: &Dropped, clock: Clock) -> (bool, Option<String>) {
         (None, Some(short)) => (false, Some(left_out(&short))),
         (None, None) => (false, None),
     }
+}
+
+/// Returns the note that short delays are simulated.
+fn kept_note(delays: &str, clock: &str) -> String {
+    format!(
+        "{delays}: Verilator simulates it as written, but more slowly, because `{clock}`, which is no input of the \
+         design, clocks registers: they may see another word without it"
+    )
+}
+
+/// Returns whether a scene connects a port or a part of it.
+fn is_connected(dut: &Dut, name: &str) -> bool {
+    dut.ports.iter().any(|connected| connected.port.split(['.', '(', '[']).next() == Some(name))
 }
 
 fn timed_note(place: &str) -> String {

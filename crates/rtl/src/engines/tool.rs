@@ -134,6 +134,9 @@ pub(crate) fn numbers(version: &str) -> Option<(u32, u32)> {
     Some((parts.next()?.parse().ok()?, parts.next()?.parse().ok()?))
 }
 
+/// What GHDL says of an error of its own.
+const BUG: &str = "GHDL Bug occurred";
+
 /// The failure of a tool. Its `Debug` is its message, so that a test that needs a missing tool says which one.
 pub(crate) struct ToolError {
     /// The tool.
@@ -156,6 +159,11 @@ impl ToolError {
         matches!(self.fault, Fault::Missing | Fault::TooOld(..) | Fault::NotStarted(_))
     }
 
+    /// Returns whether the tool ended by an error of its own, which it told.
+    pub(crate) fn crashed(&self) -> bool {
+        matches!(self.fault, Fault::Failed(_)) && self.said.contains(BUG)
+    }
+
     /// Returns whether the tool was stopped because the program is ending.
     pub fn is_stopped(&self) -> bool {
         matches!(self.fault, Fault::Stopped)
@@ -163,9 +171,7 @@ impl ToolError {
 
     /// Returns whether the tool read its input and refused it with a message. Then the fault may be in the input.
     pub(crate) fn refused(&self) -> bool {
-        matches!(self.fault, Fault::Failed(_))
-            && !self.said.trim().is_empty()
-            && !self.said.contains("GHDL Bug occurred")
+        matches!(self.fault, Fault::Failed(_)) && !self.said.trim().is_empty() && !self.said.contains(BUG)
     }
 }
 

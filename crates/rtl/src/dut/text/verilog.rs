@@ -65,6 +65,34 @@ pub(in crate::dut) fn with_places(said: &str) -> String {
     text
 }
 
+/// Returns the place of a unit of time that another one follows or precedes, as an error: Verilator 5.006 counts the
+/// delays of all modules in one unit, and in 32 bits of the least time.
+pub(in crate::dut) fn mixed(dut: &Dut) -> Option<String> {
+    let (mut unit_s, mut of) = (None::<f64>, String::new());
+    for (_, own, text) in &Sources::of(dut).0 {
+        let mut parts = text.split("`timescale");
+        let begin = parts.next().unwrap_or_default();
+        if unit_s.is_none() && words(begin).any(|(_, word)| word == "module") {
+            (unit_s, of) = (Some(UNIT_S), format!("{own}, which has none and counts in 1 ns"));
+        }
+        for part in parts {
+            let said = part.lines().next().unwrap_or_default().trim();
+            let Some((unit, precision)) = said.split_once('/') else { continue };
+            let (Some(found), Some(least)) = (time_s(unit), time_s(precision)) else { continue };
+            let other = unit_s.is_some_and(|unit_s| unit_s != found);
+            if other || least < 1e-12 {
+                let against = if other { format!("beside {of}") } else { "below 1 ps".to_string() };
+                return Some(format!(
+                    "{own}: `timescale {said} {against}: its delays would be simulated wrongly; give all files one \
+                     unit, and no less than 1 ps"
+                ));
+            }
+            (unit_s, of) = (Some(found), format!("that of {own}"));
+        }
+    }
+    None
+}
+
 /// A source: its name for the tools, its own name, and its text without comments and strings.
 struct Sources(Vec<(String, String, String)>);
 
