@@ -49,7 +49,9 @@ pub fn beside(
         }
     }
     let listed = files.iter().map(|(path, _)| path.clone()).collect();
-    let mut search = Search { language, folders, listed, load, found: Vec::new(), headers: 0, known: BTreeMap::new() };
+    let prefixes = prefixes(files, generics, language);
+    let (found, known) = (Vec::new(), BTreeMap::new());
+    let mut search = Search { language, folders, listed, prefixes, load, found, headers: 0, known };
     for (path, content) in files.iter_mut() {
         search.read(path, content);
     }
@@ -80,6 +82,8 @@ struct Search<'a> {
     /// The folders in which files are looked for.
     folders: Vec<String>,
     listed: Vec<String>,
+    /// Folders before which, as in `{DATA, "rom.hex"}`, a source may put the name of a file.
+    prefixes: Vec<String>,
     load: &'a mut dyn FnMut(&str) -> io::Result<Vec<u8>>,
     /// The files that were found; headers have been searched themselves up to a number of them.
     found: Vec<(BesideFile, Use)>,
@@ -108,7 +112,11 @@ impl Search<'_> {
         let mut done = 0;
         for (range, of) in texts(content, self.language) {
             let Ok(text) = std::str::from_utf8(&content[range.clone()]) else { continue };
-            if let Some(place) = self.place(text, folder(path), of).filter(|place| place != text) {
+            let found = self.place(text, folder(path), of);
+            if found.is_none() && of == Use::Text {
+                self.joined(text, folder(path));
+            }
+            if let Some(place) = found.filter(|place| place != text) {
                 renamed.extend_from_slice(&content[done..range.start]);
                 renamed.extend_from_slice(place.as_bytes());
                 done = range.end;
@@ -117,6 +125,26 @@ impl Search<'_> {
         if done > 0 {
             renamed.extend_from_slice(&content[done..]);
             *content = renamed.into();
+        }
+    }
+
+    /// Finds the files that a text may name behind a text with a folder. Their places are these names, because the
+    /// design puts them together while it runs.
+    fn joined(&mut self, text: &str, from: &str) {
+        if !is_plain(text) || !is_data(text) {
+            return;
+        }
+        for prefix in self.prefixes.clone() {
+            let place = format!("{prefix}{text}");
+            let is_free = self.found.iter().all(|(file, _)| file.place != place);
+            let places = [from.to_string()].into_iter().chain(self.folders.clone());
+            let paths =
+                places.map(|folder| if folder.is_empty() { place.clone() } else { format!("{folder}/{place}") });
+            let file =
+                is_free.then(|| paths.into_iter().find_map(|path| Some(((self.load)(&path).ok()?, path)))).flatten();
+            if let Some((content, path)) = file {
+                self.found.push((BesideFile { place, path, content: content.into() }, Use::Text));
+            }
         }
     }
 
@@ -151,20 +179,49 @@ impl Search<'_> {
 
     /// Returns a place for a file of this name: the name itself where it is a plain one that no other file has.
     fn free(&self, text: &str) -> String {
-        let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-+.".contains(c);
-        let begins = text.starts_with(|c: char| c.is_ascii_alphanumeric() || c == '_');
         // The tools' own files have other endings, or begin with these letters.
         let ending = text.rsplit_once('.').map_or("", |(_, ending)| ending);
         let is_ours =
             text.starts_with("hpu") || !(is_data(text) || ["v", "vh", "svh", "sv", "inc", "h"].contains(&ending));
         let is_taken = self.listed.iter().any(|listed| base(listed) == text)
             || self.found.iter().any(|(file, _)| file.place == text);
-        if begins && text.chars().all(is_plain) && !is_ours && !is_taken {
+        if is_plain(text) && !is_ours && !is_taken {
             return text.to_string();
         }
-        let name: String = base(text).chars().map(|c| if is_plain(c) { c } else { '_' }).collect();
+        let name: String = base(text).chars().map(|c| if may_be_plain(c) { c } else { '_' }).collect();
         format!("{RENAMED}/{}_{name}", self.found.len())
     }
+}
+
+fn may_be_plain(c: char) -> bool {
+    c.is_ascii_alphanumeric() || "_-+.".contains(c)
+}
+
+/// Returns whether a text is a name that no tool takes for anything else.
+fn is_plain(text: &str) -> bool {
+    text.starts_with(|c: char| c.is_ascii_alphanumeric() || c == '_') && text.chars().all(may_be_plain)
+}
+
+/// Returns the texts of a design that are a plain folder with a `/` behind it, but for folders of our own.
+fn prefixes(files: &[SourceFile], generics: &[(Identifier, Generic)], language: Language) -> Vec<String> {
+    let is_folder = |text: &str| {
+        let name = text.strip_suffix('/').filter(|name| is_plain(name) && text.len() < LONGEST);
+        name.is_some_and(|name| !["obj", RENAMED].contains(&name) && !name.starts_with("hpu"))
+    };
+    let mut all: Vec<String> = Vec::new();
+    let given = generics.iter().filter_map(|(_, value)| match value {
+        Generic::Text(text) => Some(text.clone()),
+        _ => None,
+    });
+    let written = files.iter().flat_map(|(_, content)| {
+        strings(content, language).into_iter().map(|range| String::from_utf8_lossy(&content[range]).into_owned())
+    });
+    for text in given.chain(written).filter(|text| is_folder(text)) {
+        if !all.contains(&text) {
+            all.push(text);
+        }
+    }
+    all
 }
 
 fn folder(path: &str) -> &str {
@@ -299,6 +356,18 @@ mod tests {
         let source = "-- \"no.hex\"\nconstant C : character := '\"'; file f : text open read_mode is \"rom.hex\";";
         let (texts, files) = found(&[("t.vhd", source)], &[("rom.hex", ""), ("no.hex", "")]);
         assert_eq!((texts, files), (vec![source.to_string()], vec![pair("rom.hex", "rom.hex")]));
+    }
+
+    #[test]
+    fn a_name_that_is_put_together_is_a_folder_and_a_name() {
+        let source = "parameter D = \"data/\"; $readmemh({D, \"rom.hex\"}, rom); x = \"obj/\"; y = \"../\";";
+        let there = [("data/rom.hex", ""), ("obj/rom.hex", ""), ("../rom.hex", "")];
+        let (texts, files) = found(&[("t.v", source)], &there);
+        assert_eq!((texts, files), (vec![source.to_string()], vec![pair("data/rom.hex", "data/rom.hex")]));
+        // In the folder of the file that names it.
+        let source = "constant D : string := \"init/\"; file f : text open read_mode is D & \"rom.txt\";";
+        let (_, files) = found(&[("rtl/t.vhd", source)], &[("rtl/init/rom.txt", "")]);
+        assert_eq!(files, [pair("init/rom.txt", "rtl/init/rom.txt")]);
     }
 
     #[test]
