@@ -113,10 +113,8 @@ impl Search<'_> {
         for (range, of) in texts(content, self.language) {
             let Ok(text) = std::str::from_utf8(&content[range.clone()]) else { continue };
             let found = self.place(text, folder(path), of);
-            if found.is_none() && of == Use::Text {
-                self.joined(text, folder(path));
-            }
-            if let Some(place) = found.filter(|place| place != text) {
+            let is_joined = of == Use::Text && self.joined(text, folder(path));
+            if let Some(place) = found.filter(|place| place != text && !is_joined) {
                 renamed.extend_from_slice(&content[done..range.start]);
                 renamed.extend_from_slice(place.as_bytes());
                 done = range.end;
@@ -128,11 +126,11 @@ impl Search<'_> {
         }
     }
 
-    /// Finds the files that a text may name behind a text with a folder. Their places are these names, because the
-    /// design puts them together while it runs.
-    fn joined(&mut self, text: &str, from: &str) {
+    /// Finds the files that a text may name behind a text with a folder, and returns whether there are any. Their places
+    /// are these names, because the design puts them together while it runs.
+    fn joined(&mut self, text: &str, from: &str) -> bool {
         if !is_plain(text) || !is_data(text) {
-            return;
+            return false;
         }
         for prefix in self.prefixes.clone() {
             let place = format!("{prefix}{text}");
@@ -146,6 +144,10 @@ impl Search<'_> {
                 self.found.push((BesideFile { place, path, content: content.into() }, Use::Text));
             }
         }
+        let is_one = |file: &BesideFile| {
+            file.place.strip_suffix(text).is_some_and(|folder| self.prefixes.contains(&folder.to_string()))
+        };
+        self.found.iter().any(|(file, _)| is_one(file))
     }
 
     /// Returns the place of the file that a text in a file of this folder names; `None` if it names none.
@@ -361,9 +363,10 @@ mod tests {
     #[test]
     fn a_name_that_is_put_together_is_a_folder_and_a_name() {
         let source = "parameter D = \"data/\"; $readmemh({D, \"rom.hex\"}, rom); x = \"obj/\"; y = \"../\";";
-        let there = [("data/rom.hex", ""), ("obj/rom.hex", ""), ("../rom.hex", "")];
+        let there = [("data/rom.hex", ""), ("obj/rom.hex", ""), ("../rom.hex", ""), ("rom.hex", "")];
         let (texts, files) = found(&[("t.v", source)], &there);
-        assert_eq!((texts, files), (vec![source.to_string()], vec![pair("data/rom.hex", "data/rom.hex")]));
+        let both = vec![pair("rom.hex", "rom.hex"), pair("data/rom.hex", "data/rom.hex")];
+        assert_eq!((texts, files), (vec![source.to_string()], both));
         // In the folder of the file that names it.
         let source = "constant D : string := \"init/\"; file f : text open read_mode is D & \"rom.txt\";";
         let (_, files) = found(&[("rtl/t.vhd", source)], &[("rtl/init/rom.txt", "")]);
