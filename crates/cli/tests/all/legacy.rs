@@ -210,6 +210,13 @@ fn a_short_delay_stays_where_another_clock_than_the_ports_may_see_it() {
         said.contains("note: divided.v:") && said.contains("is no input of the design, clocks registers"),
         "{said}"
     );
+    // Of two modules of one name, the first is simulated, and told.
+    fs::write(dir.join("again.v"), "module divided (input clk); endmodule\n").expect("a design");
+    let both = scene(&dir, "\"divided.v\", \"again.v\"", "divided", ports, "");
+    let said = agrees((&dir, &dir), &both, "divided", 12);
+    let told = "note: again.v:1: module 'divided' is declared at divided.v:2 too; the latter is simulated";
+    assert!(said.contains(told), "{said}");
+    let file = scene(&dir, "\"divided.v\"", "divided", ports, "");
     // An output that is connected has to fit a word.
     let wide = run(&["run", &file, "--set", "dut.ports.debug=open"]);
     assert_refused(&wide, 4, &["dut.ports.debug: port `debug` has 100 bits; hpu takes ports of at most 64"]);

@@ -343,6 +343,7 @@ impl Simulators {
             Err(error) if waits(error.said()) => (true, Some(timed_note(first_place(error.said(), &dut.top)))),
             Err(_) => return Err(said.expect_err("an error")),
         };
+        let mut notes = said.as_ref().map(|said| twice(dut, &said.err)).unwrap_or_default();
         // Of Verilog that GHDL has synthesised, the VHDL knows more.
         let declares = |timing: &[&str]| match generics {
             true => self.declared_in_verilog(dut, design, timing),
@@ -403,7 +404,8 @@ impl Simulators {
         let ports: Vec<_> = found.iter().map(port).collect();
         let mut lines: String = ports.iter().map(|port| line(port, false)).collect();
         lines.extend(declared.hidden(&ports).iter().map(|port| line(port, true)));
-        Ok(Translated { fields: found, lines, is_timed, note })
+        notes.extend(note);
+        Ok(Translated { fields: found, lines, is_timed, notes: notes.join("\n") })
     }
 
     /// Compiles Verilog to a program.
@@ -415,7 +417,7 @@ impl Simulators {
     ) -> Result<(), Error> {
         let dut = model.dut;
         let say = |error| of_tool(dut, error);
-        let Translated { fields, lines, is_timed, note } = self.translated(model, (folder, sources, top), made)?;
+        let Translated { fields, lines, is_timed, notes } = self.translated(model, (folder, sources, top), made)?;
         let mut state = state(&read(&folder.join(ROOT))?);
         // Models whose state is not in one structure cannot be compared, so they are clocked side by side to the end.
         // The same holds for models that wait for a time of their own.
@@ -423,7 +425,7 @@ impl Simulators {
         write(folder, PRINT.0, PRINT.1.as_bytes())?;
         let synthesised = if super::is_vhdl(&dut.files) { read(&folder.join(SYNTHESISED))? } else { String::new() };
         write(folder, "main.cpp", main_cpp(model, &fields, &state, is_timed, &synthesised).as_bytes())?;
-        write(folder, NOTES, note.unwrap_or_default().as_bytes())?;
+        write(folder, NOTES, notes.as_bytes())?;
         let make = || {
             let mut make = Command::new("make");
             make.current_dir(folder).args(["-s", "-C", "obj", "-f", "Vdut.mk", "model"]).args(LEVELS);
@@ -569,13 +571,13 @@ struct Translated {
     lines: String,
     /// Whether the model waits for times of its own.
     is_timed: bool,
-    /// What is told about its delays.
-    note: Option<String>,
+    /// What is told about its modules and its delays, one thing a line.
+    notes: String,
 }
 
 /// Returns whether a model has to simulate the delays that Verilator would leave out, and what is told about them. A
-/// delay of an assignment that ends before the clock's next edge is left out, because registers of the clock see the same
-/// without it. A statement that waits is simulated.
+/// delay of an assignment that ends before the clock's next edge is left out, because registers of the clock see the
+/// same without it. A statement that waits is simulated.
 fn without_delays(dropped: &Dropped, clock: Clock) -> (bool, Option<String>) {
     let Dropped { assigned, waits } = dropped;
     let long = first(waits.iter().chain(assigned.iter().filter(|delay| !delay.is_short(clock))));
@@ -584,6 +586,30 @@ fn without_delays(dropped: &Dropped, clock: Clock) -> (bool, Option<String>) {
         (None, Some(short)) => (false, Some(left_out(&short))),
         (None, None) => (false, None),
     }
+}
+
+/// Returns notes about modules that two files declare.
+fn twice(dut: &Dut, said: &str) -> Vec<String> {
+    const MARK: &str = "%Warning-MODDUP: ";
+    const ORIGINAL: &str = ": ... Location of original declaration";
+    let names = plain_names(dut);
+    let own = |place: &str| {
+        let (plain, line) = place.split_once(':').unwrap_or((place, ""));
+        let named = names.iter().find(|(name, _)| **name == *plain).map_or(plain, |(_, own)| own);
+        format!("{named}:{}", line.split(':').next().unwrap_or_default())
+    };
+    let (mut notes, mut second) = (Vec::new(), None);
+    for line in said.lines() {
+        if let Some((place, what)) = line.strip_prefix(MARK).and_then(|rest| rest.split_once(": ")) {
+            second = Some((own(place), what.rsplit(": ").next().unwrap_or_default().to_string()));
+        } else if let Some(first) = line.trim().strip_suffix(ORIGINAL)
+            && let Some((second, module)) = second.take()
+        {
+            let first = own(first);
+            notes.push(format!("{second}: module {module} is declared at {first} too; the latter is simulated"));
+        }
+    }
+    notes
 }
 
 /// Returns the note that short delays are simulated.
