@@ -82,6 +82,7 @@ fn checked(jobs: &str, back_end: &str) -> Value {
 }
 
 #[test]
+#[ignore = "testbench/long.sh runs it"]
 fn a_check_is_the_same_however_many_runs_are_at_a_time() {
     assert_eq!(checked("1", "mcode"), checked("4", "mcode"));
 }

@@ -687,6 +687,7 @@ fn a_design_that_does_nothing_is_inside_its_wall_without_torque() {
 }
 
 #[test]
+#[ignore = "testbench/long.sh runs it"]
 fn studies_take_a_wall_without_torque_for_a_class_of_its_own() {
     let dir = scratch("dead_design_in_studies");
     let scene = end_stop(&dir, "exchanged", 10, ["encoder.b", "encoder.a"], "low");

@@ -105,6 +105,7 @@ const DECODER_ERRORS: Errors = &[
 ];
 
 #[test]
+#[ignore = "testbench/long.sh runs it"]
 fn each_error_that_is_sown_is_found_in_the_signal_that_it_spoils() {
     let dir = scratch("sown_blocks");
     let one = [&DECODER[..], &["--variant=default"]].concat();

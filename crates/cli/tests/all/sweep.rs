@@ -355,6 +355,7 @@ fn another_build_goes_on_only_when_asked() {
 }
 
 #[test]
+#[ignore = "testbench/long.sh runs it"]
 fn shards_that_are_killed_at_any_instant_end_with_the_same_bytes_and_no_poison() {
     // Twice as many cells, of which each takes some 20 ms, as the shaft turns about at rest.
     let long = SMALL.replace("hybrid-wall", "friction-wall").replace("150 ms", "2 s").replace("rad:9", "rad:18");

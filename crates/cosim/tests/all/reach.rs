@@ -171,6 +171,7 @@ fn a_device_that_rests_out_of_the_counter_s_reach_is_not_settled() {
 }
 
 #[test]
+#[ignore = "testbench/long.sh runs it"]
 fn a_recording_s_counter_wraps_where_its_lines_leave_its_reach() {
     // The lines of 256 counts a turn go up to 77 counts. The wall stands at -12; b bits hold 2^(b - 1) - 13 counts.
     for (bits, is_wrapping) in [("5", true), ("6", true), ("7", true), ("8", false)] {

@@ -145,6 +145,7 @@ fn a_table_is_in_block_rams_of_256_words_of_16_bits() {
 }
 
 #[test]
+#[ignore = "testbench/long.sh runs it"]
 fn tables_that_need_more_block_rams_than_there_are_do_not_fit() {
     let cost = cost_of_table(16 * (HX8K_BRAM + 1));
     assert_eq!(cost.ice40.bram, HX8K_BRAM + 1);

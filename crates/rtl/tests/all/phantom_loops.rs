@@ -217,6 +217,7 @@ impl<'s> LoopVisitor<'s> for Replay<'_> {
 }
 
 #[test]
+#[ignore = "testbench/long.sh runs it"]
 fn vectors_of_the_blocks_inside_each_loop_give_the_nets_that_the_loop_has() {
     for (name, wiring) in [
         ("phantom-thrown", "phantom_loop"),

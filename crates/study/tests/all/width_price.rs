@@ -105,6 +105,7 @@ duration = "0.625 s"
 }
 
 #[test]
+#[ignore = "testbench/long.sh runs it"]
 fn a_spring_held_back_longer_than_its_damping_over_its_stiffness_is_noticed() {
     // A delay of 64 more clock cycles is 64 us. It takes 0.64 N.s/m of damping from 10 kN/m; the FPGA's own latency
     // takes 0.05.
