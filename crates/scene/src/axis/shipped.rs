@@ -62,4 +62,7 @@ pub(crate) const AXIS: &[Shipped] = scenes![
     "stiffening-wall",
     "weak-wall",
     "cable-knob",
+    "capstan-wheel",
+    "voice-coil-button",
+    "heavy-hand",
 ];
