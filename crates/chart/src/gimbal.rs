@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use hpu_cosim::scene::GimbalScene;
+use hpu_cosim::scene::{GimbalScene, Setup};
 use hpu_cosim::{FORCE, GimbalSimulation, RADIUS, Summary, Trace};
 use hpu_plant::arm::Gimbal;
 
@@ -64,7 +64,7 @@ impl<'a> GimbalRun<'a> {
         let scene = self.scene;
         let outcome = match &self.summary.aborted {
             Some(abort) => format!("diverged, ended at {:.2} s", abort.at_s),
-            None => verdict(self.summary, "m"),
+            None => verdict(self.summary, (self.scene.units(), 1.0)),
         };
         let sampled = rate(scene.method.sample_rate_hz);
         let spring_n_per_mm = 1e-3 * scene.stiffness_n_per_m;

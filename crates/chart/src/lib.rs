@@ -18,7 +18,7 @@ mod stiffness_by_cost;
 pub mod web;
 
 use hpu_cosim::dut::DutSimulation;
-use hpu_cosim::scene::{Datapath, Loop, LoopWords, Scene};
+use hpu_cosim::scene::{Datapath, Loop, LoopWords, Scene, Setup, Units};
 use hpu_cosim::{Simulation, Summary, Trace, Verdict};
 use hpu_signal::Signal;
 
@@ -177,12 +177,14 @@ fn dut_motion<'a>(
     let scene = simulation.scene();
     let clock = rate(scene.clock.frequency_hz() as f64);
     let warning = if summary.contact_share == Some(0.0) { "; wall not reached" } else { "" };
-    let outcome = verdict(summary, scene.device.units().position) + warning;
+    let outcome = verdict(summary, (scene.device.units(), 1.0)) + warning;
     Motion {
         title: format!("{}: {outcome}", scene.name),
         conditions: format!("{} at {clock}, by {}{}", scene.dut.top, simulation.engine(), thinned(trace)),
         command,
-        device: &scene.device,
+        told_in: (scene.device.units(), 1.0),
+        body: None,
+        wheel_ratio: motion::wheel_ratio(&scene.device),
         hand: &scene.hand,
         duration_s: scene.run.duration_s,
         motion_s: summary.motion_s,
@@ -208,18 +210,20 @@ fn outcome(run: &Run) -> String {
         _ if run.summary.unheld.is_some() => "; counter wrapped".into(),
         _ => String::new(),
     };
-    verdict(run.summary, run.scene.device.units().position) + &warning
+    verdict(run.summary, (run.scene.units(), run.scene.scale())) + &warning
 }
 
 /// Returns as text how far the device was past the wall without the datapath seeing it.
 fn past_the_wall(run: &Run, Unseen { depth, wrapped }: Unseen) -> String {
-    let (unit, digits) = (run.scene.device.units().position, if depth < 0.1 { 4 } else { 2 });
+    let depth = run.scene.scale() * depth;
+    let (unit, digits) = (run.scene.units().position, if depth < 0.1 { 4 } else { 2 });
     format!("; {depth:.digits$} {unit} past the wall, {}", if wrapped { "counter wrapped" } else { "unseen" })
 }
 
-/// Returns the verdict in a few words.
-fn verdict(summary: &Summary, unit: &str) -> String {
-    match summary.verdict {
+/// Returns the verdict in a few words, in units of which one of the motion's is so many.
+fn verdict(summary: &Summary, (units, scale): (Units, f64)) -> String {
+    let unit = units.position;
+    match summary.verdict.map(|verdict| verdict.in_units(scale)) {
         Some(Verdict::Settled { rms_rad }) if rms_rad < 1e-5 => format!("settled, below 0.01 m{unit} rms"),
         Some(Verdict::Settled { rms_rad }) => format!("settled, {:.2} m{unit} rms", 1e3 * rms_rad),
         Some(Verdict::NotTold { amplitude_rad, .. }) => format!("not told, over {:.2} m{unit}", 2e3 * amplitude_rad),
@@ -259,9 +263,10 @@ fn conditions(run: &Run) -> String {
         Loop::Law(law) => format!("{} at {clock}, sampled at {sampled}", law.name().replace('_', " ")),
     };
     let product = if run.scene.method.saturate { "saturate" } else { "drop their upper bits" };
-    let unit = dotted(run.scene.device.units().stiffness);
+    let unit = dotted(run.scene.units().stiffness);
+    let stiffness = realised.in_units(run.scene.scale()).stiffness_nm_per_rad;
     let drawn = thinned(run.trace);
-    format!("{kind}; wall of {:.3} {unit}; products {product}{drawn}", realised.stiffness_nm_per_rad)
+    format!("{kind}; wall of {stiffness:.3} {unit}; products {product}{drawn}")
 }
 
 /// Returns a note for a trace that does not hold all rows of its run; empty for any other trace.

@@ -1,6 +1,6 @@
 //! The pictures of a map: the outcome of the motion over two keys of a scene, and quantities measured there.
 
-use hpu_cosim::scene::{Experiment, OutcomeKind};
+use hpu_cosim::scene::{Experiment, OutcomeKind, Setup};
 use plotters::style::{RGBColor, WHITE};
 
 use hpu_study::map::{
@@ -263,7 +263,7 @@ fn numbers(
 fn bar_name(map: &Map, quantity: &Quantity) -> String {
     let unit = match quantity.unit {
         LENGTH => match map.experiment(map.point(map.layer() / 2)) {
-            Ok(Experiment::Axis(scene)) => format!("m{}", scene.device.units().position),
+            Ok(Experiment::Axis(scene)) => format!("m{}", scene.units().position),
             Ok(Experiment::Dut(scene)) => format!("m{}", scene.device.units().position),
             _ => "thousandths of its unit".into(),
         },

@@ -7,7 +7,7 @@ use crate::drawing::words::{COMMAND, PENETRATION};
 use crate::{Picture, Run, conditions, outcome, page};
 use std::ops::Range;
 
-use hpu_cosim::scene::{Device, Hand};
+use hpu_cosim::scene::{Compound, Device, Hand, Setup, Units};
 use hpu_cosim::{Mark, Pace, TORQUE_BETWEEN, Trace};
 use hpu_signal::{Clock, Cycle};
 
@@ -24,13 +24,19 @@ pub(crate) struct Motion<'a> {
     pub title: String,
     pub conditions: String,
     pub command: &'a str,
-    pub device: &'a Device,
+    /// The units in which the motion is told, and how many of them one unit of the trace is.
+    pub told_in: (Units, f64),
+    /// The body of a network whose motion is told.
+    pub body: Option<&'a str>,
+    /// Turns of a motor's shaft for one of its wheel.
+    pub wheel_ratio: Option<f64>,
     pub hand: &'a Hand,
     pub duration_s: f64,
     pub motion_s: f64,
     pub clock: Clock,
     /// Period of the modulator in clock cycles, if it is known.
     pub modulator: Option<u64>,
+    /// Where the wall stands, in the units in which the motion is told.
     pub wall_rad: Option<f64>,
     pub trace: &'a Trace,
     /// The faults between device and logic.
@@ -50,19 +56,34 @@ impl<'a> Motion<'a> {
             title: format!("{}: {}", run.scene.name, outcome(run)),
             conditions: conditions(run),
             command: run.command,
-            device: &run.scene.device,
+            told_in: (run.scene.units(), run.scene.scale()),
+            body: run.scene.network.as_deref().map(Compound::wall_name),
+            wheel_ratio: run.scene.network.is_none().then(|| wheel_ratio(&run.scene.device)).flatten(),
             hand: &run.scene.hand,
             duration_s: run.scene.run.duration_s,
             motion_s: run.summary.motion_s,
             clock: run.scene.clock,
             modulator: run.scene.modulator_clocks(),
-            wall_rad: Some(run.words.realised.wall_position_rad),
+            wall_rad: Some(run.words.realised.in_units(run.scene.scale()).wall_position_rad),
             trace: run.trace,
             faults: &run.summary.faults,
             contact: run.words_in(PENETRATION),
-            counted: Some((run.words_in(PENETRATION), 1e3 * run.words.realised.count_rad)),
+            counted: Some((run.words_in(PENETRATION), 1e3 * run.words.realised.in_units(run.scene.scale()).count_rad)),
             // A positive command pushes against the positive direction, so its torque is negative, as in the trace.
-            asked: Some((run.words_in(COMMAND), -1e3 * run.words.command_quantum_nm(run.scene))),
+            asked: Some((run.words_in(COMMAND), -1e3 * run.words.command_quantum_nm(run.scene) / run.scene.scale())),
+        }
+    }
+
+    /// Returns the factor from a torque of the trace to thousandths of the unit in which it is told.
+    fn milli(&self) -> f64 {
+        1e3 / self.told_in.1
+    }
+
+    /// Returns the labels of a torque, or a force, and of its mean.
+    fn torque_labels(&self) -> (&'static str, &'static str) {
+        match self.told_in.0.position {
+            "rad" => ("torque in mN\u{b7}m", "the motor's, its mean"),
+            _ => ("force in mN", "the amplifier's, its mean"),
         }
     }
 
@@ -71,6 +92,7 @@ impl<'a> Motion<'a> {
     }
 
     fn angles(&self, scale: f64) -> impl Iterator<Item = (f64, f64)> + Clone + 'a {
+        let scale = scale * self.told_in.1;
         self.trace.times_s().zip(self.trace.real(ANGLE).iter().map(move |value| value * scale))
     }
 
@@ -111,8 +133,9 @@ impl<'a> Motion<'a> {
 
     fn hand(&self) -> Option<Vec<(f64, f64)>> {
         let (Hand::SpringDamper { path, .. } | Hand::Prescribed { path }) = self.hand else { return None };
-        let mut points: Vec<_> = path.iter().map(|point| (point.time_s, point.angle_rad)).collect();
-        points.push((self.duration_s, path.last()?.angle_rad));
+        let scale = self.told_in.1;
+        let mut points: Vec<_> = path.iter().map(|point| (point.time_s, scale * point.angle_rad)).collect();
+        points.push((self.duration_s, scale * path.last()?.angle_rad));
         Some(points)
     }
 
@@ -129,6 +152,11 @@ impl<'a> Motion<'a> {
     }
 }
 
+/// Returns the turns of a motor's shaft for one of its wheel.
+pub(crate) fn wheel_ratio(device: &Device) -> Option<f64> {
+    if let Device::Motor(motor) = device { Some(motor.wheel_ratio) } else { None }
+}
+
 /// Draws the wall as an area above its position.
 pub(crate) fn wall(position_rad: f64, panel: &Panel, canvas: &mut Canvas) {
     if position_rad < panel.y.end {
@@ -137,10 +165,10 @@ pub(crate) fn wall(position_rad: f64, panel: &Panel, canvas: &mut Canvas) {
     }
 }
 
-/// Returns the label for the device's positions.
-pub(crate) fn angle_label(device: &Device) -> String {
-    let what = if matches!(device, Device::Motor(_)) { "angle of the shaft" } else { "position of the mass" };
-    format!("{what} in {}", device.units().position)
+/// Returns the label for the positions of a body; without a name, of the device.
+pub(crate) fn angle_label(units: Units, body: Option<&str>) -> String {
+    let (what, usual) = if units.position == "rad" { ("angle", "shaft") } else { ("position", "mass") };
+    format!("{what} of the {} in {}", body.unwrap_or(usual), units.position)
 }
 
 /// Returns the picture of the angle against time, with the wall and the hand. Below it is a close-up of the first
@@ -151,7 +179,7 @@ pub(crate) fn position(run: &Motion) -> Picture {
     let wall_rad = run.wall_rad;
     let hand = run.hand();
     let intended = hand.iter().flatten().map(|point| point.1);
-    let angles = run.trace.angles_rad().iter().copied();
+    let angles = run.angles(1.0).map(|(_, angle)| angle);
     let y = around(angles.chain(intended).chain(wall_rad), 0.06);
     let bottom = if wall_rad.is_some() { 800 } else { HEIGHT - 150 };
     let top = Panel { left: 170, top: 210, right: WIDTH - 200, bottom, x: x.clone(), y };
@@ -165,14 +193,14 @@ pub(crate) fn position(run: &Motion) -> Picture {
     }
     let faults = run.fault_names(&x, 1.0);
     legend.extend(faults.iter().map(|names| (names.as_str(), Look::Line(RUST))));
-    top.frame(&mut canvas, &legend, Some("time in s"), &angle_label(run.device));
+    top.frame(&mut canvas, &legend, Some("time in s"), &angle_label(run.told_in.0, run.body));
     run.faults(&top, 1.0, &mut canvas);
     if let Some(points) = hand {
         top.curve(&mut canvas, points.into_iter(), PURPLE, 3);
     }
     top.curve(&mut canvas, run.angles(1.0), BLUE, 4);
-    if let Device::Motor(motor) = run.device {
-        top.right_axis(&mut canvas, 1.0 / motor.wheel_ratio, "angle of the wheel in rad");
+    if let Some(ratio) = run.wheel_ratio {
+        top.right_axis(&mut canvas, 1.0 / ratio, "angle of the wheel in rad");
     }
     let Some(wall_rad) = wall_rad else { return canvas.render("position") };
 
@@ -183,7 +211,7 @@ pub(crate) fn position(run: &Motion) -> Picture {
     let y = around(depths.clone().chain(counted.clone()).filter(shown).map(|point| point.1).chain([0.0]), 0.06);
     let bottom = Panel { left: 170, top: 960, right: WIDTH - 200, bottom: HEIGHT - 150, x: x.clone(), y };
     bottom.shade(&mut canvas, run.contact().map(|(t, touching)| (1e3 * t, touching)), SHADE);
-    let depth = format!("penetration in m{}", run.device.units().position);
+    let depth = format!("penetration in m{}", run.told_in.0.position);
     let mut legend = vec![("as it is", Look::Line(BLUE)), ("contact, as counted", Look::Area(SHADE))];
     if run.counted.is_some() {
         legend.insert(1, ("as counted by the datapath", Look::Line(ORANGE)));
@@ -220,7 +248,9 @@ pub(crate) fn beside(motions: &[Motion], command: &str) -> Picture {
     let angles = motions.iter().flat_map(|motion| motion.angles(1.0).map(|(_, angle)| angle).chain(motion.wall_rad));
     let angle_range = around(angles, 0.08);
     let torques = motions.iter().flat_map(|motion| {
-        TORQUE_BETWEEN.into_iter().flat_map(|column| motion.trace.real(column).iter().map(|torque| 1e3 * torque))
+        TORQUE_BETWEEN
+            .into_iter()
+            .flat_map(|column| motion.trace.real(column).iter().map(|torque| motion.milli() * torque))
     });
     let torque_range = around(torques, 0.08);
     let end_s = motions.iter().map(|motion| motion.motion_s).fold(0.0, f64::max);
@@ -233,23 +263,25 @@ pub(crate) fn beside(motions: &[Motion], command: &str) -> Picture {
         let top = Panel { left, top: 270, right, bottom: 720, x: x.clone(), y: angle_range.clone() };
         motion.wall_rad.into_iter().for_each(|wall_rad| wall(wall_rad, &top, &mut canvas));
         let legend = [("device", Look::Line(BLUE)), ("inside the wall", Look::Area(SHADE))];
-        top.frame(&mut canvas, &legend, None, &angle_label(motion.device));
+        top.frame(&mut canvas, &legend, None, &angle_label(motion.told_in.0, motion.body));
         motion.faults(&top, 1.0, &mut canvas);
         top.curve(&mut canvas, motion.angles(1.0), BLUE, 4);
 
         let bottom = Panel { left, top: 850, right, bottom: HEIGHT - 150, x, y: torque_range.clone() };
         bottom.shade(&mut canvas, motion.contact(), SHADE);
         let legend = [("torque, its mean", Look::Line(BLUE)), ("least to greatest", Look::Area(SKY))];
-        let label = match motion.device {
-            Device::Motor(_) => "torque in mN\u{b7}m",
-            Device::Mass(_) => "force in mN",
-        };
-        bottom.frame(&mut canvas, &legend, Some("time in s"), label);
+        bottom.frame(&mut canvas, &legend, Some("time in s"), motion.torque_labels().0);
         let [means, least, greatest] = TORQUE_BETWEEN.map(|column| motion.trace.real(column));
         let since = motion.trace.times_s().zip(motion.trace.times_s().skip(1)).zip(1..);
-        let came = since.map(|((from, to), row)| (from..to, [least, greatest].map(|values| 1e3 * values[row])));
+        let came =
+            since.map(|((from, to), row)| (from..to, [least, greatest].map(|values| motion.milli() * values[row])));
         bottom.band(&mut canvas, came, SKY);
-        bottom.steps(&mut canvas, whole_means(motion, means).iter().map(|(t, torque)| (*t, 1e3 * torque)), BLUE, 5);
+        bottom.steps(
+            &mut canvas,
+            whole_means(motion, means).iter().map(|(t, torque)| (*t, motion.milli() * torque)),
+            BLUE,
+            5,
+        );
     }
     canvas.render("side-by-side")
 }
@@ -261,14 +293,12 @@ pub(crate) fn torque(run: &Motion) -> Picture {
     let [means, least, greatest] = TORQUE_BETWEEN.map(|column| run.trace.real(column));
     // A row's values are those of the time since the row before it.
     let since = || run.trace.times_s().zip(run.trace.times_s().skip(1)).zip(1..);
-    let came = || since().map(|((from, to), row)| (from..to, [least, greatest].map(|values| 1e3 * values[row])));
+    let milli = run.milli();
+    let came = || since().map(|((from, to), row)| (from..to, [least, greatest].map(|values| milli * values[row])));
     let mean = whole_means(run, means);
     let end_s = run.motion_s;
     let (near, near_label) = run.close_up();
-    let (y_label, mean_label) = match run.device {
-        Device::Motor(_) => ("torque in mN\u{b7}m", "the motor's, its mean"),
-        Device::Mass(_) => ("force in mN", "the amplifier's, its mean"),
-    };
+    let (y_label, mean_label) = run.torque_labels();
     let panels = [(0.0..end_s, 210, 700, "time in s", 1.0), (near, 850, HEIGHT - 150, near_label, 1e3)];
     for (x, top, bottom, x_label, scale) in panels {
         let asked = asked().map(|(t, torque)| (t * scale, torque));
@@ -295,7 +325,7 @@ pub(crate) fn torque(run: &Motion) -> Picture {
         }
         panel.band(&mut canvas, came(), SKY);
         // The narrow command is drawn over the wide mean, so that both are visible where they agree.
-        panel.steps(&mut canvas, mean.iter().map(|(t, torque)| (t * scale, 1e3 * torque)), BLUE, 8);
+        panel.steps(&mut canvas, mean.iter().map(|(t, torque)| (t * scale, milli * torque)), BLUE, 8);
         panel.curve(&mut canvas, asked, ORANGE, 3);
         run.faults(&panel, scale, &mut canvas);
     }

@@ -49,7 +49,7 @@ pub fn side_by_side(title: &str, runs: &[Run], command: &str) -> Picture {
         let top = Panel { left, top: 280, right, bottom: 560, x: x.clone(), y: angle_range.clone() };
         wall(run.words.realised.wall_position_rad, &top, &mut canvas);
         let legend = [("device", Look::Line(BLUE)), ("inside the wall", Look::Area(SHADE))];
-        top.frame(&mut canvas, &legend, None, &angle_label(&run.scene.device));
+        top.frame(&mut canvas, &legend, None, &angle_label(run.scene.device.units(), None));
         top.curve(&mut canvas, run.reals_of(ANGLE, 1.0), BLUE, 4);
 
         let middle = Panel { left, top: 640, right, bottom: 900, x, y: spring_range.clone() };

@@ -1,6 +1,6 @@
 //! Verdict, contact and energies of a run, in words and as JSON: the summaries of `hpu run` and of the explorer.
 
-use hpu_cosim::scene::{OutcomeKind, Units};
+use hpu_cosim::scene::{OutcomeKind, Setup, Units};
 use hpu_cosim::{
     ANGLE, AxisSimulation, EnergyAudit, Simulation, Summary, Trace, Unheld, Unseen, Verdict, displayed_stiffness,
     product_wraps, unseen_contact, unseen_growth_per_s,
@@ -160,8 +160,10 @@ pub struct Touch<'r> {
     pub trace: &'r Trace,
     /// The judged window, in s.
     pub window_s: [f64; 2],
-    /// Position and stiffness of an axis's wall, and their units; the stiffness is 0 where it is unknown.
-    pub wall: Option<((f64, f64), Units)>,
+    /// Position and stiffness of an axis's wall, in the units of the trace; the stiffness is 0 where it is unknown.
+    pub wall: Option<(f64, f64)>,
+    /// The units in which an axis is told, and how many of them one unit of the trace is.
+    pub told_in: Option<(Units, f64)>,
     /// The simulation of an axis whose words are known.
     pub axis: Option<&'r AxisSimulation<'r>>,
 }
@@ -171,7 +173,7 @@ impl Touch<'_> {
     /// empty text.
     pub fn beside(&self) -> String {
         if let Some((axis, Unseen { depth, wrapped })) = self.axis.zip(self.unseen()) {
-            let past = si(depth, axis.scene().device.units().position);
+            let past = si(depth, axis.scene().units().position);
             let why = if wrapped { ": the position counter wrapped" } else { "" };
             return format!("; the datapath saw no contact though the device was {past} past the wall{why}");
         }
@@ -191,8 +193,8 @@ impl Touch<'_> {
     pub fn unheld(&self) -> Option<(String, Value)> {
         let (axis, Unheld { first, edges }) = self.axis.zip(self.summary.unheld)?;
         let (scene, clock) = (axis.scene(), axis.clock());
-        let (unit, bits) = (scene.device.units().position, scene.method.position_bits);
-        let [least, most] = scene.held_rad()?;
+        let (unit, bits) = (scene.units().position, scene.method.position_bits);
+        let [least, most] = scene.held_rad()?.map(|end| scene.scale() * end);
         let share = edges as f64 / self.summary.edges.max(1) as f64;
         // A recording has counts, but no positions.
         let has_positions = self.summary.verdict.is_some();
@@ -232,7 +234,9 @@ impl Touch<'_> {
         let itself =
             itself.map_or(String::new(), |itself| format!(" as the {counts} counts it; the device itself {itself}"));
         let said = format!("{share} of the judged window, {from} to {to}{itself}");
-        let Some(((_, units), (depth, displayed, ratio))) = self.wall.zip(self.displayed()) else { return Some(said) };
+        let Some(((units, _), (depth, displayed, ratio))) = self.told_in.zip(self.displayed()) else {
+            return Some(said);
+        };
         let of = ratio.map(|ratio| format!(", {:.2} % of what its stiffness asks for", 100.0 * ratio));
         let of = of.unwrap_or_default();
         let (deep, effort) = (si(depth, units.position), si(displayed * depth, units.effort));
@@ -250,15 +254,16 @@ impl Touch<'_> {
     /// stiffness that was asked for.
     pub fn displayed(&self) -> Option<(f64, f64, Option<f64>)> {
         let Some(Verdict::Settled { .. }) = self.summary.verdict else { return None };
-        let (wall, _) = self.wall?;
+        let (wall, (_, scale)) = self.wall.zip(self.told_in)?;
         let (displayed, ratio) = displayed_stiffness(wall, self.trace, self.summary.averages)?;
-        Some((self.trace.last(ANGLE)? - wall.0, displayed, ratio))
+        Some((scale * (self.trace.last(ANGLE)? - wall.0), displayed / (scale * scale), ratio))
     }
 
     /// Returns how far the device of an axis was past the wall while the datapath saw no contact.
     pub fn unseen(&self) -> Option<Unseen> {
         let axis = self.axis?;
-        unseen_contact(axis.scene(), &axis.words().realised, self.trace, self.summary)
+        let unseen = unseen_contact(axis.scene(), &axis.words().realised, self.trace, self.summary)?;
+        Some(Unseen { depth: axis.scene().scale() * unseen.depth, ..unseen })
     }
 
     /// Returns how often the spring's product wrapped, if it did and the motion came to rest in the wall.

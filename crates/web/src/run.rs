@@ -72,10 +72,11 @@ fn told(
         _ => (None, None),
     };
     let window_s = judged_window_s(experiment);
-    let touch = Touch { summary, trace, window_s, wall, axis };
-    let unit = wall.map_or("m", |(_, units)| units.position);
+    let (units, scale) = (experiment.setup().units(), experiment.setup().scale());
+    let touch =
+        Touch { summary, trace, window_s, wall: wall.map(|(wall, _)| wall), told_in: Some((units, scale)), axis };
     let (said, kind) = match summary.verdict {
-        Some(verdict) => outcome(verdict, unit, window_s),
+        Some(verdict) => outcome(verdict.in_units(scale), units.position, window_s),
         None => ("a recording: no device, no motion to judge".to_string(), Value::Null),
     };
     let energy = &summary.energy;

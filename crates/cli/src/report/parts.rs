@@ -4,7 +4,7 @@ use std::path::Path;
 
 use clap::ValueEnum;
 use hpu_cosim::figure;
-use hpu_cosim::scene::Experiment;
+use hpu_cosim::scene::{Experiment, Setup};
 use hpu_page::Page;
 
 use super::Part;
@@ -98,11 +98,12 @@ fn axes(report: &SceneReport) -> Result<[(&'static str, String); 2], Failure> {
         Failure::usage(format!("{}: {said}", report.name()))
     };
     let Experiment::Axis(scene) = report.run.scene() else { return Err(refused()) };
-    let (stiffness, damping) = (scene.wall.stiffness_nm_per_rad, scene.wall.damping_nm_s_per_rad);
+    let wall = scene.written_wall();
+    let (stiffness, damping) = (wall.stiffness_nm_per_rad, wall.damping_nm_s_per_rad);
     if stiffness <= 0.0 || damping <= 0.0 {
         return Err(refused());
     }
-    let units = scene.device.units();
+    let units = scene.units();
     let [low, high, most] = [stiffness / 4.0, stiffness * 4.0, damping * 4.0].map(figure);
     Ok([
         ("x", format!("wall.stiffness={low}..{high} {}:11:log", units.stiffness)),

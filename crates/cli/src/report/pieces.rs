@@ -7,6 +7,7 @@ use std::io::Write;
 
 use flate2::Compression;
 use flate2::write::GzEncoder;
+use hpu_cosim::scene::Setup;
 use hpu_cosim::{AnySimulation, Simulation, Wired, WiredSimulation};
 use hpu_signal::{Cycle, Observe, Real, Signal, UNKNOWN};
 use serde_json::{Value, json};
@@ -159,17 +160,17 @@ impl Pieces {
         let of_device = if self.columns.is_empty() { 0 } else { axis(&mut bytes, &self.edges) };
         let judged = simulation.judged();
         for (values, column) in self.values.iter().zip(&self.columns) {
+            let (mut name, unit, told) = told_as(simulation, self.reals[*column].name);
             let greatest = values.iter().filter(|value| value.is_finite()).fold(0.0, |most: f64, v| most.max(v.abs()));
             let scale = if greatest > 0.0 { greatest / FINE } else { 1.0 };
             let words: Vec<i64> = values.iter().map(|value| (value / scale).round() as i64).collect();
             differences(&mut bytes, &words);
-            let (mut name, unit) = unit_of(self.reals[*column].name);
             if self.nets.iter().any(|net| net.name == name) {
                 name += " of the device";
             }
             let doc = self.reals[*column].doc;
             series.push(json!({
-                "name": name, "unit": unit, "step": false, "axis": of_device, "scale": scale,
+                "name": name, "unit": unit, "step": false, "axis": of_device, "scale": told * scale,
                 "doc": doc, "hidden": !judged.contains(column),
             }));
         }
@@ -249,6 +250,19 @@ impl Observe for Pieces {
         if self.by_rows && edge.is_multiple_of(self.stride) {
             self.point(edge, values);
         }
+    }
+}
+
+/// Returns an output's name without its unit, the unit in which it is told, and how many of that one of the trace is.
+fn told_as(simulation: &AnySimulation, name: &str) -> (String, &'static str, f64) {
+    let (name, unit) = unit_of(name);
+    let AnySimulation::Ours(WiredSimulation::Axis(axis)) = simulation else { return (name, unit, 1.0) };
+    let (units, scale) = (axis.scene().units(), axis.scene().scale());
+    match unit {
+        "rad" | "m" => (name, units.position, scale),
+        "rad/s" | "m/s" => (name, if units.position == "m" { "m/s" } else { "rad/s" }, scale),
+        "N.m" | "N" => (name, units.effort, 1.0 / scale),
+        _ => (name, unit, 1.0),
     }
 }
 

@@ -1,7 +1,7 @@
 //! An axis whose words are hpu's own.
 
 use hpu_chart::{self as chart, Picture, run_pictures};
-use hpu_cosim::scene::{Device, LawMethod, Loop, SampledWallMethod, Scene, Units};
+use hpu_cosim::scene::{LawMethod, Loop, SampledWallMethod, Scene, Setup, Units};
 use hpu_cosim::{ANGLE, AxisSimulation, Simulation, Summary, Trace};
 use hpu_page::Page;
 use hpu_signal::{Notation, Signal};
@@ -20,7 +20,9 @@ impl Shown for AxisSimulation<'_> {
     fn lines(&self, page: &mut Page, ran: &Ran) {
         if ran.summary.verdict.is_some() {
             let scene = self.scene();
-            page.line("motion", motion(&scene.device, Some(scene.wall.position_rad), &ran.trace));
+            let who = scene.network.as_deref().map_or(String::new(), |network| format!("{} ", network.wall_name()));
+            let told_in = (scene.units(), scene.scale());
+            page.line("motion", motion(&who, told_in, Some(scene.wall.position_rad), &ran.trace));
         }
         let missed = self.words().realised.stiffness_miss.as_ref();
         let missed = missed.map(|miss| parameters::missed(miss, Some("method.stiffness_format")));
@@ -28,7 +30,7 @@ impl Shown for AxisSimulation<'_> {
     }
 
     fn realised(&self) -> Value {
-        let realised = self.words().realised;
+        let realised = self.words().realised.in_units(self.scene().scale());
         json!({
             "torque_quantum_nm": realised.torque_quantum_nm,
             "count_rad": realised.count_rad,
@@ -50,8 +52,8 @@ impl Shown for AxisSimulation<'_> {
         run_pictures(&chart_run(self, trace, summary, command))
     }
 
-    fn units(&self) -> Option<Units> {
-        Some(self.scene().device.units())
+    fn told_in(&self) -> Option<(Units, f64)> {
+        Some((self.scene().units(), self.scene().scale()))
     }
 
     fn wall(&self) -> Option<(f64, f64)> {
@@ -64,34 +66,38 @@ impl Shown for AxisSimulation<'_> {
     }
 }
 
-/// Tells where an axis ends, and how far and hard it went.
-pub(super) fn motion(device: &Device, wall_rad: Option<f64>, trace: &Trace) -> String {
-    let units = device.units();
+/// Tells where an axis ends, and how far and hard it went, in units of which one of the trace is so many.
+pub(super) fn motion(who: &str, (units, scale): (Units, f64), wall_rad: Option<f64>, trace: &Trace) -> String {
     let peak = trace.greatest(ANGLE);
     let depth = wall_rad.map_or(String::new(), |wall_rad| {
-        format!(", {} into the wall", si((peak - wall_rad).max(0.0), units.position))
+        format!(", {} into the wall", si(scale * (peak - wall_rad).max(0.0), units.position))
     });
     format!(
-        "ends at {}, peak {}{depth}, {} up to {}, seen every {}",
-        si(trace.last(ANGLE).unwrap_or(0.0), units.position),
-        si(peak, units.position),
-        if matches!(device, Device::Mass(_)) { "force" } else { "torque" },
-        si(trace.greatest_size(TORQUE), units.effort),
+        "{who}ends at {}, peak {}{depth}, {} up to {}, seen every {}",
+        si(scale * trace.last(ANGLE).unwrap_or(0.0), units.position),
+        si(scale * peak, units.position),
+        if units.effort == "N" { "force" } else { "torque" },
+        si(trace.greatest_size(TORQUE) / scale.abs(), units.effort),
         si(trace.interval_s() / trace.every() as f64, "s")
     )
 }
 
 fn words(simulation: &AxisSimulation, notation: Notation) -> Vec<String> {
     let (scene, words) = (simulation.scene(), simulation.words());
-    let units = scene.device.units();
-    let (realised, method) = (&words.realised, &scene.method);
+    let (units, scale) = (scene.units(), scene.scale());
+    let (realised, asked) = (words.realised.in_units(scale), scene.written_wall());
+    let (a, at) = match scene.network.as_deref() {
+        Some(network) => ("one", format!(" at the {}", network.wall_name())),
+        None => ("a", String::new()),
+    };
+    let method = &scene.method;
     let mut lines = vec![
         format!(
             "stiffness {} of {} is {}, asked {}: {}",
             method.stiffness_format.value(words.stiffness),
             notation.of(method.stiffness_format),
             si(realised.stiffness_nm_per_rad, units.stiffness),
-            si(scene.wall.stiffness_nm_per_rad, units.stiffness),
+            si(asked.stiffness_nm_per_rad, units.stiffness),
             error_percent(realised.stiffness_error)
         ),
         format!(
@@ -99,13 +105,13 @@ fn words(simulation: &AxisSimulation, notation: Notation) -> Vec<String> {
             method.damping_format.value(words.damping),
             notation.of(method.damping_format),
             si(realised.damping_nm_s_per_rad, units.damping),
-            si(scene.wall.damping_nm_s_per_rad, units.damping),
+            si(asked.damping_nm_s_per_rad, units.damping),
             error_percent(realised.damping_error)
         ),
         format!(
-            "wall at {}, asked {}; a count is {}, a PWM count {}",
+            "wall at {}, asked {}; {a} count is {}{at}, a PWM count {}",
             si(realised.wall_position_rad, units.position),
-            si(scene.wall.position_rad, units.position),
+            si(asked.position_rad, units.position),
             si(realised.count_rad, units.position),
             si(realised.torque_quantum_nm, units.effort)
         ),

@@ -27,11 +27,11 @@ pub trait Shown {
     fn design(&self) -> Option<Value> {
         None
     }
-    /// Returns the units of a device of one axis.
-    fn units(&self) -> Option<Units> {
+    /// Returns the units in which a device of one axis is told, and how many of them one unit of its trace is.
+    fn told_in(&self) -> Option<(Units, f64)> {
         None
     }
-    /// Returns the position and the stiffness of an axis's wall. The stiffness is 0 where it is unknown.
+    /// Returns the position and the stiffness of an axis's wall, in the units of its trace. The stiffness is 0 where it is unknown.
     fn wall(&self) -> Option<(f64, f64)> {
         None
     }
@@ -64,7 +64,8 @@ pub fn contact<'r>(ran: &'r Ran) -> Touch<'r> {
         summary: &ran.summary,
         trace: &ran.trace,
         window_s: ran.window_s,
-        wall: device.wall().zip(device.units()),
+        wall: device.wall(),
+        told_in: device.told_in(),
         axis: device.axis(),
     }
 }

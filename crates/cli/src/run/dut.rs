@@ -15,7 +15,7 @@ use super::simulate::Ran;
 impl Shown for DutSimulation<'_> {
     fn lines(&self, page: &mut Page, ran: &Ran) {
         let scene = self.scene();
-        page.line("motion", motion(&scene.device, scene.wall_rad, &ran.trace));
+        page.line("motion", motion("", (scene.device.units(), 1.0), scene.wall_rad, &ran.trace));
         let open = if scene.driving() == Ok(Driving::Nothing) { "; no output drives the device" } else { "" };
         page.line("dut", format!("{} by {}{open}", scene.dut.top, self.engine()));
         for wire in self.wires() {
@@ -57,8 +57,8 @@ impl Shown for DutSimulation<'_> {
         chart::dut_pictures(self, trace, summary, command)
     }
 
-    fn units(&self) -> Option<Units> {
-        Some(self.scene().device.units())
+    fn told_in(&self) -> Option<(Units, f64)> {
+        Some((self.scene().device.units(), 1.0))
     }
 
     /// The stiffness that a design asks for is known only to the design.

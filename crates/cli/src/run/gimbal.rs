@@ -1,7 +1,7 @@
 //! The segment on a gimbal.
 
 use hpu_chart::{self as chart, Picture};
-use hpu_cosim::scene::{GimbalScene, Shear, Units};
+use hpu_cosim::scene::{GimbalScene, Shear};
 use hpu_cosim::{ERROR, EnergyAudit, FORCE, GimbalSimulation, RADIUS, Simulation, Summary, Trace, stress_error_pa};
 use hpu_datapath::fractional_difference::memory_bound;
 use hpu_page::Page;
@@ -55,10 +55,6 @@ impl Shown for GimbalSimulation<'_> {
 
     fn pictures(&self, trace: &Trace, summary: &Summary, command: &str) -> Vec<Picture> {
         chart::gimbal_pictures(self, trace, summary, command)
-    }
-
-    fn units(&self) -> Option<Units> {
-        None
     }
 
     fn dissipated(&self, energy: &EnergyAudit) -> String {

@@ -39,7 +39,10 @@ pub fn page(ran: &Ran) -> Page {
         page.section("", fit::model(found));
     }
     let (said, kind) = match summary.verdict {
-        Some(verdict) => outcome(verdict, position(ran), ran.window_s),
+        Some(verdict) => {
+            let scale = shown(simulation).told_in().map_or(1.0, |(_, scale)| scale);
+            outcome(verdict.in_units(scale), position(ran), ran.window_s)
+        }
         None if summary.heard.end.is_some() => {
             let [ran_s, asked_s] =
                 [summary.edges, simulation.edges()].map(|edges| simulation.clock().seconds(Cycle(edges)));
@@ -342,7 +345,7 @@ fn position(ran: &Ran) -> &'static str {
 }
 
 fn axis_units(ran: &Ran) -> Option<Units> {
-    shown(ran.simulation).units()
+    shown(ran.simulation).told_in().map(|(units, _)| units)
 }
 
 fn unit(ran: &Ran, metric: Metric) -> &'static str {

@@ -193,17 +193,19 @@ impl Summary {
     }
 }
 
-/// Returns a number that a scene may expect, from summary and trace of a run; `None` if it has no meaning.
+/// Returns a number that a scene may expect, in the scene's units, from summary and trace of a run; `None` if it has no
+/// meaning.
 pub fn metric(metric: Metric, experiment: &Experiment, summary: &Summary, trace: &Trace) -> Option<f64> {
     // A recording has no motion, but its edges and its words are counted.
     if !matches!(metric, Metric::EncoderEdges | Metric::SpringOverflowShare) {
         summary.verdict?;
     }
+    let scale = experiment.setup().scale();
     Some(match metric {
-        Metric::FinalAngle => trace.last(ANGLE)?,
-        Metric::PeakAngle => trace.greatest(ANGLE),
-        Metric::PeakPenetration => (trace.greatest(ANGLE) - experiment.setup().wall_position()).max(0.0),
-        Metric::Amplitude => match summary.verdict? {
+        Metric::FinalAngle => scale * trace.last(ANGLE)?,
+        Metric::PeakAngle => scale * trace.greatest(ANGLE),
+        Metric::PeakPenetration => scale * (trace.greatest(ANGLE) - experiment.setup().wall_position()).max(0.0),
+        Metric::Amplitude => match summary.verdict?.in_units(scale) {
             Verdict::LimitCycle { amplitude_rad, .. }
             | Verdict::NotTold { amplitude_rad, .. }
             | Verdict::Diverged { amplitude_rad, .. } => amplitude_rad,
@@ -213,7 +215,7 @@ pub fn metric(metric: Metric, experiment: &Experiment, summary: &Summary, trace:
             Verdict::LimitCycle { frequency_hz, .. } | Verdict::NotTold { frequency_hz, .. } => frequency_hz,
             _ => 0.0,
         },
-        Metric::PeakTorque => trace.greatest_size(TORQUE),
+        Metric::PeakTorque => trace.greatest_size(TORQUE) / scale.abs(),
         Metric::SpringOverflowShare => {
             let spring = summary.nets.iter().find(|net| net.signal.name == "spring" && net.losses_seen)?;
             spring.usage.overflowed as f64 / summary.edges.max(1) as f64

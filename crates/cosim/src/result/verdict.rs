@@ -175,6 +175,26 @@ impl Verdict {
         }
     }
 
+    /// Returns the verdict in other units, of which one unit of the motion is so many.
+    #[must_use]
+    pub fn in_units(mut self, scale: f64) -> Self {
+        let size = scale.abs();
+        match &mut self {
+            Self::Settled { rms_rad } | Self::PositionLost { rms_rad, .. } => *rms_rad *= size,
+            Self::LimitCycle { rms_rad, amplitude_rad, .. } | Self::NotTold { rms_rad, amplitude_rad, .. } => {
+                (*rms_rad, *amplitude_rad) = (*rms_rad * size, *amplitude_rad * size);
+            }
+            Self::Diverged { amplitude_rad, .. } => *amplitude_rad *= size,
+            Self::HandMoves { rms_rad, greatest_rad, .. } => {
+                (*rms_rad, *greatest_rad) = (*rms_rad * size, *greatest_rad * size);
+            }
+            Self::NoWallTorque { effort, depth } => (*effort, *depth) = (*effort / scale, *depth * scale),
+            // Verdicts of arms have one unit.
+            Self::Passive { .. } | Self::NonPassive { .. } | Self::Tracking { .. } | Self::HighlyUnstable { .. } => {}
+        }
+        self
+    }
+
     /// Returns the verdict on the same motion under a position counter that had wrapped in this share of the window.
     pub(crate) fn with_lost_position(self, lost_share: f64) -> Self {
         match self {

@@ -1,6 +1,6 @@
 //! Networks in a loop: the drivers agree, the energies add up, and a compliant knob is what it is said to be.
 
-use hpu_cosim::scene::{Experiment, Scene};
+use hpu_cosim::scene::{Experiment, Metric, Scene};
 use hpu_cosim::{Control, Driver, Simulation, Wired, WiredSimulation};
 
 /// A knob on a cable, driven by a current; its wall is that of the handle.
@@ -219,4 +219,22 @@ fn random_networks_leap_as_they_step() {
 #[ignore = "testbench/long.sh runs it"]
 fn a_thousand_random_networks_leap_as_they_step() {
     hold_random(20..1020);
+}
+
+#[test]
+fn what_a_scene_expects_is_in_the_units_of_its_wall() {
+    let experiment = Experiment::Axis(scene(KNOB));
+    let simulation = simulation(&experiment);
+    let mut trace = simulation.brief_trace();
+    let summary = simulation.run(Driver::Events, &mut trace, &mut (), &Control::new());
+    let at = |metric| hpu_cosim::metric(metric, &experiment, &summary, &trace).unwrap();
+    // At rest the wall of 20 kN/m at 6 mm holds the rotor against the hand's spring and the cable in series, but for
+    // the Coulomb friction: 0.5 N at the handle.
+    let pull = 1.0 / (1.0 / 1388.9 + 1.0 / 20e3);
+    let rest = (pull * 12e-3 + 20e3 * 6e-3) / (pull + 20e3);
+    let doubt = 0.5 / (pull + 20e3) + 4.8e-6;
+    assert!((at(Metric::FinalAngle) - rest).abs() < doubt, "{} of {rest}", at(Metric::FinalAngle));
+    // More than it gives at rest, and no more than 10 A by 23 mN.m/A at 6 mm.
+    let push = at(Metric::PeakTorque);
+    assert!((20e3 * (rest - 6e-3)..=38.4).contains(&push), "{push} N");
 }

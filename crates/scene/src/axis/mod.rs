@@ -77,6 +77,11 @@ impl Scene {
         }
     }
 
+    /// Returns the wall in the units in which the scene writes it.
+    pub fn written_wall(&self) -> Wall {
+        self.wall.in_units_of(1.0 / self.scale())
+    }
+
     /// Returns the sample period in whole clocks.
     pub fn period_clocks(&self) -> u64 {
         self.clock.edges(1.0 / self.method.sample_rate_hz)
@@ -112,7 +117,11 @@ impl Setup for Scene {
     }
 
     fn units(&self) -> Units {
-        self.device.units()
+        self.network.as_deref().map_or(self.device.units(), |network| network.wall_units)
+    }
+
+    fn scale(&self) -> f64 {
+        self.network.as_deref().map_or(1.0, |network| network.wall_ratio)
     }
 
     fn outputs(&self) -> &'static [Output] {

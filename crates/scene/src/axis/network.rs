@@ -35,7 +35,9 @@ pub struct Compound {
     pub grip_ratio: f64,
     /// Those of the driven body.
     pub drive_ratio: f64,
-    /// Those of the body in whose units the wall is given.
+    /// The body in whose units the wall is given.
+    pub wall_body: usize,
+    /// Units of that body for one unit of the body with the encoder.
     pub wall_ratio: f64,
     /// The units of that body.
     pub wall_units: Units,
@@ -54,6 +56,11 @@ impl Compound {
             knot.time_s += if knot.time_s > 0.0 { late_s } else { 0.0 };
             knot.angle_rad += self.grip_ratio * aside;
         }
+    }
+
+    /// Returns the name of the body in whose units the wall is given.
+    pub fn wall_name(&self) -> &str {
+        &self.names[self.wall_body]
     }
 
     /// Returns what a linear loop around the network leaves out beside Coulomb friction, each as text.
@@ -452,8 +459,9 @@ impl Draft {
             })
         };
         let (wall_ratio, wall_units) = (self.wall_ratio(), units(axis_of(self.slides[self.units_at])));
-        let Self { names, slides, network, dac, .. } = self;
-        let compound = Compound { network, names, slides, dac, path, grip_ratio, drive_ratio, wall_ratio, wall_units };
+        let Self { names, slides, network, dac, units_at: wall_body, .. } = self;
+        let compound =
+            Compound { network, names, slides, dac, path, grip_ratio, drive_ratio, wall_body, wall_ratio, wall_units };
         Ok((device, Arc::new(compound)))
     }
 

@@ -159,6 +159,21 @@ pub struct Wall {
     pub ramp: Option<Ramp>,
 }
 
+impl Wall {
+    /// Returns the wall in other units, each of which is so many of its own.
+    #[must_use]
+    pub fn in_units_of(mut self, unit: f64) -> Self {
+        let square = unit * unit;
+        self.position_rad /= unit;
+        self.stiffness_nm_per_rad *= square;
+        self.damping_nm_s_per_rad *= square;
+        if let Some(stiffness) = self.ramp.as_mut().and_then(|ramp| ramp.stiffness_nm_per_rad.as_mut()) {
+            *stiffness *= square;
+        }
+        self
+    }
+}
+
 /// The least that a wall gives at rest: a torque or force that grows with the penetration, up to the actuator's
 /// greatest.
 #[derive(Clone, Copy, PartialEq, Debug)]

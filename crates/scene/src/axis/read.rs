@@ -85,15 +85,7 @@ fn scene_of_network(file: &str, source: &Source, root: &Section, load: Load) -> 
     let (mut hand, recorded) = hand(&root.section("hand")?.along(grip), &["network"], load, &count)?;
     let clock = clock(&root.section("clock")?)?;
     let bridge = bridge(&root.section("bridge")?)?;
-    let ratio = draft.wall_ratio();
-    let mut wall = wall(&root.section("wall")?.along(at_wall))?;
-    wall.position_rad /= ratio;
-    let square = ratio * ratio;
-    wall.stiffness_nm_per_rad *= square;
-    wall.damping_nm_s_per_rad *= square;
-    if let Some(stiffness) = wall.ramp.as_mut().and_then(|ramp| ramp.stiffness_nm_per_rad.as_mut()) {
-        *stiffness *= square;
-    }
+    let wall = wall(&root.section("wall")?.along(at_wall))?.in_units_of(draft.wall_ratio());
     let (device, compound) = draft.finish(root, &mut hand, bridge, clock.frequency_hz() as f64)?;
     let root = &Section::root(source).along(seen);
     let mut model = model_of_network(&root.section("model")?)?;
@@ -115,7 +107,7 @@ fn scene_of_network(file: &str, source: &Source, root: &Section, load: Load) -> 
         faults: faults(root, clock)?,
         model,
         network: Some(compound),
-        head: OWN.head(file, source, root, (about, clock))?,
+        head: OWN.head(file, source, &Section::root(source).along(at_wall), (about, clock))?,
     };
     parts.recording = recorded.map(|recorded| recorded.check(&parts)).transpose()?;
     parts.parameters = source.parameters.take(&unused(&parts)).into();

@@ -60,6 +60,22 @@ pub struct Realised {
     pub sample_rate_hz: f64,
 }
 
+impl Realised {
+    /// Returns the values in other units, of which one unit of the encoder's body is so many.
+    #[must_use]
+    pub fn in_units(self, scale: f64) -> Self {
+        let square = scale * scale;
+        Self {
+            torque_quantum_nm: self.torque_quantum_nm / scale.abs(),
+            count_rad: self.count_rad * scale.abs(),
+            wall_position_rad: self.wall_position_rad * scale,
+            stiffness_nm_per_rad: self.stiffness_nm_per_rad / square,
+            damping_nm_s_per_rad: self.damping_nm_s_per_rad / square,
+            ..self
+        }
+    }
+}
+
 impl LoopWords {
     /// Returns the torque or force that one count of the command asks for: the quantum of a PWM count, or the finer one
     /// of a law in floats.

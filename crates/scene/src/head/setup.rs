@@ -17,8 +17,13 @@ use crate::head::model::Solver;
 pub trait Setup {
     /// Returns the solver of the device's motion.
     fn solver(&self) -> Solver;
-    /// Returns the units of the device's motion.
+    /// Returns the units in which the wall is written and the motion is told.
     fn units(&self) -> Units;
+    /// Returns how many of these units one unit of the device's traced motion is: another number than 1 where a network
+    /// has its wall at another body than its encoder.
+    fn scale(&self) -> f64 {
+        1.0
+    }
     /// Returns the outputs by which models of the scene can be compared.
     fn outputs(&self) -> &'static [Output];
     /// Returns the position of the wall from which penetration is measured; 0 where nothing is measured from it.

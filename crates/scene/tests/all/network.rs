@@ -1,6 +1,6 @@
 //! Networks: what their bodies and joints come to, and what is refused at its line.
 
-use hpu_scene::{Device, Scene};
+use hpu_scene::{Device, Scene, Setup};
 
 const KNOB: &str = r#"about = "A network."
 clock = { frequency = "16384 kHz" }
@@ -169,4 +169,20 @@ fn networks_are_refused_at_their_line() {
         .collect();
     let said = parse(&KNOB.replacen("encoder =", &format!("{many}encoder ="), 1)).unwrap_err();
     assert!(said.contains("16 states (2 of drive and hand, 7 bodies 14); accepted: 12. Make a joint rigid"), "{said}");
+}
+
+#[test]
+fn a_scene_is_read_and_told_in_the_units_of_one_body() {
+    let scene =
+        parse(&format!("{KNOB}expect.peak_penetration = {{ value = '0.2 mm', tolerance = '10 um' }}\n")).unwrap();
+    assert_eq!((scene.units().position, scene.units().stiffness), ("m", "N/m"));
+    // 6 mm a radian, 8000 counts a revolution.
+    let told = scene.words().unwrap().realised.in_units(scene.scale());
+    assert!((told.count_rad - 6e-3 * std::f64::consts::TAU / 8000.0).abs() < 1e-18, "{}", told.count_rad);
+    assert!((told.stiffness_nm_per_rad / 30e3 - 1.0).abs() < 1e-3, "{}", told.stiffness_nm_per_rad);
+    let written = scene.written_wall();
+    assert!((written.position_rad - 6e-3).abs() < 1e-17 && (written.damping_nm_s_per_rad - 13.9).abs() < 1e-12);
+    assert_eq!(scene.expect.numbers[0].value, 2e-4);
+    let said = parse(&format!("{KNOB}expect.peak_penetration = {{ value = '3 deg', tolerance = '1 deg' }}\n"));
+    assert!(said.unwrap_err().contains("`3 deg` is not a length"), "an angle of a body that slides");
 }

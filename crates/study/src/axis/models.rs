@@ -1,6 +1,6 @@
 //! The models of an axis that leave something out: for races of accuracy against speed, and for fits.
 
-use hpu_cosim::scene::{BridgeModel, Datapath, Device, EncoderModel, Hand, Scene};
+use hpu_cosim::scene::{BridgeModel, Datapath, Device, EncoderModel, Hand, Scene, Setup};
 
 use crate::accuracy::{Contestant, SOLVERS, Variant, rungs};
 use crate::fit::Simplifications;
@@ -15,9 +15,9 @@ const PHASE: f64 = 0.94;
 
 /// Returns the places and stiffnesses of the walls of the neighbouring scenes, in the units of their keys.
 pub(super) fn around(scene: &Scene) -> Vec<(&'static str, f64)> {
-    let ratio = scene.network.as_ref().map_or(1.0, |network| network.wall_ratio);
-    let (k, position) = (scene.wall.stiffness_nm_per_rad / (ratio * ratio), scene.wall.position_rad * ratio);
-    let count = scene.encoder.count_rad() * ratio;
+    let wall = scene.written_wall();
+    let (k, position, count) =
+        (wall.stiffness_nm_per_rad, wall.position_rad, scene.encoder.count_rad() * scene.scale());
     let stiffness = [0.95, 1.05].map(|share| ("wall.stiffness", share * k));
     let places = PHASES.into_iter().flat_map(|phase| [-phase, phase]);
     let places = places.map(|phase| ("wall.position", position + PHASE * phase * count));

@@ -411,15 +411,15 @@ fn moving(experiment: &Experiment, cell: &Cell) -> String {
 
 /// Returns why a scene whose hand is not at the wall gives no verdict on the wall, and what to change.
 fn untouched(experiment: &Experiment) -> String {
-    let (hand, device, wall_rad, stiffness) = match experiment {
+    let (hand, wall_rad, stiffness) = match experiment {
         Experiment::Axis(scene) => {
-            let wall = scene.wall;
-            (&scene.hand, &scene.device, wall.position_rad, Some(wall.stiffness_nm_per_rad))
+            let wall = scene.written_wall();
+            (&scene.hand, wall.position_rad, Some(wall.stiffness_nm_per_rad))
         }
-        Experiment::Dut(scene) => (&scene.hand, &scene.device, scene.wall_or_far_rad(), None),
+        Experiment::Dut(scene) => (&scene.hand, scene.wall_or_far_rad(), None),
         _ => return "limits are those of an axis".into(),
     };
-    let unit = device.units();
+    let unit = experiment.setup().units();
     let [from, to] = judged_window_s(experiment).map(figure);
     let at = stiffness.map_or(String::new(), |stiffness| format!("at {} {} ", figure(stiffness), unit.stiffness));
     let hand = match hand {

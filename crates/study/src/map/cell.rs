@@ -19,7 +19,7 @@ use super::device::{Device, Switching};
 use crate::watch::limited;
 use crate::{Error, Kind};
 
-/// The result of a cell; positions in rad, of a mass or an arm in m. Its keys as a row are the columns of a sweep.
+/// The result of a cell; positions in rad, of a mass or an arm in m, of a network in the units of its wall. Its keys as a row are the columns of a sweep.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Cell {
     /// The outcome of the motion.
@@ -185,7 +185,8 @@ impl Cell {
             return if stopped { Ok(None) } else { Err(more_events(events)) };
         }
         let verdict = summary.verdict.ok_or("a recording has no verdict")?;
-        let (rms, amplitude, frequency_hz) = numbers(verdict);
+        let scale = experiment.setup().scale();
+        let (rms, amplitude, frequency_hz) = numbers(verdict.in_units(scale));
         let wall = match (experiment, verdict) {
             (Experiment::Axis(scene), Verdict::Settled { .. }) => {
                 Some((scene.wall.position_rad, scene.wall.stiffness_nm_per_rad))
@@ -195,7 +196,8 @@ impl Cell {
         };
         let displayed = wall.and_then(|wall| {
             let (stiffness, _) = displayed_stiffness(wall, &trace, summary.averages)?;
-            Some(Displayed { stiffness, asked: wall.1 })
+            let [stiffness, asked] = [stiffness, wall.1].map(|stiffness| stiffness / (scale * scale));
+            Some(Displayed { stiffness, asked })
         });
         let words = match experiment {
             Experiment::Axis(scene) => scene.words().ok().map(|words| (scene, words.realised)),
