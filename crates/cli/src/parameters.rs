@@ -24,7 +24,7 @@ pub fn of(scene: &Experiment, fitted: Option<&Fit>, by_edges: bool) -> Vec<Said>
             Origin::Set => "--set".to_string(),
             Origin::Scene => "scene".to_string(),
             Origin::Default => "default".to_string(),
-            Origin::Motor(name) => format!("motor {name}"),
+            Origin::Part { kind, name } => format!("{kind} {name}"),
             Origin::Arm(name) => format!("model {name}"),
         },
         parameter: parameter.clone(),

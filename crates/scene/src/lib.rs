@@ -94,6 +94,7 @@ pub mod script;
 mod text;
 
 pub use axis::Scene;
+pub use axis::library::{NamedPart, parts};
 pub use axis::network::{Compound, Dac};
 pub use axis::parts::{Amplifier, Device, Encoder, Hand, Method, Motor, PathPoint, Push, Ramp, Wall};
 pub use axis::path::{along, moves_until_s, positions_along};

@@ -6,6 +6,7 @@ use std::collections::HashSet;
 
 use hpu_cosim::did_you_mean;
 use hpu_cosim::scene::keys::{KeyRow, Otherwise, Takes, grouped, markdown, rows};
+use hpu_cosim::scene::{NamedPart, parts};
 use hpu_page::{Cell, Column, Field, Page, Table};
 use schema::schema;
 use serde_json::{Value, json};
@@ -43,7 +44,12 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         print_json(&schema())?;
         return Ok(Exit::Fine);
     }
-    let found = matching(args.word.as_deref())?;
+    let meant = |part: &&NamedPart| args.word.as_deref().is_some_and(|word| is_meant(part, word));
+    let parts: Vec<&NamedPart> = parts().filter(meant).collect();
+    let found = match matching(args.word.as_deref()) {
+        Err(_) if !parts.is_empty() => Vec::new(),
+        found => found?,
+    };
     let mut page = Page::default();
     page.data("keys", as_data(&found));
     for (index, group) in grouped(found.into_iter()).into_iter().enumerate() {
@@ -51,8 +57,40 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         page.note(if index > 0 { format!("\n{heading}") } else { heading });
         page.table(Table::of("", &group, fields()));
     }
+    if !parts.is_empty() {
+        page.note("\nParts, by their names");
+        page.table(Table::of("parts", &parts, of_part()));
+    }
     show(&page, args.json)?;
     Ok(Exit::Fine)
+}
+
+/// Returns whether a word means a part: all of them, those of its kind, or its name or maker.
+fn is_meant(part: &NamedPart, word: &str) -> bool {
+    ["part", "parts", part.kind].contains(&word) || has_word(part.name, word) || has_word(part.about(), word)
+}
+
+/// Returns the columns of parts. In text, figures and source stand below each name.
+fn of_part() -> [Field<'static, &'static NamedPart>; 8] {
+    let missing = |part: &&NamedPart| {
+        let all = part.not_given().join(", ");
+        if all.is_empty() { all } else { format!("; not given: {all}") }
+    };
+    [
+        Column::text("kind", "")
+            .least(12)
+            .of(|part: &&'static NamedPart| Cell::new(part.kind).shown(format!("  {}", part.kind))),
+        Column::text("name", "").least(24).of(|part: &&'static NamedPart| part.name),
+        Column::text("about", "").of(|part: &&'static NamedPart| part.about()),
+        Column::text("figures", "").data().of(|part: &&'static NamedPart| json!(part.figures())),
+        Column::text("not_given", "").data().of(|part: &&'static NamedPart| json!(part.not_given())),
+        Column::text("source", "").data().of(|part: &&'static NamedPart| part.source()),
+        Column::text("date", "").data().of(|part: &&'static NamedPart| part.date()),
+        Column::text("", "").said().of(move |part: &&'static NamedPart| {
+            let figures = part.figures().join(", ");
+            format!("\n      {figures}{}\n      {}; {}", missing(part), part.source(), part.date())
+        }),
+    ]
 }
 
 /// Returns keys as JSON.

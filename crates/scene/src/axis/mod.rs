@@ -1,7 +1,7 @@
 //! A scene of one axis: a motor or a mass, its wall, its method, its hand.
 
 mod file;
-mod motors;
+pub(crate) mod library;
 pub(crate) mod network;
 pub(crate) mod network_rows;
 pub(crate) mod parts;

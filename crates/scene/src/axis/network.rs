@@ -6,10 +6,11 @@ use std::sync::Arc;
 use hpu_plant::network::{Body, Feed, FeedKind, Joint, Network, NetworkError, Place, Stop};
 use hpu_plant::{Bridge, Push};
 
+use crate::axis::library::NamedPart;
 use crate::axis::network_rows as keys;
 use crate::axis::network_rows::DriveKind;
 use crate::axis::parts::{Device, Encoder, Hand, Motor, PathPoint};
-use crate::axis::rows::Mass;
+use crate::axis::rows::{Mass, encoder_part};
 use crate::head::Units;
 use crate::schema::quantity::{Axis, RAIL, SHAFT};
 use crate::schema::section::Section;
@@ -169,12 +170,19 @@ pub(crate) fn draft(root: &Section) -> Result<Draft, SceneError> {
     if names.is_empty() {
         return Err(s.error("bodies", "missing; write bodies.NAME = { inertia = \"50 g.cm2\" } or { mass = \"30 g\" }"));
     }
-    let (mut bodies, mut stops, mut slides) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut bodies, mut stops, mut slides, mut motors) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for name in &names {
         let of = all.section(name)?;
         of.accept_as("device.bodies.BODY", &[])?;
         let is_slide = of.has("mass");
-        let of = of.along(axis_of(is_slide));
+        let part = of.given(&keys::body::part)?;
+        if is_slide && part.is_some() {
+            return Err(
+                of.error("part", "a motor's rotor turns, and a body with a mass slides; write one of part, mass")
+            );
+        }
+        motors.push(part);
+        let of = of.along(axis_of(is_slide)).with(part.map(NamedPart::gives));
         if let Some(stop) = stop_of(&of, bodies.len())? {
             stops.push(stop);
         }
@@ -192,7 +200,7 @@ pub(crate) fn draft(root: &Section) -> Result<Draft, SceneError> {
     let hand = root.section("hand")?;
     let grip = if hand.has("on") { body_of(&hand, &keys::hand_network::on, &names)? } else { seen };
     let units_at = if s.has("units_at") { body_of(&s, &keys::network::units_at, &names)? } else { seen };
-    let (feed, driven, dac) = drive(&s.section("drive")?, root, (&names, &slides))?;
+    let (feed, driven, dac) = drive(s.section("drive")?, root, (&names, &slides, &motors))?;
     let hand = hpu_plant::Hand::Torque(0.0);
     let network = Network { bodies, joints, stops, feed, driven, seen, grip, hand };
     Ok(Draft { names, joint_names, slides, network, dac, units_at })
@@ -302,14 +310,19 @@ fn joint(s: &Section, (names, slides, bodies): (&[String], &[bool], &[Body])) ->
 
 /// Reads the drive, the body that it moves, and its converter.
 fn drive(
-    s: &Section,
+    s: Section,
     root: &Section,
-    (names, slides): (&[String], &[bool]),
+    (names, slides, motors): (&[String], &[bool], &[Option<&'static NamedPart>]),
 ) -> Result<(Feed, usize, Option<Dac>), SceneError> {
     use keys::drive as key;
     s.accept_as("device.drive", &[])?;
     let kind = s.read(&key::kind)?;
-    let driven = body_of(s, &key::on, names)?;
+    let driven = body_of(&s, &key::on, names)?;
+    let amplifier = s.given(&key::part)?;
+    if let (DriveKind::Bridge, Some(_)) = (kind, amplifier) {
+        return Err(s.error("part", "an amplifier is of a drive of kind \"current\" or \"pi\"; leave this out"));
+    }
+    let s = s.with(amplifier.map(NamedPart::gives)).with(motors[driven].map(NamedPart::gives));
     let torque_constant = s.alike(axis_of(slides[driven])).read(&key::torque_constant)?;
     let refuse = |keys: &[&str], of: &str| match keys.iter().find(|key| s.has(key)) {
         Some(key) => Err(s.error(key, format!("only of a drive of kind {of}; leave this out"))),
@@ -355,7 +368,7 @@ fn drive(
             }
         }
     };
-    let dac = if let FeedKind::Bridge(_) = kind { None } else { Some(converter(s)?) };
+    let dac = if let FeedKind::Bridge(_) = kind { None } else { Some(converter(&s)?) };
     Ok((Feed { torque_constant, resistance_ohm, inductance_h, kind }, driven, dac))
 }
 
@@ -384,6 +397,7 @@ impl Draft {
     pub(crate) fn encoder(&self, s: &Section) -> Result<Encoder, SceneError> {
         use keys::encoder_network as key;
         s.accept(&["network"])?;
+        let s = s.alike(s.axis()).with(s.given(&encoder_part::part)?.map(NamedPart::gives));
         let (slides, name) = (self.slides[self.network.seen], &self.names[self.network.seen]);
         if slides && s.given(&key::lines)?.is_some() {
             return Err(s.error("lines", format!("{name} slides: write resolution")));

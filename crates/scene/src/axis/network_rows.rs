@@ -1,5 +1,6 @@
 //! The keys of a device of bodies and joints.
 
+use crate::axis::library::{AMPLIFIERS, MOTORS, NamedPart, by_name};
 use crate::schema::Otherwise::{Is, Required, Said};
 use crate::schema::quantity as q;
 use crate::schema::quantity::Sense::{Any, NotNegative, Positive, Within};
@@ -33,6 +34,8 @@ keys! { bodies: "device.bodies" of [];
 }
 
 keys! { body: "device.bodies.BODY" of [];
+    /// Motor of the library of parts, whose rotor the body is: a drive on it has the motor's winding.
+    part: Choice<&'static NamedPart> = Choice::new(|| by_name(&MOTORS), Said("none"));
     /// Moment of inertia of a body that turns; one of inertia and mass.
     inertia: Quantity = Quantity::new(&q::INERTIA, Positive, Said("none"));
     /// Mass of a body that slides.
@@ -100,6 +103,8 @@ keys! { joint: "device.joints.JOINT" of [];
 }
 
 keys! { drive: "device.drive" of [];
+    /// Amplifier of the library of parts.
+    part: Choice<&'static NamedPart> = Choice::new(|| by_name(&AMPLIFIERS), Said("none"));
     /// Kind of the drive: the bridge of `[bridge]`, a current that follows its reference with a bandwidth, or a voltage
     /// from the current's error and its integral.
     kind: Choice<DriveKind> = Choice::new(

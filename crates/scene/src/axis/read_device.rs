@@ -2,7 +2,7 @@
 
 use hpu_plant::Bridge;
 
-use crate::axis::motors::{MOTORS, NamedMotor};
+use crate::axis::library::{MOTORS, NamedPart};
 use crate::axis::parts::{Amplifier, Device, Encoder, Motor};
 use crate::axis::rows as keys;
 use crate::axis::rows::{AnalogShaper, Mass};
@@ -43,11 +43,11 @@ fn motor(s: &Section) -> Result<Motor, SceneError> {
     use keys::motor as key;
     s.accept(&["motor"])?;
     let named = s.given(&key::motor)?;
+    let s = &s.alike(s.axis()).with(named.map(NamedPart::gives));
     // One of a motor's own data: the scene's, or else that of the motor that the scene names.
-    let datum = |key: &Key<Quantity>, of: fn(&NamedMotor) -> f64| match named {
-        Some(named) => s.read_or(key, of(named), Origin::Motor(named.name)),
-        None if s.has(key.name) => s.read(key),
-        None => {
+    let datum = |key: &Key<Quantity>| match s.has(key.name) {
+        true => s.read(key),
+        false => {
             let dimension = key.value.dimension(s);
             let reason = format!(
                 "missing; write {} as {}, or name the motor: motor = \"{}\"",
@@ -59,14 +59,11 @@ fn motor(s: &Section) -> Result<Motor, SceneError> {
         }
     };
     Ok(Motor {
-        resistance_ohm: datum(&key::resistance, |motor| motor.resistance_ohm)?,
-        inductance_h: datum(&key::inductance, |motor| motor.inductance_h)?,
-        torque_constant_nm_per_a: datum(&key::torque_constant, |motor| motor.torque_constant_nm_per_a)?,
-        rotor_inertia_kg_m2: datum(&key::rotor_inertia, |motor| motor.rotor_inertia_kg_m2)?,
-        viscous_friction_nm_s_per_rad: match named {
-            Some(_) => datum(&key::viscous_friction, |motor| motor.viscous_friction_nm_s_per_rad)?,
-            None => s.read(&key::viscous_friction)?,
-        },
+        resistance_ohm: datum(&key::resistance)?,
+        inductance_h: datum(&key::inductance)?,
+        torque_constant_nm_per_a: datum(&key::torque_constant)?,
+        rotor_inertia_kg_m2: datum(&key::rotor_inertia)?,
+        viscous_friction_nm_s_per_rad: s.read(&key::viscous_friction)?,
         coulomb_friction_nm: s.read(&key::coulomb_friction)?,
         wheel_ratio: s.read(&key::wheel_ratio)?,
         wheel_inertia_kg_m2: s.read(&key::wheel_inertia)?,
@@ -80,6 +77,8 @@ fn motor(s: &Section) -> Result<Motor, SceneError> {
 pub(crate) fn encoder(s: &Section, device: &Device, words: bool) -> Result<Encoder, SceneError> {
     s.accept(&[kind(device)])?;
     if let Device::Motor(_) = device {
+        let part = s.given(&keys::encoder_part::part)?;
+        let s = s.alike(s.axis()).with(part.map(NamedPart::gives));
         return Ok(Encoder::Rotary { lines: s.read(&keys::encoder_motor::lines)? });
     }
     let key = &keys::encoder_mass::resolution;
@@ -108,6 +107,7 @@ pub(crate) fn amplifier(root: &Section, device: &Device, words: bool) -> Result<
 
 pub(crate) fn bridge(s: &Section) -> Result<Bridge, SceneError> {
     s.accept(&[])?;
+    let s = s.alike(s.axis()).with(s.given(&keys::bridge::part)?.map(NamedPart::gives));
     Ok(Bridge {
         supply_v: s.read(&keys::bridge::supply)?,
         on_resistance_ohm: s.read(&keys::bridge::on_resistance)?,

@@ -8,7 +8,7 @@ pub(crate) use crate::head::rows::*;
 
 use crate::axis::file::OfFile;
 pub(crate) use crate::axis::file::{hand_file, hand_file_motion};
-use crate::axis::motors::{MOTORS, NamedMotor};
+use crate::axis::library::{BRIDGES, ENCODERS, MOTORS, NamedPart, by_name};
 use crate::head::model::{BridgeModel, Datapath, EncoderModel, Friction, Solver, Winding};
 use crate::schema::Otherwise::{Is, Required, Said};
 use crate::schema::quantity as q;
@@ -23,8 +23,7 @@ const MOTORS_OWN: &str = "the motor's";
 
 keys! { motor: "device" of ["motor"];
     /// Motor whose data are known; a key beside it replaces one of its data.
-    motor: Choice<&'static NamedMotor> =
-        Choice::new(|| MOTORS.iter().map(|it| (it.name, it)).collect(), Said("none"));
+    motor: Choice<&'static NamedPart> = Choice::new(|| by_name(&MOTORS), Said("none"));
     /// Resistance of the winding; required without `motor`.
     resistance: Quantity = Quantity::new(&q::RESISTANCE, Positive, Said(MOTORS_OWN));
     /// Inductance of the winding; required without `motor`.
@@ -66,6 +65,11 @@ scene! { mass: "device" of ["mass"];
     }
 }
 
+keys! { encoder_part: "encoder" of ["motor", "network"];
+    /// Encoder of the library of parts, with its lines.
+    part: Choice<&'static NamedPart> = Choice::new(|| by_name(&ENCODERS), Said("none"));
+}
+
 keys! { encoder_motor: "encoder" of ["motor"];
     /// Lines of a revolution; the decoder counts four for each.
     lines: Whole<u32> = Whole::new(1, 1 << 24, Is(1024));
@@ -77,6 +81,8 @@ keys! { encoder_mass: "encoder" of ["mass"];
 }
 
 keys! { bridge: "bridge" of [];
+    /// Bridge of the library of parts, with the resistance of its switches.
+    part: Choice<&'static NamedPart> = Choice::new(|| by_name(&BRIDGES), Said("none"));
     /// Supply voltage.
     supply: Quantity = Quantity::new(&q::VOLTAGE, Positive, Is(24.0));
     /// Resistance of one closed switch; two are in series with the winding.

@@ -46,6 +46,7 @@ static PARTS: &[Part] = &[
     ]),
     Each(|keys| keys.device),
     Fixed(&[
+        &encoder_part::GROUP,
         &encoder_motor::GROUP,
         &encoder_mass::GROUP,
         &encoder_network::GROUP,

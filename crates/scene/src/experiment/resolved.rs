@@ -129,7 +129,7 @@ impl Resolving<'_> {
         let (given, parameter) = (s.get(key), self.parameter(&path));
         let source = match (given, parameter.map(|parameter| parameter.origin)) {
             (Some(_), _) => ValueSource::Given(self.source.places.source(&path)),
-            (None, Some(Origin::Motor(name))) => ValueSource::Named(format!("motor {name}")),
+            (None, Some(Origin::Part { kind, name })) => ValueSource::Named(format!("{kind} {name}")),
             (None, Some(Origin::Arm(name))) => ValueSource::Named(format!("model {name}")),
             (None, Some(_)) => ValueSource::Default,
             (None, None) => ValueSource::Derived,

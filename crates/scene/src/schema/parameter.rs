@@ -51,8 +51,13 @@ pub enum Origin {
     Set,
     /// The default: neither file nor override gives a value.
     Default,
-    /// The motor that the scene names.
-    Motor(&'static str),
+    /// The part that the scene names.
+    Part {
+        /// What it is: a motor, an encoder, an amplifier or a bridge.
+        kind: &'static str,
+        /// Its name.
+        name: &'static str,
+    },
     /// The model of the arm that the scene names.
     Arm(&'static str),
 }

@@ -16,12 +16,22 @@ pub(crate) struct Section<'a> {
     axis: &'static Axis,
     path: String,
     table: Option<&'a dyn TableLike>,
+    /// Parts that the scene names, whose data stand where the table has none.
+    parts: Vec<(Origin, &'a dyn TableLike)>,
 }
 
 impl<'a> Section<'a> {
     pub(crate) fn root(source: &'a Source) -> Self {
         let Source { schema, places, parameters, .. } = source;
-        Self { schema, places, parameters, axis: &SHAFT, path: String::new(), table: Some(source.table()) }
+        Self {
+            schema,
+            places,
+            parameters,
+            axis: &SHAFT,
+            path: String::new(),
+            table: Some(source.table()),
+            parts: Vec::new(),
+        }
     }
 
     /// Returns the section with its quantities of the device's motion in the dimensions of an axis.
@@ -32,7 +42,13 @@ impl<'a> Section<'a> {
     /// Returns the same section with its quantities of motion in the dimensions of another axis.
     pub fn alike(&self, axis: &'static Axis) -> Section<'a> {
         let Self { schema, places, parameters, table, .. } = *self;
-        Section { schema, places, parameters, axis, path: self.path.clone(), table }
+        Section { schema, places, parameters, axis, path: self.path.clone(), table, parts: self.parts.clone() }
+    }
+
+    /// Returns the section with the data of a part, if there is one, where it has none of its own.
+    pub fn with(mut self, part: Option<(Origin, &'a dyn TableLike)>) -> Self {
+        self.parts.extend(part);
+        self
     }
 
     /// The dimensions of the device's motion.
@@ -59,7 +75,7 @@ impl<'a> Section<'a> {
     }
 
     pub fn section(&self, key: &str) -> Result<Section<'a>, SceneError> {
-        let table = match self.get(key) {
+        let table = match self.own(key) {
             None => None,
             Some(item) => match item.as_table_like() {
                 Some(table) => Some(table),
@@ -71,11 +87,18 @@ impl<'a> Section<'a> {
             },
         };
         let Self { schema, places, parameters, axis, .. } = *self;
-        Ok(Section { schema, places, parameters, axis, path: self.key(key), table })
+        let below = |(origin, data): &(Origin, &'a dyn TableLike)| Some((*origin, data.get(key)?.as_table_like()?));
+        let parts = self.parts.iter().filter_map(below).collect();
+        Ok(Section { schema, places, parameters, axis, path: self.key(key), table, parts })
+    }
+
+    /// Returns what the scene itself has.
+    fn own(&self, key: &str) -> Option<&'a Item> {
+        self.table.and_then(|table| table.get(key))
     }
 
     pub fn get(&self, key: &str) -> Option<&'a Item> {
-        self.table.and_then(|table| table.get(key))
+        self.own(key).or_else(|| self.parts.iter().find_map(|(_, data)| data.get(key)))
     }
 
     /// Returns the keys that are present.
@@ -100,7 +123,8 @@ impl<'a> Section<'a> {
     /// Notes a parameter's value: with the origin of its key if the key is present, else with `otherwise`.
     pub fn note(&self, key: &str, value: ParameterValue, unit: &'static str, otherwise: Origin) {
         let path = self.key(key);
-        let origin = if self.has(key) { self.places.origin(&path) } else { otherwise };
+        let of_part = self.parts.iter().find(|(_, data)| data.contains_key(key)).map(|(origin, _)| *origin);
+        let origin = if self.own(key).is_some() { self.places.origin(&path) } else { of_part.unwrap_or(otherwise) };
         self.parameters.note(Parameter { key: path, value, unit, origin });
     }
 

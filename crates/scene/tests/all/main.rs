@@ -5,6 +5,7 @@ mod errors;
 mod keys;
 mod lab_files;
 mod laws;
+mod library;
 mod methods;
 mod network;
 mod phantom_refusals;

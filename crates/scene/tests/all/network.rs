@@ -186,3 +186,35 @@ fn a_scene_is_read_and_told_in_the_units_of_one_body() {
     let said = parse(&format!("{KNOB}expect.peak_penetration = {{ value = '3 deg', tolerance = '1 deg' }}\n"));
     assert!(said.unwrap_err().contains("`3 deg` is not a length"), "an angle of a body that slides");
 }
+
+#[test]
+fn a_body_may_be_the_rotor_of_a_part() {
+    let drive = "device.drive.torque_constant = \"23 mN.m/A\"\n";
+    let text = KNOB.replace("rotor = { inertia = \"50 g.cm2\",", "rotor = { part = \"maxon-re25-118743\",");
+    let text = text.replace(drive, "").replace("lines = 2000", "part = \"faulhaber-hedl-5540\"");
+    let scene = parse(&text).unwrap();
+    let network = &scene.network.as_ref().unwrap().network;
+    let feed = network.feed;
+    assert_eq!((network.bodies[0].inertia, network.bodies[0].coulomb), (10.3e-7, 3e-3));
+    assert_eq!((feed.torque_constant, feed.resistance_ohm, feed.inductance_h), (23.4e-3, 2.18, 0.238e-3));
+    assert!((scene.encoder.count_rad() - std::f64::consts::TAU / 2000.0).abs() < 1e-15);
+    // A key beside the part replaces one of its data.
+    let own = parse(&format!("{text}{}", drive)).unwrap();
+    assert_eq!(own.network.as_ref().unwrap().network.feed.torque_constant, 23e-3);
+    for (from, to, said) in [
+        ("maxon-re25-118743", "ti-drv8874", "device.bodies.rotor.part: `ti-drv8874` is none of"),
+        (
+            "handle = { mass",
+            "handle = { part = \"maxon-re25-118743\", mass",
+            "device.bodies.handle.part: a motor's rotor",
+        ),
+        (
+            "drive.kind = \"current\"",
+            "drive.part = \"ti-drv8874\"\ndevice.drive.kind = \"current\"",
+            "device.drive.part: `ti",
+        ),
+    ] {
+        let error = parse(&text.replace(from, to)).unwrap_err();
+        assert!(error.contains(said), "{error}");
+    }
+}

@@ -50,7 +50,7 @@ fn a_mass_in_words_says_its_resolution_and_its_force() {
     );
     says(
         refused("[clock]", "[encoder]\nresolution = 1e-5\n[clock]"),
-        "5:1: encoder.resolution: unknown key; accepted here: lines",
+        "5:1: encoder.resolution: unknown key; accepted here: part, lines",
     );
     // Its words are refused with its own units: 4095 counts per count are 4095 / 4096 of 10 N / 29.1 um.
     let said = parse(&rail, &[("wall.stiffness", "1000 N/mm")]).unwrap_err();
