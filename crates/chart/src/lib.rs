@@ -29,6 +29,7 @@ use motion::Motion;
 use drawing::canvas::{Anchor, Canvas, HEIGHT, INK, QUIET, WIDTH, text_width};
 
 pub use diagram::Diagram;
+pub use drawing::network::network;
 pub use drop::drop_pictures;
 pub use error_by_width::error_by_width;
 pub use fit::fit;

@@ -3,7 +3,7 @@
 use hpu_chart::Diagram;
 use hpu_cosim::dut::Inside;
 use hpu_cosim::scene::{Experiment, Resolved, ValueSource, resolved};
-use hpu_cosim::{AnySimulation, SceneFile, Simulation, Wired, judged_window_s};
+use hpu_cosim::{AnySimulation, SceneFile, Simulation, Wired, WiredSimulation, judged_window_s};
 use hpu_page::{Cell, Column, Page, Table, escaped};
 use hpu_signal::Notation;
 use serde_json::Value;
@@ -101,7 +101,7 @@ impl SceneReport {
     }
 }
 
-/// Draws the loop of a scene.
+/// Draws the loop of a scene, and below it a device of bodies and joints.
 fn drawing(simulation: &AnySimulation, keys: &[Resolved]) -> String {
     let device = keys.iter().find(|key| (key.section.as_str(), key.key.as_str()) == ("device", "kind"));
     let device = device.map_or("a recording".to_string(), |key| key.value.to_string());
@@ -121,7 +121,10 @@ fn drawing(simulation: &AnySimulation, keys: &[Resolved]) -> String {
     };
     let name = simulation.closed_by();
     let notation = Notation::Triple;
-    Diagram { nets: &nets, inputs, outputs, instances: &instances, name, device: &device, notation }.svg()
+    let the_loop =
+        Diagram { nets: &nets, inputs, outputs, instances: &instances, name, device: &device, notation }.svg();
+    let AnySimulation::Ours(WiredSimulation::Axis(axis)) = simulation else { return the_loop };
+    the_loop + &axis.scene().network.as_deref().map_or(String::new(), hpu_chart::network)
 }
 
 /// Returns the report of these scenes, with the parts that were asked for.

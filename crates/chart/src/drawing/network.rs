@@ -1,0 +1,182 @@
+//! The device of a network as a drawing: its bodies and joints, and where drive, encoder, wall and hand are.
+
+use std::fmt::Write as _;
+
+use hpu_cosim::scene::{Compound, figure};
+use hpu_page::escaped;
+use hpu_page::quantities::si;
+use hpu_plant::network::{FeedKind, Joint};
+
+use crate::drawing::canvas::text_width;
+
+const SIZE: i32 = 11;
+const LINE: i32 = 14;
+/// Space between bodies beside each other, which holds the text of their joint.
+const GAP: i32 = 150;
+/// Space above and below the bodies.
+const ROOM: i32 = 84;
+const MARGIN: i32 = 12;
+
+/// Returns the drawing as SVG. Its colours are those of the page's style sheet.
+pub fn network(compound: &Compound) -> String {
+    let order = order(compound);
+    let texts: Vec<Vec<String>> = order.iter().map(|&body| body_lines(compound, body)).collect();
+    let widths = texts.iter().map(|lines| {
+        let widest = lines.iter().map(|line| text_width(line, SIZE) * 9 / 8).max().unwrap_or(0);
+        widest + 2 * MARGIN
+    });
+    let mut lefts = Vec::new();
+    let mut right = MARGIN;
+    let widths: Vec<i32> = widths.collect();
+    for width in &widths {
+        lefts.push(right);
+        right += width + GAP;
+    }
+    let tall = LINE * texts.iter().map(Vec::len).max().unwrap_or(1) as i32 + MARGIN;
+    let (wide, high) = (right - GAP + MARGIN, tall + 2 * ROOM);
+    let mut svg = String::new();
+    for joint in &compound.network.joints {
+        let at = |body: usize| order.iter().position(|other| *other == body).unwrap_or(0);
+        let mut ends = [at(joint.from), at(joint.to)];
+        ends.sort_unstable();
+        let [x0, x1] = [lefts[ends[0]] + widths[ends[0]], lefts[ends[1]]];
+        draw_joint(&mut svg, compound, joint, ([x0, x1], ROOM + tall / 2), (ends[1] == ends[0] + 1).then_some(tall));
+    }
+    for (place, &body) in order.iter().enumerate() {
+        let (x, middle) = (lefts[place], lefts[place] + widths[place] / 2);
+        let _ = writeln!(
+            svg,
+            "<g class=\"block\"><rect x=\"{x}\" y=\"{ROOM}\" width=\"{}\" height=\"{tall}\" rx=\"4\"/>",
+            widths[place]
+        );
+        for (line, text) in texts[place].iter().enumerate() {
+            let class = if line == 0 { "head" } else { "entity" };
+            write(&mut svg, class, (middle, ROOM + LINE * (line as i32 + 1)), text);
+        }
+        svg.push_str("</g>\n");
+        let [above, below] = attached(compound, body);
+        for (texts, [from, to], first) in [
+            (above, [ROOM - 24, ROOM - 2], ROOM - 30),
+            (below, [ROOM + tall, ROOM + tall + 22], ROOM + tall + 24 + LINE),
+        ] {
+            if texts.is_empty() {
+                continue;
+            }
+            let _ = writeln!(svg, "<g class=\"net\"><path class=\"arrow\" d=\"M{middle},{from}V{to}\"/></g>");
+            for (line, text) in texts.iter().enumerate() {
+                let step = LINE * line as i32;
+                let y = if first < ROOM { first - step } else { first + step };
+                write(&mut svg, "entity", (middle, y), text);
+            }
+        }
+    }
+    // The marker of arrows is that of the loop's drawing on the same page.
+    format!(
+        "<svg class=\"diagram\" xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {wide} {high}\" width=\"{wide}\" \
+         role=\"img\" aria-label=\"{0}\">\n<title>{0}</title>\n{svg}</svg>\n",
+        "The device: bodies, joints, drive, encoder and hand"
+    )
+}
+
+fn write(svg: &mut String, class: &str, (x, y): (i32, i32), text: &str) {
+    let _ = writeln!(svg, "<text class=\"{class}\" x=\"{x}\" y=\"{y}\">{}</text>", escaped(text));
+}
+
+/// Returns the bodies from the driven one on, each after one that it is joined to.
+fn order(compound: &Compound) -> Vec<usize> {
+    let mut all = vec![compound.network.driven];
+    for next in 0..compound.names.len() {
+        let Some(&body) = all.get(next) else { break };
+        for Joint { from, to, .. } in &compound.network.joints {
+            let other = if *from == body { to } else { from };
+            if [*from, *to].contains(&body) && !all.contains(other) {
+                all.push(*other);
+            }
+        }
+    }
+    all
+}
+
+/// Returns the units of a body's position, of its efforts and of its inertia.
+fn units(compound: &Compound, body: usize) -> [&'static str; 3] {
+    if compound.slides[body] { ["m", "N", "kg"] } else { ["rad", "N.m", "kg.m2"] }
+}
+
+/// Returns the name of a body, and what it has, a line each.
+fn body_lines(compound: &Compound, index: usize) -> Vec<String> {
+    let body = compound.network.bodies[index];
+    let [position, effort, inertia] = units(compound, index);
+    let mut lines = vec![compound.names[index].clone(), format!("{} {inertia}", figure(body.inertia))];
+    if body.viscous > 0.0 {
+        lines.push(format!("damping {} {effort}.s/{position}", figure(body.viscous)));
+    }
+    if body.coulomb > 0.0 || body.stiction > 0.0 {
+        let sticks =
+            if body.stiction > body.coulomb { format!(", sticks to {}", figure(body.stiction)) } else { "".into() };
+        lines.push(format!("friction {} {effort}{sticks}", figure(body.coulomb)));
+    }
+    if body.spring != 0.0 {
+        lines.push(format!("spring {} {effort}/{position}", figure(body.spring)));
+    }
+    for stop in compound.network.stops.iter().filter(|stop| stop.body == index) {
+        lines.push(format!("stops {} and {}", si(stop.low, position), si(stop.high, position)));
+    }
+    lines
+}
+
+/// Returns what acts on a body, and what reads it.
+fn attached(compound: &Compound, body: usize) -> [Vec<String>; 2] {
+    let network = &compound.network;
+    let (mut above, mut below) = (Vec::new(), Vec::new());
+    if network.driven == body {
+        let kind = match network.feed.kind {
+            FeedKind::Bridge(_) => "bridge",
+            FeedKind::Current { .. } => "current",
+            FeedKind::Pi { .. } => "PI current loop",
+        };
+        let [_, effort, _] = units(compound, body);
+        above.push(format!("drive: {kind}, {}", si(network.feed.torque_constant, &format!("{effort}/A"))));
+    }
+    if network.grip == body {
+        above.push("hand".into());
+    }
+    if network.seen == body {
+        below.push("encoder".into());
+    }
+    if compound.wall_body == body {
+        below.push("wall".into());
+    }
+    [above, below]
+}
+
+/// Draws a joint between two places, as a spring or as a rigid bar; between bodies that are not neighbours below them.
+fn draw_joint(
+    svg: &mut String,
+    compound: &Compound,
+    joint: &Joint,
+    ([x0, x1], y): ([i32; 2], i32),
+    beside: Option<i32>,
+) {
+    let [position, effort, _] = units(compound, joint.to);
+    let ratio = match compound.slides[joint.from] == compound.slides[joint.to] {
+        false => format!("{} m/rad", figure(joint.ratio)),
+        true => format!("{} : 1", figure(1.0 / joint.ratio)),
+    };
+    let said = match joint.compliance {
+        Some((stiffness, _)) => format!("{} {effort}/{position}", figure(stiffness)),
+        None => "rigid".to_string(),
+    };
+    let (y, path) = match (beside, joint.compliance) {
+        (Some(_), Some(_)) => {
+            let step = (x1 - x0) / 10;
+            let teeth = (0..3).map(|_| format!("l{step},-8l{step},16l{step},-8")).collect::<String>();
+            let lead = (x1 - x0 - 9 * step) / 2;
+            (y, format!("M{x0},{y}h{lead}{teeth}H{x1}"))
+        }
+        (Some(_), None) => (y, format!("M{x0},{0}H{x1}M{x0},{1}H{x1}", y - 2, y + 2)),
+        (None, _) => (y, format!("M{x0},{y}C{},{} {},{} {x1},{y}", x0 + 40, y + 90, x1 - 40, y + 90)),
+    };
+    let _ = writeln!(svg, "<g class=\"net\"><path d=\"{path}\"/></g>");
+    write(svg, "entity", ((x0 + x1) / 2, y - 14), &said);
+    write(svg, "entity", ((x0 + x1) / 2, y + 24), &ratio);
+}
