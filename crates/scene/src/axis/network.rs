@@ -388,6 +388,26 @@ impl Draft {
         [self.network.seen, self.network.grip, self.units_at].map(|body| axis_of(self.slides[body]))
     }
 
+    /// Leaves out what `[model]` leaves out of bodies, drive and converter.
+    pub(crate) fn simplify(&mut self, s: &Section) -> Result<(), SceneError> {
+        use keys::model_network as key;
+        if s.read(&key::joints)? {
+            self.network.joints.iter_mut().for_each(|joint| joint.compliance = None);
+        }
+        let (is_ideal, is_exact) = (s.read(&key::drive)?, s.read(&key::converter)?);
+        if self.dac.is_none() && (is_ideal || is_exact) {
+            let key = if is_ideal { key::drive.name } else { key::converter.name };
+            return Err(s.error(key, "of a drive with a converter, and a bridge has none; leave this out"));
+        }
+        if is_ideal {
+            self.network.feed.kind = FeedKind::Current { bandwidth_rad_per_s: f64::INFINITY, supply_v: f64::INFINITY };
+        }
+        if let (Some(dac), true) = (&mut self.dac, is_exact) {
+            dac.bits = None;
+        }
+        Ok(())
+    }
+
     /// Returns units of the body with the wall for one unit of the body with the encoder.
     pub(crate) fn wall_ratio(&self) -> f64 {
         self.network.ratio(self.units_at)

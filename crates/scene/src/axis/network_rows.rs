@@ -163,6 +163,17 @@ keys! { hand_network: "hand" of ["network"];
     own_damping: Quantity = Quantity::along(|axis| axis.damping, NotNegative, Is(0.0));
 }
 
+keys! { model_network: "model" of ["network"];
+    /// Models the joints as they are, or all of them as rigid.
+    joints: Choice<bool> = Choice::new(|| vec![("compliant", false), ("rigid", true)], Is(false));
+    /// Models the drive as it is, or by a current that follows at once and has no limit.
+    drive: Choice<bool> = Choice::new(|| vec![("as_given", false), ("ideal", true)], Is(false));
+    /// Models the converter's bits, or converts each command as it is.
+    converter: Choice<bool> = Choice::new(|| vec![("as_given", false), ("exact", true)], Is(false));
+    /// Models the host's lateness, or a host that hands commands on at once.
+    host: Choice<bool> = Choice::new(|| vec![("late", false), ("on_time", true)], Is(false));
+}
+
 keys! { top_host: "" of ["network"];
     /// A host between the logic and the converter of a network's drive: it hands commands on later.
     host: Own = Own::section(Said("none"));

@@ -78,7 +78,8 @@ fn scene_of_network(file: &str, source: &Source, root: &Section, load: Load) -> 
     if root.has("amplifier") {
         return Err(root.error("amplifier", "a network has its drive in device.drive; leave this out"));
     }
-    let draft = network::draft(root)?;
+    let mut draft = network::draft(root)?;
+    draft.simplify(&root.section("model")?)?;
     let [seen, grip, at_wall] = draft.axes();
     let encoder = draft.encoder(&root.section("encoder")?)?;
     let count = || Ok(encoder.count_rad());
@@ -94,7 +95,8 @@ fn scene_of_network(file: &str, source: &Source, root: &Section, load: Load) -> 
         model.bridge = BridgeModel::Averaged;
     }
     let method = method(&root.section("method")?)?;
-    let host_clocks = host(root, clock, method.sample_rate_hz, compound.dac.is_some())?;
+    let late_clocks = host(root, clock, method.sample_rate_hz, compound.dac.is_some())?;
+    let host_clocks = if root.section("model")?.read(&keys::model_network::host)? { 0 } else { late_clocks };
     let mut parts = Scene {
         device,
         encoder,

@@ -89,7 +89,7 @@ static PARTS: &[Part] = &[
     ]),
     Each(|keys| keys.motion),
     Each(|keys| keys.walls),
-    Fixed(&[&model::GROUP, &model_motor::GROUP, &model_friction::GROUP, &model_law::GROUP]),
+    Fixed(&[&model::GROUP, &model_motor::GROUP, &model_network::GROUP, &model_friction::GROUP, &model_law::GROUP]),
     Each(|keys| keys.model),
     Fixed(&[&run::GROUP, &record::GROUP]),
     Each(|keys| keys.record),

@@ -218,3 +218,21 @@ fn a_body_may_be_the_rotor_of_a_part() {
         assert!(error.contains(said), "{error}");
     }
 }
+
+#[test]
+fn a_model_leaves_out_what_a_scene_without_it_has_not() {
+    let cable = "device.joints.cable.stiffness = \"20 kN/m\"\ndevice.joints.cable.damping_ratio = 0.02\n";
+    let pairs = [
+        ("model.joints = 'rigid'", KNOB.replace(cable, "")),
+        ("model.drive = 'ideal'", KNOB.replace("device.drive.bandwidth = \"2 kHz\"\n", "")),
+        ("model.converter = 'exact'", KNOB.replace("bits = 12, ", "")),
+    ];
+    for (key, without) in pairs {
+        let (model, plain) = (parse(&format!("{KNOB}{key}\n")).unwrap(), parse(&without).unwrap());
+        assert_eq!(model.network.as_ref().unwrap(), plain.network.as_ref().unwrap(), "{key}");
+        assert_ne!(model.network, parse(KNOB).unwrap().network, "{key}");
+    }
+    let late = format!("{KNOB}host.late = 2\n");
+    assert_eq!(parse(&late).unwrap().host_clocks, 2 * 4096);
+    assert_eq!(parse(&format!("{late}model.host = 'on_time'\n")).unwrap().host_clocks, 0);
+}

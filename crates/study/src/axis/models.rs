@@ -1,6 +1,8 @@
 //! The models of an axis that leave something out: for races of accuracy against speed, and for fits.
 
-use hpu_cosim::scene::{BridgeModel, Datapath, Device, EncoderModel, Hand, Scene, Setup};
+use hpu_cosim::scene::{BridgeModel, Compound, Datapath, Device, EncoderModel, Hand, Scene, Setup};
+
+use hpu_plant::network::FeedKind;
 
 use crate::accuracy::{Contestant, SOLVERS, Variant, rungs};
 use crate::fit::Simplifications;
@@ -24,11 +26,36 @@ pub(super) fn around(scene: &Scene) -> Vec<(&'static str, f64)> {
     stiffness.into_iter().filter(|_| k > 0.0).chain(places).collect()
 }
 
-/// Of a network, which is flowed exactly and in words, its friction alone can be left out.
+/// Returns what can be left out of a network, which is flowed exactly and in words: its name as a contestant, what it is,
+/// and the key of `[model]` that leaves it out.
+fn of_network(scene: &Scene, compound: &Compound) -> Vec<(&'static str, &'static str, (&'static str, &'static str))> {
+    let feed = compound.network.feed.kind;
+    let lags = matches!(feed, FeedKind::Pi { .. })
+        || matches!(feed, FeedKind::Current { bandwidth_rad_per_s, .. } if bandwidth_rad_per_s.is_finite());
+    let all = [
+        (coulomb(scene) > 0.0, "frictionless", "Coulomb friction", ("model.friction", "none")),
+        (
+            compound.network.joints.iter().any(|joint| joint.compliance.is_some()),
+            "rigid",
+            "the joints' compliance",
+            ("model.joints", "rigid"),
+        ),
+        (lags, "ideal drive", "the drive's lag and limit", ("model.drive", "ideal")),
+        (
+            compound.dac.is_some_and(|dac| dac.bits.is_some()),
+            "exact converter",
+            "the converter's bits",
+            ("model.converter", "exact"),
+        ),
+        (scene.host_clocks > 0, "on time", "the host's lateness", ("model.host", "on_time")),
+    ];
+    all.into_iter().filter(|(has, ..)| *has).map(|(_, name, what, set)| (name, what, set)).collect()
+}
+
 pub(super) fn contestants(scene: &Scene) -> Vec<Contestant> {
-    let frictionless = Contestant::new("frictionless", &[("model.friction", "none")]);
-    if scene.network.is_some() {
-        return if coulomb(scene) > 0.0 { vec![frictionless] } else { Vec::new() };
+    if let Some(compound) = scene.network.as_deref() {
+        let all = of_network(scene, compound).into_iter();
+        return all.map(|(name, _, set)| Contestant::new(name, &[set])).collect();
     }
     let motor = matches!(scene.device, Device::Motor(_));
     let in_words = scene.model.datapath == Datapath::Words;
@@ -57,7 +84,7 @@ pub(super) fn contestants(scene: &Scene) -> Vec<Contestant> {
     let slow = smooth_speed(scene);
     if coulomb(scene) > 0.0 {
         plain("smoothed", &[("model.friction", "smoothed"), ("model.friction_speed", &slow)]);
-        all.push(frictionless);
+        all.push(Contestant::new("frictionless", &[("model.friction", "none")]));
     }
 
     // The variants go from what the scene has to what is usual in textbooks.
@@ -110,9 +137,9 @@ pub(super) fn simplifications(scene: &Scene) -> Simplifications {
         Device::Motor(motor) => (true, motor.coulomb_friction_nm),
         Device::Mass(mass) => (false, mass.coulomb_n),
     };
-    if scene.network.is_some() {
-        if coulomb > 0.0 {
-            list.add("Coulomb friction", 4, &[("model.friction", "none")], &[]);
+    if let Some(compound) = scene.network.as_deref() {
+        for (_, what, set) in of_network(scene, compound) {
+            list.add(what, 2, &[set], &[]);
         }
         return list;
     }
