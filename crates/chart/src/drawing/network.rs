@@ -21,13 +21,14 @@ const MARGIN: i32 = 12;
 pub fn network(compound: &Compound) -> String {
     let order = order(compound);
     let texts: Vec<Vec<String>> = order.iter().map(|&body| body_lines(compound, body)).collect();
-    let widths = texts.iter().map(|lines| {
-        let widest = lines.iter().map(|line| text_width(line, SIZE) * 9 / 8).max().unwrap_or(0);
-        widest + 2 * MARGIN
-    });
+    let width = |(lines, &body): (&Vec<String>, &usize)| {
+        let [above, below] = attached(compound, body);
+        let all = lines.iter().chain(&above).chain(&below);
+        all.map(|line| text_width(line, SIZE) * 9 / 8).max().unwrap_or(0) + 2 * MARGIN
+    };
+    let widths: Vec<i32> = texts.iter().zip(&order).map(width).collect();
     let mut lefts = Vec::new();
     let mut right = MARGIN;
-    let widths: Vec<i32> = widths.collect();
     for width in &widths {
         lefts.push(right);
         right += width + GAP;

@@ -2,7 +2,7 @@
 //! no box covers another.
 
 use hpu_chart::Diagram;
-use hpu_cosim::scene::shipped;
+use hpu_cosim::scene::{Experiment, shipped};
 use hpu_cosim::{Simulation, Wired, WiredSimulation};
 use hpu_signal::Notation;
 
@@ -66,4 +66,24 @@ fn every_loop_is_drawn_with_its_signals_formats_and_connections() {
         }
     }
     assert!(drawn.len() > 12, "{} loops", drawn.len());
+}
+
+#[test]
+fn every_network_is_drawn_with_its_bodies_and_what_they_have() {
+    let mut drawn = 0;
+    for scene in shipped() {
+        let Experiment::Axis(axis) = scene.parse(&[]).expect("a shipped scene") else { continue };
+        let Some(compound) = axis.network.as_deref() else { continue };
+        drawn += 1;
+        let svg = hpu_chart::network(compound);
+        for text in compound.names.iter().map(String::as_str).chain(["hand", "encoder", "wall"]) {
+            assert!(svg.contains(&format!(">{text}</text>")), "{}: {text}", scene.name);
+        }
+        assert!(svg.contains(">drive: "), "{}", scene.name);
+        let rects = elements(&svg).filter(|(name, _)| *name == "rect");
+        let boxes: Vec<[f64; 2]> = rects.map(|(_, rect)| ["x", "width"].map(|key| number(rect, key))).collect();
+        assert_eq!(boxes.len(), compound.names.len(), "{}", scene.name);
+        assert!(boxes.windows(2).all(|pair| pair[0][0] + pair[0][1] < pair[1][0]), "{}: {boxes:?}", scene.name);
+    }
+    assert!(drawn >= 4, "{drawn}");
 }
