@@ -338,7 +338,14 @@ impl Network {
                 damping: units * units * stop.damping,
             }
         });
-        let stops = stops.collect();
+        let stops: Vec<Stop> = stops.collect();
+        for (stop, own) in stops.iter().zip(&self.stops) {
+            if !(stop.low..=stop.high).contains(&bodies[stop.body].position) {
+                let reason = "starts inside its stop, where the start of a body that is joined to it rigidly puts it; start it \
+                              between both";
+                return refused(Place::Body(own.body), reason);
+            }
+        }
         let (driven, grip) = (place(self.driven), place(self.grip));
         let Self { feed, hand, .. } = *self;
         let effort_per_a = self.ratio(self.driven) * feed.torque_constant;

@@ -6,8 +6,8 @@ use toml_edit::{DocumentMut, Item, TableLike};
 
 use crate::schema::parameter::Origin;
 
-/// A part of the library. Its file is `testbench/parts/KINDs/NAME.toml`: what it is, the source of its figures and their
-/// date, what the source does not give, and under `[data]` the figures, by the keys of the section that they stand for.
+/// A part of the library. Its file is `testbench/parts/KINDs/NAME.toml`: what it is, the source of its figures and
+/// their date, what the source does not give, and under `[data]` the figures, by the keys that they stand for.
 pub struct NamedPart {
     /// `motor`, `encoder`, `amplifier` or `bridge`.
     pub kind: &'static str,

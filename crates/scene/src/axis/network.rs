@@ -255,7 +255,8 @@ fn stop_of(s: &Section, body: usize) -> Result<Option<Stop>, SceneError> {
     }
     if !(low..=high).contains(&position) {
         let place = if position < low { "low" } else { "high" };
-        let reason = format!("the device starts at {}, inside this stop; start it between both", number(position));
+        let (at, unit) = (number(position), s.axis().position.si);
+        let reason = format!("the device starts at {at} {unit}, inside this stop; start it between both");
         return Err(s.error(place, reason));
     }
     Ok(Some(Stop { body, low, high, stiffness: s.read(&key::stiffness)?, damping: s.read(&key::damping)? }))

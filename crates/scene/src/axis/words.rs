@@ -7,6 +7,7 @@ use crate::axis::Scene;
 use crate::axis::parts::{Device, Push};
 use crate::head::miss::{Miss, relative_error};
 use crate::head::model::{Datapath, EncoderModel};
+use crate::head::setup::Setup;
 use crate::method::{AxisLoop, Loop, Setting, Unmade, gain};
 use crate::schedule::{Schedule, WordRamp};
 use crate::schema::source::SceneError;
@@ -205,7 +206,7 @@ impl Scene {
         if self.wall.wraps || self.model.datapath != Datapath::Words || holds(bits) {
             return Ok(());
         }
-        let (unit, count_rad) = (self.device.units().position, self.encoder.count_rad());
+        let (unit, count_rad) = (self.units().position, self.scale() * self.encoder.count_rad());
         let (half, start) = (1i64 << (bits - 1), self.encoder.count(self.initial_angle_rad()));
         let at = |from_start: i64| start.saturating_add(from_start) as f64 * count_rad;
         let (least, most) = (number_above(at(1 - half)), number_below(at(half)));
@@ -216,7 +217,7 @@ impl Scene {
         let reason = format!(
             "{} {unit} does not fit {bits} bits: it is {} counts from the start, and walls from {least} to {most} \
              {unit} fit; write {wider}, or wall.wraps = true in a scene that shows how a counter wraps",
-            number(self.wall.position_rad),
+            number(self.written_wall().position_rad),
             from_start.unsigned_abs(),
         );
         Err(self.places.error("wall.position", reason))

@@ -144,7 +144,7 @@ fn networks_are_refused_at_their_line() {
     refused(
         "mass = \"30 g\"",
         "mass = \"30 g\", stops = { low = \"1 mm\", high = \"2 mm\", stiffness = \"1 kN/m\" }",
-        "device.bodies.handle.stops.low: the device starts at 0, inside this stop",
+        "device.bodies.handle.stops.low: the device starts at 0 m, inside this stop",
     );
     refused("kind = \"current\"", "kind = \"bridge\"", "only of a drive of kind \"current\" or \"pi\"");
     refused("device.drive.dac = { bits = 12, full_scale = \"10 A\" }\n", "", "device.drive.dac: missing");
@@ -235,4 +235,26 @@ fn a_model_leaves_out_what_a_scene_without_it_has_not() {
     let late = format!("{KNOB}host.late = 2\n");
     assert_eq!(parse(&late).unwrap().host_clocks, 2 * 4096);
     assert_eq!(parse(&format!("{late}model.host = 'on_time'\n")).unwrap().host_clocks, 0);
+}
+
+#[test]
+fn a_start_inside_a_stop_is_refused_where_a_rigid_joint_makes_it() {
+    let rigid = KNOB.replace("device.joints.cable.stiffness = \"20 kN/m\"\n", "");
+    let rigid = rigid.replace("device.joints.cable.damping_ratio = 0.02\n", "");
+    let stops = "mass = \"30 g\", stops = { low = \"-5 mm\", high = \"8 mm\", stiffness = \"1 kN/m\" }";
+    let start = |angle: &str| format!("coulomb_friction = \"3 mN.m\", initial_position = \"{angle}\"");
+    let with = |angle| rigid.replace("mass = \"30 g\"", stops).replace("coulomb_friction = \"3 mN.m\"", &start(angle));
+    // 6 mm a radian.
+    assert!(parse(&with("1.3 rad")).is_ok());
+    let said = parse(&with("1.4 rad")).unwrap_err();
+    assert!(
+        said.starts_with("scene.toml:7:") && said.contains("device.bodies.handle: starts inside its stop"),
+        "{said}"
+    );
+}
+
+#[test]
+fn a_wall_that_no_counter_holds_is_told_in_its_own_units() {
+    let said = parse(&KNOB.replace("\"6 mm\"", "\"3 m\"")).unwrap_err();
+    assert!(said.contains("wall.position: 3 m does not fit 16 bits"), "{said}");
 }
