@@ -32,8 +32,6 @@ pub(crate) enum Actuator {
         dac: Dac,
         /// Bits of a full command.
         width: u32,
-        /// Edges from a command to the converter: the host's.
-        late: u64,
     },
 }
 

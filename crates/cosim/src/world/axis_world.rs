@@ -37,7 +37,7 @@ pub struct AxisWorld<'p> {
     device: Option<AnyDevice<'p>>,
     /// The outputs that the device was last told; `None` if it has cruised since, without being told every change.
     told: Option<LoopOut<i64>>,
-    /// The commands on their way through a host, each with the edge at which the converter takes it.
+    /// The commands on their way through a host, each with the edge at which the actuator takes it.
     waiting: VecDeque<(u64, i64)>,
     /// The word of the command that an averaged bridge or an amplifier was last told.
     commanded: Option<i64>,
@@ -229,10 +229,8 @@ impl<'p> AxisWorld<'p> {
         {
             device.driven(edge, Drive::Average(latch.take()));
         }
-        while let (Actuator::Converted { dac, width, .. }, Some(device)) = (self.plant.actuator, &mut self.device)
-            && let Some((_, word)) = self.waiting.pop_front_if(|(due, _)| *due <= edge)
-        {
-            device.driven(edge, Drive::Current(-dac.current_a(word, width)));
+        while let Some((_, word)) = self.waiting.pop_front_if(|(due, _)| *due <= edge) {
+            self.give(word);
         }
         match &self.plant.kind {
             Kind::Axis { knots, .. } | Kind::Network { knots, .. } => {
@@ -288,46 +286,44 @@ impl<'p> AxisWorld<'p> {
                 };
                 device.driven(edge, Drive::Gates(gates(switches)));
             }
+            _ => {
+                let word = words[self.command];
+                self.commanded = Some(word);
+                match self.plant.late {
+                    0 => self.give(word),
+                    late => self.waiting.push_back((edge + late, word)),
+                }
+                self.plan();
+            }
+        }
+    }
+
+    /// Gives a command to an actuator that follows commands.
+    fn give(&mut self, word: i64) {
+        let edge = self.edge;
+        let Some(device) = &mut self.device else { return };
+        match self.plant.actuator {
+            Actuator::Switching => {}
             Actuator::Averaged { full_scale, .. } => {
-                let word = words[self.command];
-                self.commanded = Some(word);
                 let duty = word as f64 / full_scale;
-                match &mut self.latch {
-                    None => device.driven(edge, Drive::Average(duty)),
-                    Some(latch) => {
-                        let before = latch.next;
-                        if let Some(given) = latch.give(edge, duty) {
-                            device.driven(edge, Drive::Average(given));
-                        }
-                        if latch.next != before {
-                            self.plan();
-                        }
-                    }
+                let given = match &mut self.latch {
+                    None => Some(duty),
+                    Some(latch) => latch.give(edge, duty),
+                };
+                if let Some(given) = given {
+                    device.driven(edge, Drive::Average(given));
                 }
             }
-            Actuator::Converted { dac, width, late } => {
-                let word = words[self.command];
-                self.commanded = Some(word);
-                if late == 0 {
-                    device.driven(edge, Drive::Current(-dac.current_a(word, width)));
-                } else {
-                    self.waiting.push_back((edge + late, word));
-                    self.plan();
-                }
-            }
+            Actuator::Converted { dac, width } => device.driven(edge, Drive::Current(-dac.current_a(word, width))),
             // As with a bridge, a positive command pushes against the positive direction.
             Actuator::Amplified { quantum_n, .. } => {
-                let word = words[self.command];
-                self.commanded = Some(word);
                 let force_n = word as f64 * quantum_n;
-                match &mut self.shaping {
-                    None => device.driven(edge, Drive::Current(-force_n)),
-                    Some(shaping) => {
-                        if let Some(shaped_n) = shaping.take(edge, force_n) {
-                            device.driven(edge, Drive::Current(-shaped_n));
-                            self.plan();
-                        }
-                    }
+                let given = match &mut self.shaping {
+                    None => Some(force_n),
+                    Some(shaping) => shaping.take(edge, force_n),
+                };
+                if let Some(given_n) = given {
+                    device.driven(edge, Drive::Current(-given_n));
                 }
             }
         }

@@ -71,6 +71,8 @@ pub struct Plant {
     pub(crate) count_rad: f64,
     pub(crate) actuator: Actuator,
     pub(crate) edge_s: f64,
+    /// Edges from a command to the actuator: those of a host between both.
+    pub(crate) late: u64,
     /// Edges of a period of the modulator, if its gates drive the device.
     pub(crate) modulator: Option<u64>,
     /// The stepping of the device, if it is stepped.
@@ -109,7 +111,7 @@ impl Plant {
     ///
     /// When a parameter is impossible, or a mass has no amplifier.
     pub fn new(scene: &Scene) -> Result<Self, PlantError> {
-        Self::around(Around {
+        let plant = Self::around(Around {
             device: &scene.device,
             network: scene.network.as_deref(),
             bridge: scene.bridge,
@@ -125,7 +127,8 @@ impl Plant {
             places: Places { wall: scene.wall_count(), reach: scene.reach() },
             // A step may be longer than the part of it that is run.
             horizon: scene.edges().max(scene.step_clocks()),
-        })
+        })?;
+        Ok(Self { late: scene.host_clocks, ..plant })
     }
 
     /// Creates the world from these parts.
@@ -146,6 +149,7 @@ impl Plant {
                 count_rad,
                 actuator,
                 edge_s,
+                late: 0,
                 modulator,
                 stepping: None,
                 faults,
@@ -154,7 +158,7 @@ impl Plant {
         }
         if let Some(compound) = around.network {
             let kind = network(compound, around.friction, (clock, horizon))?;
-            return Ok(Self { kind, count_rad, actuator, edge_s, modulator, stepping: None, faults, places });
+            return Ok(Self { kind, count_rad, actuator, edge_s, late: 0, modulator, stepping: None, faults, places });
         }
         let (hand, path) = match hand {
             hpu_scene::Hand::ConstantTorque { torque_nm } => (Hand::Torque(*torque_nm), &[][..]),
@@ -206,7 +210,7 @@ impl Plant {
             (angle_rad, speed_rad_per_s) = (first.angle_rad, first.speed_rad_per_s);
         }
         let kind = Kind::Axis { axis, current_a, speed_rad_per_s, angle_rad, knots };
-        Ok(Self { kind, count_rad, actuator, edge_s, modulator, stepping, faults, places })
+        Ok(Self { kind, count_rad, actuator, edge_s, late: 0, modulator, stepping, faults, places })
     }
 
     /// Returns whether there is a device, not a recording in its place.
@@ -240,8 +244,7 @@ fn actuator(scene: &Scene) -> Result<Actuator, PlantError> {
     let bits = if scene.model.datapath == Datapath::Law { COMMAND_BITS } else { scene.method.pwm.bits };
     let full_scale = 2f64.powi(bits.cast_signed());
     if let Some(compound) = scene.network.as_deref() {
-        let late = scene.host_clocks;
-        return Ok(compound.dac.map_or(Actuator::Switching, |dac| Actuator::Converted { dac, width: bits, late }));
+        return Ok(compound.dac.map_or(Actuator::Switching, |dac| Actuator::Converted { dac, width: bits }));
     }
     match (&scene.device, &scene.amplifier, scene.model.bridge) {
         (hpu_scene::Device::Motor(_), _, BridgeModel::Switching) => Ok(Actuator::Switching),

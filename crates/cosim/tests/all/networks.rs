@@ -1,6 +1,6 @@
 //! Networks in a loop: the drivers agree, the energies add up, and a compliant knob is what it is said to be.
 
-use hpu_cosim::scene::{Experiment, Metric, Scene};
+use hpu_cosim::scene::{Experiment, Metric, OutcomeKind, Scene};
 use hpu_cosim::{Control, Driver, Simulation, Wired, WiredSimulation};
 
 /// A knob on a cable, driven by a current; its wall is that of the handle.
@@ -237,4 +237,40 @@ fn what_a_scene_expects_is_in_the_units_of_its_wall() {
     // More than it gives at rest, and no more than 10 A by 23 mN.m/A at 6 mm.
     let push = at(Metric::PeakTorque);
     assert!((20e3 * (rest - 6e-3)..=38.4).contains(&push), "{push} N");
+}
+
+/// The knob as a mass that an ideal force drives: stable up to 224 kN/m on time, and up to 75 kN/m a sample late.
+const MASS: &str = r#"about = "A knob by its rotor and handle alone."
+clock.frequency = "5 MHz"
+run.duration = "600 ms"
+encoder.resolution = "4.712 um"
+amplifier.full_scale = "153 N"
+device = { kind = "mass", mass = "0.14889 kg", damping = 0 }
+method.kind = "conventional"
+method.sample_rate = "4 kHz"
+method.position_bits = 16
+method.stiffness_format = "(0,16,4)"
+method.pwm.bits = 16
+wall.position = "6 mm"
+hand.kind = "spring_damper"
+hand.stiffness = "1388.889 N/m"
+hand.damping = "27.7778 N.s/m"
+hand.path = [["0 s", 0], ["50 ms", "12 mm"]]
+"#;
+
+#[test]
+fn a_host_that_is_a_sample_late_makes_a_wall_swing() {
+    let outcome = |stiffness: &str, late: u32, driver| {
+        let text = format!("{MASS}wall.stiffness = \"{stiffness}\"\nhost.late = {late}\n");
+        let experiment = Experiment::Axis(scene(&text));
+        let simulation = simulation(&experiment);
+        let mut trace = simulation.brief_trace();
+        let summary = simulation.run(driver, &mut trace, &mut (), &Control::new());
+        (summary.outcome().unwrap(), trace.last(hpu_cosim::ANGLE).map(f64::to_bits))
+    };
+    assert_eq!(outcome("60 kN/m", 1, Driver::Events).0, OutcomeKind::Settled);
+    assert_eq!(outcome("120 kN/m", 0, Driver::Events).0, OutcomeKind::Settled);
+    let swings = outcome("120 kN/m", 1, Driver::Events);
+    assert_eq!(swings.0, OutcomeKind::LimitCycle);
+    assert_eq!(swings, outcome("120 kN/m", 1, Driver::Clock));
 }

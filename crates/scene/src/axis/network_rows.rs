@@ -174,14 +174,15 @@ keys! { model_network: "model" of ["network"];
     host: Choice<bool> = Choice::new(|| vec![("late", false), ("on_time", true)], Is(false));
 }
 
-keys! { top_host: "" of ["network"];
-    /// A host between the logic and the converter of a network's drive: it hands commands on later.
+keys! { top_host: "" of ["motor", "mass", "network"];
+    /// A host between the logic and the actuator, which hands commands on later: to the amplifier of a mass, the
+    /// averaged bridge of a motor, or the converter of a network's drive.
     host: Own = Own::section(Said("none"));
 }
 
-keys! { host: "host" of ["network"];
-    /// Samples from a command to the converter that takes it.
+keys! { host: "host" of ["motor", "mass", "network"];
+    /// Samples from a command to the actuator that takes it.
     late: Whole<u32> = Whole::new(0, 64, Is(0));
-    /// Time from a command to the converter, beside `late`; rounded to a clock, a second at most.
+    /// Time from a command to the actuator, beside `late`; rounded to a clock, a second at most.
     latency: Quantity = Quantity::new(&q::TIME, NotNegative, Is(0.0));
 }

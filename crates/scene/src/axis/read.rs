@@ -36,12 +36,12 @@ pub(crate) fn scene(file: &str, source: &Source, kind: Kind, load: Load) -> Resu
         let asked = root.section("pwm").is_ok_and(|pwm| pwm.has("frequency"));
         return Err(root.unknown("pwm", if asked { PWM_FREQUENCY } else { "the PWM's keys stand in [method.pwm]" }));
     }
-    root.accept(if let Kind::Network = kind { &["axis", "network"] } else { &["axis"] })?;
+    root.accept(&["axis", kind.name()])?;
     if !root.has("method") {
         return Err(root.error("method", NO_METHOD));
     }
     if let Kind::Network = kind {
-        return scene_of_network(file, source, &root, load);
+        return scene_of_network((file, kind), source, &root, load);
     }
     let about = about(&root)?;
     let (device, axis) = device(&root.section("device")?, kind)?;
@@ -52,18 +52,30 @@ pub(crate) fn scene(file: &str, source: &Source, kind: Kind, load: Load) -> Resu
     let clock = clock(&root.section("clock")?)?;
     let model = model(&root.section("model")?, &device)?;
     let words = model.datapath != Datapath::Linear;
+    let method = method(&root.section("method")?)?;
+    let refused = match (&device, model.bridge) {
+        _ if !words => Some("the linear law has model.delay; write that instead"),
+        _ if !model.solver.is_exact() => {
+            Some("a fixed step hands commands on at once; write solver = \"events\" or \"clock\"")
+        }
+        (Device::Motor(_), BridgeModel::Switching) => {
+            Some("it hands commands on, and gates have a modulator before them; write model.bridge = \"averaged\"")
+        }
+        _ => None,
+    };
+    let host_clocks = host(&root, clock, method.sample_rate_hz, (kind, refused))?;
     let mut parts = Scene {
         device,
         encoder: encoder(&root.section("encoder")?, &device, words)?,
         amplifier: amplifier(&root, &device, words)?,
         bridge: bridge(&root.section("bridge")?)?,
-        method: method(&root.section("method")?)?,
+        method,
         wall: wall(&root.section("wall")?)?,
         hand,
         faults: faults(&root, clock)?,
         model,
         network: None,
-        host_clocks: 0,
+        host_clocks,
         head: OWN.head(file, source, &root, (about, clock))?,
     };
     parts.recording = recorded.map(|recorded| recorded.check(&parts)).transpose()?;
@@ -73,7 +85,12 @@ pub(crate) fn scene(file: &str, source: &Source, kind: Kind, load: Load) -> Resu
 }
 
 /// Reads a scene of a network.
-fn scene_of_network(file: &str, source: &Source, root: &Section, load: Load) -> Result<Scene, SceneError> {
+fn scene_of_network(
+    (file, kind): (&str, Kind),
+    source: &Source,
+    root: &Section,
+    load: Load,
+) -> Result<Scene, SceneError> {
     let about = about(root)?;
     if root.has("amplifier") {
         return Err(root.error("amplifier", "a network has its drive in device.drive; leave this out"));
@@ -95,7 +112,9 @@ fn scene_of_network(file: &str, source: &Source, root: &Section, load: Load) -> 
         model.bridge = BridgeModel::Averaged;
     }
     let method = method(&root.section("method")?)?;
-    let late_clocks = host(root, clock, method.sample_rate_hz, compound.dac.is_some())?;
+    let refused =
+        compound.dac.is_none().then_some("a host hands commands to a converter, and a bridge has none; leave this out");
+    let late_clocks = host(root, clock, method.sample_rate_hz, (kind, refused))?;
     let host_clocks = if root.section("model")?.read(&keys::model_network::host)? { 0 } else { late_clocks };
     let mut parts = Scene {
         device,
@@ -117,19 +136,28 @@ fn scene_of_network(file: &str, source: &Source, root: &Section, load: Load) -> 
     Ok(parts)
 }
 
-/// Reads the host of a network whose drive has a converter, and returns the clocks by which its commands are late.
-fn host(root: &Section, clock: Clock, sample_rate_hz: f64, has_converter: bool) -> Result<u64, SceneError> {
-    if root.has("host") && !has_converter {
-        return Err(root.error("host", "a host hands commands to a converter, and a bridge has none; leave this out"));
+/// Reads the host before the actuator of a device of this kind, and returns the clocks by which its commands are late;
+/// `refused` is the reason why there is none.
+fn host(
+    root: &Section,
+    clock: Clock,
+    sample_rate_hz: f64,
+    (kind, refused): (Kind, Option<&str>),
+) -> Result<u64, SceneError> {
+    if refused.is_some() && !root.has("host") {
+        return Ok(0);
     }
     let s = root.section("host")?;
-    s.accept(&["network"])?;
+    s.accept(&[kind.name()])?;
     let (late, latency_s) = (u64::from(s.read(&keys::host::late)?), s.read(&keys::host::latency)?);
     if latency_s > 1.0 {
         // Every command on its way is kept.
         return Err(s.error("latency", format!("{} s; accepted: a second at most", number(latency_s))));
     }
-    Ok(late * clock.edges(1.0 / sample_rate_hz) + clock.edges(latency_s))
+    match refused {
+        Some(reason) => Err(root.error("host", reason)),
+        None => Ok(late * clock.edges(1.0 / sample_rate_hz) + clock.edges(latency_s)),
+    }
 }
 
 /// Returns the sections and keys that are read but that no run of the scene uses.

@@ -20,6 +20,17 @@ pub(crate) enum Kind {
     Network,
 }
 
+impl Kind {
+    /// Returns its name, as rows of keys call it.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Motor => "motor",
+            Self::Mass => "mass",
+            Self::Network => "network",
+        }
+    }
+}
+
 /// Reads the device of this kind, and returns it with the dimensions of its motion.
 pub(crate) fn device(s: &Section, kind: Kind) -> Result<(Device, &'static Axis), SceneError> {
     match kind {

@@ -258,3 +258,28 @@ fn a_wall_that_no_counter_holds_is_told_in_its_own_units() {
     let said = parse(&KNOB.replace("\"6 mm\"", "\"3 m\"")).unwrap_err();
     assert!(said.contains("wall.position: 3 m does not fit 16 bits"), "{said}");
 }
+
+#[test]
+fn a_mass_and_a_motor_on_the_mean_of_its_bridge_may_have_a_late_host() {
+    let scene = |device: &str, more: &str| {
+        let text = format!(
+            "about = 'A wall.'\nclock.frequency = '1 MHz'\nrun.duration = '1 s'\n{device}\nmethod.kind = 'hybrid'\n\
+             method.sample_rate = '1 kHz'\nwall.stiffness = 0\nhand.kind = 'none'\n{more}\n"
+        );
+        parse(&text)
+    };
+    let mass = "device = { kind = 'mass', mass = '1 kg', damping = 0 }\nencoder.resolution = '1 um'\n\
+                amplifier.full_scale = '10 N'\nwall.position = '1 mm'";
+    let motor = "device = { kind = 'motor', motor = 'vasudevan_2007' }\nwall.position = '1 rad'";
+    assert_eq!(scene(mass, "host = { late = 2, latency = '5 us' }").unwrap().host_clocks, 2005);
+    assert_eq!(scene(motor, "host.late = 1\nmodel.bridge = 'averaged'").unwrap().host_clocks, 1000);
+    for (device, more, said) in [
+        (motor, "host.late = 1", "host: it hands commands on, and gates have a modulator before them"),
+        (mass, "host.late = 1\nmodel.datapath = 'linear'", "host: the linear law has model.delay"),
+        (mass, "host.late = 1\nmodel.solver = 'sample'", "host: a fixed step hands commands on at once"),
+        (mass, "host.lat = 1", "host.lat: unknown key"),
+    ] {
+        let error = scene(device, more).unwrap_err();
+        assert!(error.contains(said), "{error}");
+    }
+}

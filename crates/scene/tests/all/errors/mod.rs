@@ -96,8 +96,8 @@ fn an_unknown_key_is_refused_with_the_keys_there_are() {
     );
     says(
         refused("[wall]", "[wal]"),
-        "9:2: wal: unknown key; accepted here: about, device, encoder, bridge, amplifier, clock, method, wall, hand, \
-         faults, model, run, record, expect, accuracy; did you mean wall?",
+        "9:2: wal: unknown key; accepted here: about, device, encoder, bridge, amplifier, host, clock, method, wall, \
+         hand, faults, model, run, record, expect, accuracy; did you mean wall?",
     );
     says(
         refused("[wall]", "pwm = { bits = 12, duti = 3 }\n[wall]"),
