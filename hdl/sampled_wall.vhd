@@ -22,6 +22,8 @@
 --           4  edge_timer and a division        counts per sample
 --           5  levant_differentiator by ROOT_GAIN and SLEW
 --                                               counts per sample
+--           6  butterworth_difference by B0, A1 and GUARD
+--                                               counts per sample
 -- For 4, at a sample edge of the velocity: its period p (here 0 stays 0) and the
 -- interval, forward and stopped of edge_timer, of TIME_WIDTH = PERIOD_WIDTH, are
 -- captured as they stood before that edge. PERIOD_WIDTH+3+V edges later:
@@ -45,6 +47,7 @@
 --          RELIEF                           gain of the relief, a word of
 --                                           DAMPING_FRAC fraction bits
 --          ROOT_GAIN, SLEW                  see levant_differentiator
+--          B0, A1, GUARD                    see butterworth_difference
 -- in       position    (0,W,0)
 --          delta       (1,W-1,0)            ignored
 --          contact     (0,1,0)
@@ -86,7 +89,7 @@ entity sampled_wall is
     SCALE_FRAC      : natural  := 8;
     TORQUE_WIDTH    : positive := 12;
     SPRING_HELD     : boolean  := true;
-    ESTIMATOR       : natural range 0 to 5 := 0;
+    ESTIMATOR       : natural range 0 to 6 := 0;
     RATIO           : positive := 1;
     SHIFT           : natural  := 3;
     WEIGHT          : positive := 1;
@@ -95,7 +98,10 @@ entity sampled_wall is
     VELOCITY_FRAC   : natural  := 8;
     RELIEF          : natural  := 0;
     ROOT_GAIN       : natural  := 94;
-    SLEW            : natural  := 17
+    SLEW            : natural  := 17;
+    B0              : natural  := 576782;
+    A1              : integer  := -2075951210;
+    GUARD           : natural  := 10
   );
   port (
     clk         : in  std_logic;
@@ -336,6 +342,25 @@ begin
         OUT_FRAC     => VELOCITY_FRAC,
         ROOT_GAIN    => ROOT_GAIN,
         SLEW         => SLEW
+      )
+      port map (
+        clk      => clk,
+        rst      => rst,
+        position => position,
+        period   => velocity_period,
+        velocity => velocity
+      );
+  end generate;
+
+  g_butterworth : if ESTIMATOR = 6 generate
+    estimate : entity work.butterworth_difference
+      generic map (
+        WIDTH        => WIDTH,
+        PERIOD_WIDTH => PERIOD_WIDTH,
+        B0           => B0,
+        A1           => A1,
+        GUARD        => GUARD,
+        OUT_FRAC     => VELOCITY_FRAC
       )
       port map (
         clk      => clk,

@@ -11,7 +11,7 @@ package sampled_wall_loop_pkg is
     "PERIOD_WIDTH=24 SCALE_WIDTH=16 SCALE_FRAC=8 PWM_WIDTH=12 ANTIPHASE=false LATCHED=true FLOATING=false " &
     "DEAD_TIME=0 SHAPER_ENABLED=false SHAPER_PHASE=0 SHAPER_B0=0 SHAPER_B1=0 SHAPER_B2=0 SHAPER_A1=0 SHAPER_A2=0 " &
     "SPRING_HELD=true ESTIMATOR=0 RATIO=1 SHIFT=3 WEIGHT=1 WINDOW=8 NOISE=1 VELOCITY_FRAC=8 RELIEF=0 ROOT_GAIN=94 " &
-    "SLEW=17";
+    "SLEW=17 B0=576782 A1=-2075951210 GUARD=10";
   constant POSITION_WIDTH : integer := 12;
   constant STIFFNESS_WIDTH : integer := 12;
   constant STIFFNESS_FRAC : integer := 0;
@@ -43,6 +43,9 @@ package sampled_wall_loop_pkg is
   constant RELIEF : integer := 0;
   constant ROOT_GAIN : integer := 94;
   constant SLEW : integer := 17;
+  constant B0 : integer := 576782;
+  constant A1 : integer := -2075951210;
+  constant GUARD : integer := 10;
 
   -- a_pin (0,1,0) [1] Encoder line A as it arrives at the FPGA
   constant A_PIN_BITS : positive := 1;

@@ -9,7 +9,7 @@ package sampled_wall_pkg is
     "penetration(0,12,0) stiffness(0,12,0) damping(0,12,0) period(0,24,0) scale(0,8,8) out torque(1,13,0) " &
     "memory(1,11,8) generics WIDTH=12 STIFFNESS_WIDTH=12 STIFFNESS_FRAC=0 DAMPING_WIDTH=12 DAMPING_FRAC=0 " &
     "PERIOD_WIDTH=24 SCALE_WIDTH=16 SCALE_FRAC=8 TORQUE_WIDTH=12 SPRING_HELD=true ESTIMATOR=0 RATIO=1 SHIFT=3 " &
-    "WEIGHT=1 WINDOW=8 NOISE=1 VELOCITY_FRAC=8 RELIEF=0 ROOT_GAIN=94 SLEW=17";
+    "WEIGHT=1 WINDOW=8 NOISE=1 VELOCITY_FRAC=8 RELIEF=0 ROOT_GAIN=94 SLEW=17 B0=576782 A1=-2075951210 GUARD=10";
   constant WIDTH : integer := 12;
   constant STIFFNESS_WIDTH : integer := 12;
   constant STIFFNESS_FRAC : integer := 0;
@@ -30,6 +30,9 @@ package sampled_wall_pkg is
   constant RELIEF : integer := 0;
   constant ROOT_GAIN : integer := 94;
   constant SLEW : integer := 17;
+  constant B0 : integer := 576782;
+  constant A1 : integer := -2075951210;
+  constant GUARD : integer := 10;
 
   -- position (0,12,0) [count] Position, modulo its width
   constant POSITION_BITS : positive := 12;

@@ -9,10 +9,11 @@ use crate::phantom::{
     PhantomTorque, SampleRegister, TrigCordic, TrigInterpolated, TrigQuarter, TrigTable,
 };
 use crate::{
-    AnyBlock, AxisFront, Biquad, Block, CommandLimiter, ConfigError, ConventionalLoop, Cordic, Displacement, EdgeTimer,
-    FilteredDifference, Foaw, FractionalDifference, Generic, HybridLoop, InputShaper, LevantDifferentiator, MethodLoop,
-    PositionCounter, Pwm, QuadratureDecoder, SampleTimer, Saturator, SequentialDivider, SquareRoot, Synchronizer,
-    TorqueSum, TruncatingMultiplier, Unilateral, VelocityRegister, WindowDifference, ZeroOrderHold,
+    AnyBlock, AxisFront, Biquad, Block, ButterworthDifference, CommandLimiter, ConfigError, ConventionalLoop, Cordic,
+    Displacement, EdgeTimer, FilteredDifference, Foaw, FractionalDifference, Generic, HybridLoop, InputShaper,
+    LevantDifferentiator, MethodLoop, PositionCounter, Pwm, QuadratureDecoder, SampleTimer, Saturator,
+    SequentialDivider, SquareRoot, Synchronizer, TorqueSum, TruncatingMultiplier, Unilateral, VelocityRegister,
+    WindowDifference, ZeroOrderHold,
 };
 
 /// Lists every block and wiring once; what is known of all of them follows.
@@ -65,9 +66,9 @@ macro_rules! around_laws {
         blocks! {
             Synchronizer, QuadratureDecoder, PositionCounter, Displacement, Unilateral, TruncatingMultiplier,
             VelocityRegister, ZeroOrderHold, TorqueSum, Saturator, CommandLimiter, Pwm, SequentialDivider, SquareRoot,
-            Cordic, Biquad, FilteredDifference, WindowDifference, Foaw, EdgeTimer, LevantDifferentiator, HybridLoop,
-            ConventionalLoop, AxisFront, InputShaper, $(crate::$Law,)* $(MethodLoop<crate::$Law>,)* TrigTable,
-            TrigQuarter, TrigInterpolated, TrigCordic, SampleRegister, PhantomForward, CubeRoom, PhantomTorque,
+            Cordic, Biquad, FilteredDifference, ButterworthDifference, WindowDifference, Foaw, EdgeTimer,
+            LevantDifferentiator, HybridLoop, ConventionalLoop, AxisFront, InputShaper, $(crate::$Law,)*
+            $(MethodLoop<crate::$Law>,)* TrigTable, TrigQuarter, TrigInterpolated, TrigCordic, SampleRegister, PhantomForward, CubeRoom, PhantomTorque,
             CommandScaler, CommandRegister, PhantomEngine, PhantomLoop, PhantomSharedLoop, PhantomIo, GimbalInverse,
             CrankTable, ServoControl, ImpedanceControl, ControlSwitch, FractionalDifference, SampleTimer, GimbalLoop,
             GimbalShearLoop,

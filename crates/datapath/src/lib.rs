@@ -71,6 +71,7 @@ pub use pins::pwm::{Pwm, PwmConfig};
 pub use pins::quadrature_decoder::QuadratureDecoder;
 pub use pins::synchronizer::Synchronizer;
 pub use pins::{displacement, position_counter, pwm, quadrature_decoder, synchronizer};
+pub use velocity::butterworth_difference::{ButterworthConfig, ButterworthDifference};
 pub use velocity::edge_timer::EdgeTimer;
 pub use velocity::estimator::Estimator;
 pub use velocity::filtered_difference::{FilteredConfig, FilteredDifference};
@@ -79,7 +80,8 @@ pub use velocity::levant_differentiator::{LevantConfig, LevantDifferentiator};
 pub use velocity::velocity_register::{VelocityConfig, VelocityRegister};
 pub use velocity::window_difference::WindowDifference;
 pub use velocity::{
-    edge_timer, filtered_difference, foaw, levant_differentiator, velocity_register, window_difference,
+    butterworth_difference, edge_timer, filtered_difference, foaw, levant_differentiator, velocity_register,
+    window_difference,
 };
 
 macro_rules! exported {

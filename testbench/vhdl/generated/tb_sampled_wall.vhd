@@ -29,6 +29,9 @@ entity tb_sampled_wall is
     RELIEF : integer := work.sampled_wall_pkg.RELIEF;
     ROOT_GAIN : integer := work.sampled_wall_pkg.ROOT_GAIN;
     SLEW : integer := work.sampled_wall_pkg.SLEW;
+    B0 : integer := work.sampled_wall_pkg.B0;
+    A1 : integer := work.sampled_wall_pkg.A1;
+    GUARD : integer := work.sampled_wall_pkg.GUARD;
     FORMAT : string := work.sampled_wall_pkg.FORMAT;
     VECTORS : string := "vectors/sampled_wall/default-directed.txt"
   );
@@ -54,7 +57,8 @@ begin
       DAMPING_WIDTH => DAMPING_WIDTH, DAMPING_FRAC => DAMPING_FRAC, PERIOD_WIDTH => PERIOD_WIDTH,
       SCALE_WIDTH => SCALE_WIDTH, SCALE_FRAC => SCALE_FRAC, TORQUE_WIDTH => TORQUE_WIDTH, SPRING_HELD => SPRING_HELD,
       ESTIMATOR => ESTIMATOR, RATIO => RATIO, SHIFT => SHIFT, WEIGHT => WEIGHT, WINDOW => WINDOW, NOISE => NOISE,
-      VELOCITY_FRAC => VELOCITY_FRAC, RELIEF => RELIEF, ROOT_GAIN => ROOT_GAIN, SLEW => SLEW)
+      VELOCITY_FRAC => VELOCITY_FRAC, RELIEF => RELIEF, ROOT_GAIN => ROOT_GAIN, SLEW => SLEW, B0 => B0, A1 => A1,
+      GUARD => GUARD)
     port map (clk => clk, rst => rst, position => position, delta => delta, contact => contact,
       penetration => penetration, stiffness => stiffness, damping => damping, period => period, scale => scale,
       torque => torque, memory => memory);

@@ -40,6 +40,9 @@ entity tb_sampled_wall_loop is
     RELIEF : integer := work.sampled_wall_loop_pkg.RELIEF;
     ROOT_GAIN : integer := work.sampled_wall_loop_pkg.ROOT_GAIN;
     SLEW : integer := work.sampled_wall_loop_pkg.SLEW;
+    B0 : integer := work.sampled_wall_loop_pkg.B0;
+    A1 : integer := work.sampled_wall_loop_pkg.A1;
+    GUARD : integer := work.sampled_wall_loop_pkg.GUARD;
     FORMAT : string := work.sampled_wall_loop_pkg.FORMAT;
     VECTORS : string := "vectors/sampled_wall_loop/default-directed.txt"
   );
@@ -69,7 +72,8 @@ begin
       SHAPER_ENABLED => SHAPER_ENABLED, SHAPER_PHASE => SHAPER_PHASE, SHAPER_B0 => SHAPER_B0, SHAPER_B1 => SHAPER_B1,
       SHAPER_B2 => SHAPER_B2, SHAPER_A1 => SHAPER_A1, SHAPER_A2 => SHAPER_A2, SPRING_HELD => SPRING_HELD,
       ESTIMATOR => ESTIMATOR, RATIO => RATIO, SHIFT => SHIFT, WEIGHT => WEIGHT, WINDOW => WINDOW, NOISE => NOISE,
-      VELOCITY_FRAC => VELOCITY_FRAC, RELIEF => RELIEF, ROOT_GAIN => ROOT_GAIN, SLEW => SLEW)
+      VELOCITY_FRAC => VELOCITY_FRAC, RELIEF => RELIEF, ROOT_GAIN => ROOT_GAIN, SLEW => SLEW, B0 => B0, A1 => A1,
+      GUARD => GUARD)
     port map (clk => clk, rst => rst, a_pin => a_pin, b_pin => b_pin, reference => reference,
       stiffness => stiffness, damping => damping, period => period, scale => scale, a_high => a_high, a_low => a_low,
       b_high => b_high, b_low => b_low);

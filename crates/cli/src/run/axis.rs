@@ -118,9 +118,12 @@ fn words(simulation: &AxisSimulation, notation: Notation) -> Vec<String> {
         format!("period {} clocks is {}", words.period, si(realised.sample_rate_hz, "Hz")),
     ];
     lines.extend(filter(scene).map(|(wall, corner_hz)| {
-        let (word, frac) = wall.weight(scene.sample_period_s());
+        let of = match (wall.section(scene.sample_period_s()), wall.weight(scene.sample_period_s())) {
+            (Some(([b0, a1, a2], _)), _) => format!("B0 {b0}, A1 {a1}, A2 {a2} / 2^30"),
+            (None, (word, frac)) => format!("weight {word} / 2^{frac}"),
+        };
         let asked = wall.corner_hz.map(|hz| format!(", asked {}", si(hz, "Hz"))).unwrap_or_default();
-        format!("velocity filter of weight {word} / 2^{frac} is a corner of {}{asked}", si(corner_hz, "Hz"))
+        format!("velocity filter of {of} is a corner of {}{asked}", si(corner_hz, "Hz"))
     }));
     lines
 }

@@ -14,7 +14,7 @@
 //!   - 4 an `edge_timer` whose interval a `sequential_divider` divides the velocity's period by [count/sample]: a
 //!     sample edge captures both, the next edge starts the division, and the edge that sees its quotient ready loads
 //!     `v`, positive if the captured motion was forward, 0 if it had stopped. Sample edges until then are passed over;
-//!   - 5 `levant_differentiator` [count/sample].
+//!   - 5 `levant_differentiator`, 6 `butterworth_difference` [count/sample].
 //! - **Reset**: every register 0.
 //! - **Overflow**: saturates.
 //! - **VHDL twin**: `hdl/sampled_wall.vhd`.
@@ -63,6 +63,12 @@ crate::base::listed::configuration! {
         root_gain: u32 = 94, ["ROOT_GAIN"];
         /// Velocity added in a sample, for [`Estimator::Levant`], as in its block.
         slew: u32 = 17, ["SLEW"];
+        /// Coefficient of the numerator, for [`Estimator::Butterworth`], as in its block.
+        b0: u32 = 576_782, ["B0"];
+        /// Coefficient of the denominator, for [`Estimator::Butterworth`], as in its block.
+        a1: i32 = -2_075_951_210, ["A1"];
+        /// Further fraction bits of the filter, for [`Estimator::Butterworth`], as in its block.
+        guard: u32 = 10, ["GUARD"];
     }
 }
 
@@ -98,11 +104,11 @@ impl SampledWall {
     /// VHDL `positive`, and the other numbers are `natural`.
     pub fn new(config: SampledWallConfig) -> Result<Self, ConfigError> {
         let SampledWallConfig { widths, ratio, shift, weight, window, noise, relief, root_gain, slew, .. } = config;
-        let frac = config.velocity_frac;
+        let SampledWallConfig { b0, a1, guard, velocity_frac: frac, .. } = config;
         widths.check(Self::NAME)?;
         let LawWidths { width, period_width, .. } = widths;
         within(Self::NAME, "RATIO", ratio, 1..=NATURAL)?;
-        let gains = [("ROOT_GAIN", root_gain), ("SLEW", slew)];
+        let gains = [("ROOT_GAIN", root_gain), ("SLEW", slew), ("B0", b0), ("GUARD", guard)];
         for (generic, value) in
             [("SHIFT", shift), ("WEIGHT", weight), ("WINDOW", window), ("NOISE", noise), ("RELIEF", relief)]
                 .into_iter()
@@ -112,7 +118,8 @@ impl SampledWall {
         }
         within(Self::NAME, "VELOCITY_FRAC", frac, 0..=30)?;
         within(Self::NAME, "WIDTH + VELOCITY_FRAC", width + frac, WORD)?;
-        let estimator = EstimatorConfig { width, period_width, frac, shift, weight, window, noise, root_gain, slew };
+        let estimator =
+            EstimatorConfig { width, period_width, frac, shift, weight, window, noise, root_gain, slew, b0, a1, guard };
         let mut block = Self {
             config,
             wanted: Wanted::new(&widths),
@@ -330,6 +337,8 @@ impl Listed for SampledWall {
         // Every estimator, the spring held and live, both rates, and with and without relief.
         let small = SampledWallConfig { widths: small(), velocity_frac: 4, ..SampledWallConfig::default() };
         let timed = SampledWallConfig { estimator: Estimator::EdgeTimer, ..small };
+        // A corner of a fifth of the sample rate.
+        let fifth = SampledWallConfig { b0: 221_805_086, a1: -396_777_000, guard: 3, ..small };
         let all = [
             ("8_bit", small),
             ("live", SampledWallConfig { spring_held: false, ratio: 3, ..small }),
@@ -338,6 +347,7 @@ impl Listed for SampledWall {
             ("window", SampledWallConfig { estimator: Estimator::Window, window: 3, ratio: 3, ..small }),
             ("foaw", SampledWallConfig { estimator: Estimator::Foaw, spring_held: false, relief: 90, ..small }),
             ("levant", SampledWallConfig { estimator: Estimator::Levant, root_gain: 300, slew: 9, relief: 7, ..small }),
+            ("butterworth", SampledWallConfig { estimator: Estimator::Butterworth, ratio: 2, ..fifth }),
             ("edge_timer", timed),
             ("edge_timer_live", SampledWallConfig { spring_held: false, ratio: 3, relief: 3, ..timed }),
             ("edge_timer_wide", SampledWallConfig { estimator: Estimator::EdgeTimer, ..SampledWallConfig::default() }),

@@ -5,10 +5,10 @@ use hpu_signal::{Narrowed, Word};
 use crate::base::listed::{Field, Given};
 use crate::velocity::timed_velocity::TimedVelocity;
 use crate::{
-    Block, ConfigError, FilteredConfig, FilteredDifference, Foaw, FoawConfig, Generic, LevantConfig,
-    LevantDifferentiator, Register, Step, VelocityConfig, VelocityRegister, WindowDifference,
-    velocity::filtered_difference, velocity::foaw, velocity::levant_differentiator, velocity::velocity_register,
-    velocity::window_difference,
+    Block, ButterworthConfig, ButterworthDifference, ConfigError, FilteredConfig, FilteredDifference, Foaw, FoawConfig,
+    Generic, LevantConfig, LevantDifferentiator, Register, Step, VelocityConfig, VelocityRegister, WindowDifference,
+    velocity::butterworth_difference, velocity::filtered_difference, velocity::foaw, velocity::levant_differentiator,
+    velocity::velocity_register, velocity::window_difference,
 };
 
 hpu_signal::named! {
@@ -27,6 +27,8 @@ hpu_signal::named! {
         EdgeTimer = "edge_timer",
         /// Levant's differentiator, in counts per sample.
         Levant = "levant",
+        /// Backward difference through a second-order low-pass filter, in counts per sample.
+        Butterworth = "butterworth",
     }
 }
 
@@ -59,6 +61,9 @@ pub(crate) struct EstimatorConfig {
     pub(crate) noise: u32,
     pub(crate) root_gain: u32,
     pub(crate) slew: u32,
+    pub(crate) b0: u32,
+    pub(crate) a1: i32,
+    pub(crate) guard: u32,
 }
 
 /// The block that estimates the velocity.
@@ -70,6 +75,7 @@ pub(crate) enum Velocity {
     Foaw(Foaw),
     EdgeTimer(TimedVelocity),
     Levant(LevantDifferentiator),
+    Butterworth(ButterworthDifference),
 }
 
 /// A velocity in whole counts, as a word with fraction bits.
@@ -102,8 +108,7 @@ impl Whole {
 
 impl Velocity {
     pub(crate) fn new(estimator: Estimator, config: EstimatorConfig) -> Result<Self, ConfigError> {
-        let EstimatorConfig { width, period_width, frac: out_frac, shift, weight, window, noise, root_gain, slew } =
-            config;
+        let EstimatorConfig { width, period_width, frac: out_frac, shift, weight, window, noise, .. } = config;
         Ok(match estimator {
             Estimator::Difference => {
                 let config = VelocityConfig { width, period_width, out_width: width, ..VelocityConfig::default() };
@@ -123,8 +128,14 @@ impl Velocity {
             Estimator::Foaw => Self::Foaw(Foaw::new(FoawConfig { width, period_width, window, noise, out_frac })?),
             Estimator::EdgeTimer => Self::EdgeTimer(TimedVelocity::new(width, period_width, out_frac)?),
             Estimator::Levant => {
+                let EstimatorConfig { root_gain, slew, .. } = config;
                 let config = LevantConfig { width, period_width, out_frac, root_gain, slew };
                 Self::Levant(LevantDifferentiator::new(config)?)
+            }
+            Estimator::Butterworth => {
+                let EstimatorConfig { b0, a1, guard, .. } = config;
+                let config = ButterworthConfig { width, period_width, b0, a1, guard, out_frac };
+                Self::Butterworth(ButterworthDifference::new(config)?)
             }
         })
     }
@@ -135,6 +146,7 @@ impl Velocity {
             Self::Difference(block, _) => Some(block),
             Self::Filtered(block) => Some(block),
             Self::Window(block, _) => Some(block),
+            Self::Butterworth(block) => Some(block),
             Self::Foaw(_) | Self::EdgeTimer(_) | Self::Levant(_) => None,
         }
     }
@@ -148,6 +160,7 @@ impl Velocity {
             Self::Foaw(block) => block.latest(),
             Self::EdgeTimer(block) => block.latest(),
             Self::Levant(block) => block.latest(),
+            Self::Butterworth(block) => block.latest(),
         }
     }
 
@@ -167,6 +180,14 @@ impl Velocity {
             Self::Levant(block) => {
                 let place =
                     |inner: Option<&str>| inner.map_or("g_levant_estimate", |_| "g_levant_estimate.root_of_error");
+                let all = Step::registers(block).into_iter();
+                all.map(|register| Register { instance: Some(place(register.instance)), ..register }).collect()
+            }
+            Self::Butterworth(block) => {
+                let place = |inner: Option<&str>| match inner {
+                    Some("hold") => "g_butterworth_estimate.hold",
+                    _ => "g_butterworth_estimate.section",
+                };
                 let all = Step::registers(block).into_iter();
                 all.map(|register| Register { instance: Some(place(register.instance)), ..register }).collect()
             }
@@ -198,6 +219,10 @@ impl Velocity {
                 let (next, shown) = block.step(registers, levant_differentiator::In { position, period });
                 (next, shown.velocity)
             }
+            Self::Butterworth(block) => {
+                let (next, shown) = block.step(registers, butterworth_difference::In { position, period });
+                (next, shown.velocity)
+            }
         }
     }
 
@@ -209,6 +234,7 @@ impl Velocity {
             Self::Foaw(block) => _ = block.reset(),
             Self::EdgeTimer(block) => block.reset(),
             Self::Levant(block) => _ = block.reset(),
+            Self::Butterworth(block) => _ = block.reset(),
         }
     }
 
@@ -225,6 +251,7 @@ impl Velocity {
             Self::Foaw(block) => _ = block.tick(foaw::In { position, period }),
             Self::EdgeTimer(block) => block.tick(position, period),
             Self::Levant(block) => _ = block.tick(levant_differentiator::In { position, period }),
+            Self::Butterworth(block) => _ = block.tick(butterworth_difference::In { position, period }),
         }
     }
 
@@ -237,6 +264,7 @@ impl Velocity {
             Self::Foaw(block) => block.quiet(&foaw::In { position, period }),
             Self::EdgeTimer(block) => block.quiet(position),
             Self::Levant(block) => block.quiet(&levant_differentiator::In { position, period }),
+            Self::Butterworth(block) => block.quiet(&butterworth_difference::In { position, period }),
         }
     }
 
@@ -249,6 +277,7 @@ impl Velocity {
             Self::Foaw(block) => block.skip(edges, &foaw::In { position, period }),
             Self::EdgeTimer(block) => block.skip(edges, position, period),
             Self::Levant(block) => block.skip(edges, &levant_differentiator::In { position, period }),
+            Self::Butterworth(block) => block.skip(edges, &butterworth_difference::In { position, period }),
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Blocks that estimate a velocity.
 
+pub mod butterworth_difference;
 pub mod edge_timer;
 pub(crate) mod estimator;
 pub mod filtered_difference;

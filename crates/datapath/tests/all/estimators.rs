@@ -2,10 +2,10 @@
 //! compared with the published algorithm in SI units.
 
 use crate::cases::cases;
-use crate::oracle::{Twisting, filtered_model, foaw_model, timer_model, window_model};
+use crate::oracle::{Twisting, butterworth_model, filtered_model, foaw_model, timer_model, window_model};
 use hpu_datapath::{
-    AnyBlock, Block, EdgeTimer, FilteredConfig, FilteredDifference, Foaw, FoawConfig, LevantConfig,
-    LevantDifferentiator, WindowDifference, edge_timer, foaw, levant_differentiator,
+    AnyBlock, Block, ButterworthConfig, ButterworthDifference, EdgeTimer, FilteredConfig, FilteredDifference, Foaw,
+    FoawConfig, LevantConfig, LevantDifferentiator, WindowDifference, edge_timer, foaw, levant_differentiator,
 };
 use hpu_signal::Rounding;
 use proptest::prelude::*;
@@ -50,6 +50,19 @@ fn the_filter_rounds_its_steps_in_every_way_as_the_recursion_says() {
                 let config = FilteredConfig { width: 4, period_width: 4, shift, weight, out_frac, rounding };
                 every_history(&mut FilteredDifference::new(config).unwrap(), &filtered_model(config), 3, 4);
             }
+        }
+    }
+}
+
+/// The words of a fifth, a quarter and 47 % of the sample rate.
+const SECTIONS: [(u32, i32); 3] = [(221_805_086, -396_777_000), (1 << 28, 0), (939_720_690, 1_862_647_611)];
+
+#[test]
+fn the_second_order_answers_every_short_history_as_the_recursion_says() {
+    for (b0, a1) in SECTIONS {
+        for (guard, out_frac) in [(0, 0), (3, 2), (1, 4)] {
+            let config = ButterworthConfig { width: 3, period_width: 4, b0, a1, guard, out_frac };
+            every_history(&mut ButterworthDifference::new(config).unwrap(), &butterworth_model(config), 4, 3);
         }
     }
 }
@@ -269,7 +282,38 @@ fn at_its_corner_the_filter_leaves_the_root_of_a_half_of_the_difference() {
 }
 
 #[test]
+fn at_its_corner_the_second_order_leaves_the_root_of_a_half_and_at_rest_nothing() {
+    // 30 Hz at 4 kHz, the default; prewarped, the bilinear transform keeps the root of a half exactly.
+    let config = ButterworthConfig { width: 22, period_width: 4, ..ButterworthConfig::default() };
+    let block: &mut dyn AnyBlock = &mut ButterworthDifference::new(config).unwrap();
+    let (samples, turn) = (400, std::f64::consts::TAU * 3.0 / 400.0);
+    let position = |k: i32| (f64::from(1 << 20) * (1.0 + (turn * f64::from(k)).sin())).round() as i64;
+    let filtered: Vec<_> = (0..4 * samples).map(|k| block.tick(&[position(k), 1])[0] as f64 / 256.0).collect();
+    let difference: Vec<_> = (0..samples).map(|k| (position(k) - position(k - 1)) as f64).collect();
+    let ratio = amplitude(&filtered[3 * samples as usize..], 3.0) / amplitude(&difference, 3.0);
+    // A count of quantisation is 2e-5 of the difference, and the mean of 400 of them less. The words of the
+    // coefficients move the corner by 3e-7.
+    assert!((ratio * 2f64.sqrt() - 1.0).abs() < 5e-6, "{ratio}");
+    // A motion of one count at a time, forth and back, then rest: no rounding is left.
+    for k in 0..2000 {
+        block.tick(&[if k < 50 { k } else { 100 - k.min(100) }, 1]);
+    }
+    assert_eq!(block.tick(&[0, 1]), [0]);
+}
+
+#[test]
 fn widths_beyond_the_data_sheet_are_refused() {
+    let section = ButterworthConfig::default();
+    let no = |config| ButterworthDifference::new(config).is_err();
+    assert!(no(ButterworthConfig { b0: 0, ..section }) && no(ButterworthConfig { guard: 23, ..section }));
+    assert!(no(ButterworthConfig { width: 23, ..section }));
+    // The poles are inside the unit circle between 4 B0 - 2^31 + 1 and 2 B0 - 1.
+    for (b0, _) in SECTIONS {
+        let at = |a1: i64| ButterworthConfig { b0, a1: a1 as i32, ..section };
+        let [least, most] = [4 * i64::from(b0) - (1 << 31) + 1, 2 * i64::from(b0) - 1];
+        assert!(no(at(least - 1)) && !no(at(least)) && !no(at(most)) && no(at(most + 1)), "{b0}");
+    }
+
     assert!([0, 65].into_iter().all(|window| WindowDifference::new(12, 24, window).is_err()));
     let filtered = FilteredConfig::default();
     assert!(FilteredDifference::new(FilteredConfig { shift: 17, ..filtered }).is_err());

@@ -1,8 +1,10 @@
 //! The sampled wall compared with its equations on whole histories, in plain integers.
 
 use crate::cases::cases;
-use crate::oracle::{Twisting, filtered_model, foaw_model, timer_model, window_model};
-use hpu_datapath::{Block, Estimator, FilteredConfig, FoawConfig, LawIn, LawOut, LawWidths, LevantConfig};
+use crate::oracle::{Twisting, butterworth_model, filtered_model, foaw_model, timer_model, window_model};
+use hpu_datapath::{
+    Block, ButterworthConfig, Estimator, FilteredConfig, FoawConfig, LawIn, LawOut, LawWidths, LevantConfig,
+};
 use hpu_datapath::{SampledWall, SampledWallConfig};
 use hpu_signal::Format;
 use proptest::prelude::*;
@@ -87,6 +89,10 @@ fn expected(config: &SampledWallConfig, history: &[LawIn<i64>]) -> LawOut<i64> {
         }
         Estimator::EdgeTimer => timed(config, history, &at, &vp),
         Estimator::Levant => twisted(config, history, &at),
+        Estimator::Butterworth => {
+            let SampledWallConfig { b0, a1, guard, .. } = *config;
+            butterworth_model(ButterworthConfig { width, period_width, b0, a1, guard, out_frac: frac })(&seen)
+        }
     };
     let now = history.last().unwrap();
     let wall = if config.spring_held { &history[*samples(history, |edge| edge.period).last().unwrap()] } else { now };

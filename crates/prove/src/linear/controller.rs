@@ -72,6 +72,17 @@ pub(super) fn controller(scene: &Scene, damping: Damping) -> Result<(Vec<Term>, 
             }
             match wall.estimator {
                 Estimator::Difference => Ok((plain(fixed), one())),
+                // With D = 1 - 1/z the filter is B0 (2 - D)^2 / (4 B0 - (A1 + 2 A2) D + A2 D^2).
+                Estimator::Filtered if wall.order == 2 => {
+                    let (words, _) = wall.section(period_s).ok_or("no linear loop: the filter passes nothing on")?;
+                    let [b0, a1, a2] = words.map(|word| word as f64 * 0.5f64.powi(30));
+                    let den = [4.0 * b0, -(a1 + 2.0 * a2), a2];
+                    let den = den.into_iter().enumerate().map(|(n, term)| Term::new(n as u32, n, term, 0.0));
+                    let spring = den.clone().map(|term| Term::new(term.lag, term.power, 0.0, sampled * term.constant));
+                    let drag = [4.0 * b0, -4.0 * b0, b0].into_iter().zip(1..);
+                    let drag = drag.map(|(share, n)| damped(fixed, share, n, n as usize));
+                    Ok((spring.chain(drag).collect(), den.collect()))
+                }
                 // Each sample renews a share of weight / 2^shift.
                 Estimator::Filtered => {
                     let (weight, frac) = wall.weight(period_s);
@@ -92,6 +103,7 @@ pub(super) fn controller(scene: &Scene, damping: Damping) -> Result<(Vec<Term>, 
                 }
                 Estimator::Foaw => nonlinear("an adaptive window"),
                 Estimator::Levant => nonlinear("a sliding mode"),
+                Estimator::Butterworth => unreachable!("a scene says `filtered`, of order 2"),
                 Estimator::EdgeTimer => nonlinear("a velocity from the time between two counts"),
             }
         }

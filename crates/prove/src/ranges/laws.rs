@@ -15,8 +15,8 @@
 
 use hpu_cosim::AxisLoop;
 use hpu_datapath::{
-    AnyBlock, BrakingPulse, EnergyBounding, Estimator, Law, LawIn, LawOut, LawWidths, PassiveSpring, PassivityConfig,
-    PassivityController, SampledWall, SampledWallConfig, SpringConfig, VirtualCoupling, sampled_wall,
+    AnyBlock, BrakingPulse, ButterworthConfig, EnergyBounding, Estimator, Law, LawIn, LawOut, LawWidths, PassiveSpring,
+    PassivityConfig, PassivityController, SampledWall, SampledWallConfig, SpringConfig, VirtualCoupling, sampled_wall,
 };
 use hpu_signal::{Format, Word as _};
 
@@ -88,6 +88,30 @@ fn within(span: Span, fits: bool) -> Affine {
     Affine::put(|symbols| Word { exact: None, fits, ..symbols.given(span) })
 }
 
+/// Returns the sums of the magnitudes of the response of a `butterworth_difference` to one count, and of that of its
+/// `y` to one LSB more in one sample. `None` where its poles are real.
+///
+/// With poles `r e^(±iθ)` the response after sample `k` is at most `r^n (|y(k)| + r |y(k-1)|) / sin θ`. Roundings of
+/// floats, below `2^-50` of a term, grow by the second sum, which is below `2^29`.
+fn magnitudes(b0: u32, a1: i32) -> Option<[f64; 2]> {
+    let config = ButterworthConfig { b0, a1, ..ButterworthConfig::default() };
+    let [b0, a1, a2] = [f64::from(b0), f64::from(a1), config.a2() as f64].map(|word| word * 0.5f64.powi(30));
+    let (radius, sine) = (a2.sqrt(), (1.0 - a1 * a1 / (4.0 * a2)).sqrt());
+    if !(sine > 0.0 && radius > 0.0) {
+        return None;
+    }
+    let ([mut y, mut y1, mut y2], mut sums) = ([1.0f64, 0.0, 0.0], [0.0, 0.0]);
+    for _ in 0..1 << 24 {
+        sums = [sums[0] + b0 * (y + 2.0 * y1 + y2).abs(), sums[1] + y.abs()];
+        let rest = radius / (1.0 - radius) * (y.abs() + radius * y1.abs()) / sine;
+        if rest < sums[1] * 0.5f64.powi(24) {
+            return Some(sums.map(|sum| sum * (1.0 + 0.5f64.powi(20))));
+        }
+        [y, y1, y2] = [-a1 * y - a2 * y1, y, y1];
+    }
+    None
+}
+
 /// A torque, the reason why no more is known of the memory beside it, and that memory.
 type Made = ((Affine, Option<&'static str>), Affine);
 
@@ -139,6 +163,23 @@ impl Seen<'_> {
                 let whole = self.moved(clocks * f64::from(window)).known();
                 let error = whole.exact.map(|_| (Span::new(-1, 0), 0));
                 Affine::put(|symbols| symbols.replaced(still, error, sample.fits && whole.fits))
+            }
+            // The filter's overshoot is the sum of the magnitudes of its response to one count. A rounding of `y` is
+            // off by half of its LSB, that of the velocity by half of the velocity's.
+            (Estimator::Butterworth, _) => {
+                let SampledWallConfig { b0, a1, guard, .. } = *law.config();
+                let format = Format::signed(self.widths.width + frac);
+                let Some([most, rounding]) = magnitudes(b0, a1) else {
+                    return Affine::put(|symbols| symbols.any(format));
+                };
+                let rounding = (0.5 + 0.5 * rounding * 0.5f64.powi(guard.cast_signed())).next_up().ceil() as i128;
+                let counts = sample.span.max.max(-sample.span.min) as f64;
+                let most = (counts * most * f64::from(1u32 << frac)).next_up().ceil() as i128 + rounding;
+                let span = Span::new(-most, most);
+                let fits = sample.fits && span.is_within(Span::of(format));
+                let span = span.meet(Span::of(format));
+                let error = sample.exact.filter(|_| fits).map(|_| (Span::new(-rounding, rounding), 0));
+                Affine::put(|symbols| symbols.replaced(span, error, fits))
             }
             // The velocity may swing beyond that of the motion, up to where its word clamps.
             (Estimator::Levant, _) => Affine::put(|symbols| symbols.any(Format::signed(self.widths.width + frac))),

@@ -103,8 +103,10 @@ fn every_method_stays_inside_its_bounds_and_comes_within_two_bits_but_for_sums_o
     let walls = estimators.map(|name| with("dual-rate-wall", &[("method.estimator", &format!("\"{name}\"")), relief]));
     // A weight of 5891 / 2^16 at 2 kHz.
     let weighted = [("method.estimator", "\"filtered\""), ("method.velocity_filter.corner", "\"30 Hz\""), relief];
+    let second = [weighted[0], weighted[1], ("method.velocity_filter.order", "2"), relief];
     let others = [
         with("dual-rate-wall", &weighted),
+        with("dual-rate-wall", &second),
         with("coupled-wall", &[]),
         with("coupled-wall", &[("method.coupling_damping", "0.2 mN.m.s/rad"), ("method.rigid", "true")]),
         with("observed-wall", &[]),

@@ -55,9 +55,11 @@ keys! { method_shaper: "method.shaper" of [];
 }
 
 keys! { method_velocity_filter: "method.velocity_filter" of [];
-    /// Corner frequency of the filter of the velocity: that of a first-order low pass. Its weight is the nearest word
-    /// of 16 bits.
+    /// Corner frequency of the filter of the velocity.
     corner: Quantity = Quantity::new(&q::FREQUENCY, Positive, Required);
+    /// Order of the filter: a first-order low pass, whose weight is the nearest word of 16 bits, or a second-order
+    /// Butterworth low pass with coefficients of 30 fraction bits.
+    order: Whole<u32> = Whole::new(1, 2, Is(1));
 }
 
 scene! { pwm: "method.pwm" of [];

@@ -1,6 +1,6 @@
 //! The sampled wall: spring, and damping by an estimator at its own rate. Its law in floats is [`Wall`].
 
-use hpu_datapath::{Estimator, SampledWallConfig};
+use hpu_datapath::{ButterworthConfig, Estimator, SampledWallConfig};
 
 use crate::method::published::{Features, Layer, Published};
 use crate::method::rows::method_velocity_filter;
@@ -19,12 +19,12 @@ keys! { sampled_wall: "method" of ["sampled_wall"];
     /// How the velocity is estimated: difference of two samples, low-pass filter, difference over a window, first-order
     /// adaptive window, time between encoder edges, or Levant's differentiator.
     estimator: Choice<Estimator> =
-        Choice::new(|| named(&Estimator::ALL, Estimator::name), Is(Estimator::Difference));
+        Choice::new(|| named(ESTIMATORS, Estimator::name), Is(Estimator::Difference));
     /// Samples of the spring for one sample of the velocity.
     velocity_every: Whole<u32> = Whole::new(1, 1 << 20, Is(1));
     /// Weight of a new sample in the filter of `filtered`: 2^-`filter_shift`.
     filter_shift: Whole<u32> = Whole::new(0, 16, Is(3));
-    /// The filter of `filtered` by its corner, instead of `filter_shift`.
+    /// The filter of `filtered` by its corner and order, instead of `filter_shift`.
     velocity_filter: Own = Own::section(Otherwise::Said("none"));
     /// Samples in the window of `window`, or at most in that of `foaw`.
     window: Whole<u32> = Whole::new(1, 64, Is(8));
@@ -39,8 +39,14 @@ keys! { sampled_wall: "method" of ["sampled_wall"];
     negative_damping: Quantity = Quantity::along(|axis| axis.damping, NotNegative, Is(0.0));
 }
 
-/// The bits of the weight of a filter that is given by its corner.
+/// The values of `method.estimator`. `filtered` has two blocks: that of the second order is the last of all estimators.
+const ESTIMATORS: &[Estimator] = Estimator::ALL.split_last().expect("not empty").1;
+
+/// The bits of the weight of a filter of the first order that is given by its corner.
 const WEIGHT_BITS: u32 = 16;
+
+/// The units of a one in the coefficients of a filter of the second order.
+const ONE: f64 = (1u32 << 30) as f64;
 
 /// A sampled wall in a scene.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -55,6 +61,8 @@ pub struct SampledWallMethod {
     pub shift: u32,
     /// The filter's corner, if that is given.
     pub corner_hz: Option<f64>,
+    /// The filter's order, 1 or 2.
+    pub order: u32,
     /// Samples of the window.
     pub window: u32,
     /// Noise bound of the adaptive window, in counts.
@@ -76,9 +84,29 @@ impl SampledWallMethod {
         ((share * f64::from(1u32 << WEIGHT_BITS)).round() as u32, WEIGHT_BITS)
     }
 
+    /// Returns the words `B0`, `A1` and `A2` of a Butterworth filter at this sample period, in units of `2^-30`, and
+    /// the fraction bits with which it comes to rest. `None` where no filter is of the second order, or `B0` is 0.
+    ///
+    /// Bilinear transform with the corner `f` prewarped: with `K = tan(pi f T)` and `D = 1 + sqrt(2) K + K^2`, `B0` is
+    /// the word nearest to `K^2 / D`, `A1` that nearest to `2 (K^2 - 1) / D`.
+    pub fn section(&self, sample_period_s: f64) -> Option<([i64; 3], u32)> {
+        let corner_hz = self.corner_hz.filter(|_| self.order == 2)?;
+        let k = (0.5 * corner_hz * self.turn_s(sample_period_s)).tan();
+        let d = 1.0 + std::f64::consts::SQRT_2 * k + k * k;
+        let word = |value: f64| (value * ONE).round() as i32;
+        let (b0, a1) = (word(k * k / d).cast_unsigned(), word(2.0 * (k * k - 1.0) / d));
+        let guard = (1u32 << 28).div_ceil(b0.max(1)).next_power_of_two().trailing_zeros() + 1;
+        let config = ButterworthConfig { b0, a1, ..ButterworthConfig::default() };
+        (b0 > 0).then(|| ([b0.into(), a1.into(), config.a2()], guard))
+    }
+
     /// Returns the corner that the filter's words have at this sample period, in hertz. `None` where nothing is
     /// filtered.
     pub fn realised_corner_hz(&self, sample_period_s: f64) -> Option<f64> {
+        if let Some(([b0, a1, a2], _)) = self.section(sample_period_s) {
+            let k = (4.0 * b0 as f64 / (ONE - a1 as f64 + a2 as f64)).sqrt();
+            return Some(2.0 * k.atan() / self.turn_s(sample_period_s));
+        }
         let (word, frac) = self.weight(sample_period_s);
         let share = f64::from(word) * 0.5f64.powi(frac.cast_signed());
         let corner_hz = -(-share).ln_1p() / self.turn_s(sample_period_s);
@@ -94,7 +122,7 @@ impl SampledWallMethod {
     fn filter(&self, setting: &Setting) -> Result<(u32, u32), SceneError> {
         let found = self.weight(setting.period_s);
         let whole = 1u32 << WEIGHT_BITS;
-        if self.corner_hz.is_some() && !(1..whole).contains(&found.0) {
+        if self.corner_hz.is_some() && self.order == 1 && !(1..whole).contains(&found.0) {
             let half = 0.5 / f64::from(whole);
             let [least_hz, most_hz] = [-half, half - 1.0].map(|less| -less.ln_1p() / self.turn_s(setting.period_s));
             let reason = format!(
@@ -106,6 +134,34 @@ impl SampledWallMethod {
             return Err(setting.places.error("method.velocity_filter.corner", reason));
         }
         Ok(found)
+    }
+
+    /// Returns the words `B0` and `A1` and the further fraction bits of the filter of a scene, or those of the default
+    /// where it is not of the second order. A corner at which the filter needs more bits than its block has is refused.
+    fn filter_2(&self, setting: &Setting) -> Result<ButterworthConfig, SceneError> {
+        let default = ButterworthConfig::default();
+        let Some(corner_hz) = self.corner_hz.filter(|_| self.order == 2) else { return Ok(default) };
+        let room = (40 - setting.widths.width.min(40)).min(30).saturating_sub(self.velocity_frac);
+        // Closer to half of the rate the filter takes nothing off.
+        let most_hz = 0.98 * std::f64::consts::PI / self.turn_s(setting.period_s);
+        match self.section(setting.period_s) {
+            Some(([b0, a1, _], guard)) if guard <= room && corner_hz <= most_hz => {
+                Ok(ButterworthConfig { b0: b0 as u32, a1: a1 as i32, guard, ..default })
+            }
+            _ => {
+                // The least corner whose K^2 / D is the least share c that the fraction bits allow.
+                let c = 0.5f64.powi(room.cast_signed() + 1);
+                let k = (c + (c * c + 2.0 * c * (1.0 - c)).sqrt()) / (std::f64::consts::SQRT_2 * (1.0 - c));
+                let least_hz = 2.0 * k.atan() / self.turn_s(setting.period_s);
+                let reason = format!(
+                    "a filter of the second order has {room} bits beside those of position and velocity; accepted at \
+                     this sample rate: {} to {} Hz",
+                    number_above(least_hz),
+                    number_below(most_hz)
+                );
+                Err(setting.places.error("method.velocity_filter.corner", reason))
+            }
+        }
     }
 
     /// Returns the words of Levant's gains, `1.5 sqrt(L)` and `1.1 L`, for an acceleration of `L` counts per sample
@@ -160,12 +216,15 @@ impl Published for SampledWallMethod {
         }
         let filter = s.section("velocity_filter")?;
         filter.accept(&[])?;
-        let corner_hz = match s.has("velocity_filter") {
+        let (corner_hz, order) = match s.has("velocity_filter") {
             true if s.has("filter_shift") => {
                 return Err(s.error("filter_shift", "the filter has a corner; leave one of the two out"));
             }
-            true => Some(filter.read(&method_velocity_filter::corner)?),
-            false => None,
+            true => {
+                let corner_hz = filter.read(&method_velocity_filter::corner)?;
+                (Some(corner_hz), filter.read(&method_velocity_filter::order)?)
+            }
+            false => (None, 1),
         };
         Ok(Self {
             live: s.read(&key::spring)?,
@@ -173,6 +232,7 @@ impl Published for SampledWallMethod {
             ratio: s.read(&key::velocity_every)?,
             shift: s.read(&key::filter_shift)?,
             corner_hz,
+            order,
             window: s.read(&key::window)?,
             noise: s.read(&key::noise)?,
             acceleration_rad_per_s2: match s.given(&key::acceleration)? {
@@ -195,6 +255,8 @@ impl Published for SampledWallMethod {
         let widths = setting.widths;
         let relief = setting.word("method.negative_damping", relief_nm_s_per_rad, unit, "", widths.damping)?;
         let (root_gain, slew) = self.levant(setting)?;
+        let ButterworthConfig { b0, a1, guard, .. } = self.filter_2(setting)?;
+        let estimator = if self.order == 2 { Estimator::Butterworth } else { estimator };
         Ok(Self::Block::new(SampledWallConfig {
             widths,
             spring_held: !live,
@@ -208,6 +270,9 @@ impl Published for SampledWallMethod {
             relief,
             root_gain,
             slew,
+            b0,
+            a1,
+            guard,
         })?)
     }
 

@@ -74,6 +74,12 @@ fn bases() -> Vec<Base> {
         axis("motor", "sampled_wall", "none", &[]),
         axis("motor", "sampled_wall", "none", &[("method.estimator", "filtered")]),
         axis("motor", "sampled_wall", "none", &[("method.estimator", "foaw")]),
+        axis(
+            "motor",
+            "sampled_wall",
+            "none",
+            &[("method.estimator", "filtered"), ("method.velocity_filter.corner", "30")],
+        ),
         axis("motor", "virtual_coupling", "none", &[("method.coupling_stiffness", "1")]),
         axis("motor", "passivity_controller", "none", &[]),
         axis("motor", "energy_bounding", "none", &[("method.c1", "1")]),
@@ -239,9 +245,10 @@ fn every_default_is_the_value_of_a_scene_without_the_key() {
 }
 
 /// Keys that are read only beside another.
-const BESIDE: [(&str, &str, &str); 14] = [
+const BESIDE: [(&str, &str, &str); 15] = [
     ("method.filter_shift", "method.estimator", "filtered"),
     ("method.velocity_filter", "method.estimator", "filtered"),
+    ("method.velocity_filter.order", "method.velocity_filter.corner", "30"),
     ("method.window", "method.estimator", "window"),
     ("method.noise", "method.estimator", "foaw"),
     ("method.acceleration", "method.estimator", "levant"),
@@ -291,10 +298,12 @@ fn said(base: &Base, row: &KeyRow, value: &str) -> Option<String> {
 
 /// Whether a scene reads the key: a prescribed hand overrules a start, a mass has no bridge and a motor no amplifier,
 /// the drive of this network is neither and it takes no steps, a hand with a path has no file, and a velocity that is
-/// not rescaled has no scale.
+/// not rescaled has no scale, and a filter by its corner takes no keys of others.
 fn reads(base: &Base, row: &KeyRow) -> bool {
     let is_overruled = base.hand == "prescribed" && row.key.starts_with("initial_")
         || base.method == "hybrid" && row.key == "scale_format"
+        || ["filter_shift", "window", "noise", "acceleration"].contains(&row.key)
+            && base.set.iter().any(|(key, _)| key.starts_with("method.velocity_filter"))
         || row.section == "hand.file" && base.set.iter().all(|(key, _)| *key != "hand.file")
         || ["mass", "network"].contains(&base.device) && row.section == "bridge"
         || ["motor", "network"].contains(&base.device) && row.section.starts_with("amplifier")

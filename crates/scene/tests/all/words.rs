@@ -124,6 +124,30 @@ fn filter(key: &str, value: &str) -> (u32, u32, Option<f64>) {
 }
 
 #[test]
+fn a_second_order_of_30_hz_at_4_khz_has_the_known_coefficients_and_keeps_a_constant() {
+    let scene = scene(&[
+        ("method.kind", "sampled_wall"),
+        ("method.sample_rate", "4 kHz"),
+        ("method.estimator", "filtered"),
+        ("method.velocity_filter", "{ corner = \"30 Hz\", order = 2 }"),
+    ])
+    .unwrap();
+    let Loop::Law(LawMethod::SampledWall(wall)) = scene.method.kind else { panic!("a sampled wall") };
+    let ([b0, a1, a2], guard) = wall.section(scene.sample_period_s()).unwrap();
+    // Known answers, computed apart with 40 digits; A2 is off by one more unit, so that the gain is 1.
+    let one = f64::from(1 << 30);
+    let known = [0.00053716977481206, -1.9333802258799, 0.93552890497918];
+    for (word, known) in [b0, a1, a2].into_iter().zip(known) {
+        assert!((word as f64 / one - known).abs() <= 1.5 / one, "{word} {known}");
+    }
+    assert_eq!(4 * b0, (1 << 30) + a1 + a2);
+    // 2^28 / B0 is 465.4, so 9 bits and one more.
+    assert_eq!(guard, 10);
+    // Computed apart: the words' own corner.
+    assert!(near(wall.realised_corner_hz(scene.sample_period_s()).unwrap(), 30.00000899656345, 1e-12));
+}
+
+#[test]
 fn a_corner_of_30_hz_at_4_khz_is_the_known_word_and_every_shift_has_its_known_corner() {
     // Known answers, computed apart: 1 - exp(-2 pi 30 / 4000) = 0.04603079678847874, times 2^16 about 3017.
     let (word, frac, corner_hz) = filter("method.velocity_filter.corner", "30 Hz");

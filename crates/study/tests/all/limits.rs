@@ -405,6 +405,26 @@ fn a_filter_by_its_corner_and_one_by_its_shift_are_the_same_loop_where_their_wei
     assert_ne!(filtered("method.velocity_filter.corner", 2.0 * corner_hz), by_shift);
 }
 
+#[test]
+fn a_mass_behind_a_filter_of_the_second_order_holds_the_known_stiffness() {
+    // Roots of the characteristic polynomial, computed apart with 30 digits, with the words of a corner of 100 Hz.
+    for (damping, expected) in [("0.4", 1729.96914724), ("2", 4103.88191576)] {
+        let filter = ("method.velocity_filter", "{ corner = \"100 Hz\", order = 2 }".to_string());
+        let law = [("method.kind", "sampled_wall".to_string()), ("method.estimator", "filtered".into()), filter];
+        let device = [
+            ("model.datapath", "words".to_string()),
+            ("device.damping", "0.5".into()),
+            ("wall.damping", damping.into()),
+            ("encoder.resolution", "1e-6".into()),
+            ("amplifier.full_scale", "100".into()),
+            ("method.stiffness_format", "(0,8,16)".into()),
+            ("method.damping_format", "(0,8,16)".into()),
+        ];
+        let set = of_linear(&scene(MASS, &[&law[..], &device].concat()));
+        near(set.stable[0].to.middle(), expected, 1e-9);
+    }
+}
+
 /// Returns the stable set over the usual range.
 fn of_linear(scene: &Scene) -> StableSet {
     let damping = Damping::Fixed(scene.wall.damping_nm_s_per_rad);

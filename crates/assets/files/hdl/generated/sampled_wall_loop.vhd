@@ -18,7 +18,7 @@
 --          SHAPER_B0, SHAPER_B1, SHAPER_B2,
 --          SHAPER_A1, SHAPER_A2             see input_shaper
 --          SPRING_HELD, ESTIMATOR, RATIO, SHIFT, WEIGHT, WINDOW, NOISE,
---          VELOCITY_FRAC, RELIEF, ROOT_GAIN, SLEW: see sampled_wall
+--          VELOCITY_FRAC, RELIEF, ROOT_GAIN, SLEW, B0, A1, GUARD: see sampled_wall
 -- in       a_pin       (0,1,0)        encoder line A, asynchronous
 --          b_pin       (0,1,0)        encoder line B, asynchronous
 --          reference   (0,POSITION_WIDTH,0)  where the wall begins
@@ -70,7 +70,7 @@ entity sampled_wall_loop is
     SHAPER_A1       : integer  := 0;
     SHAPER_A2       : integer  := 0;
     SPRING_HELD     : boolean  := true;
-    ESTIMATOR       : natural range 0 to 5 := 0;
+    ESTIMATOR       : natural range 0 to 6 := 0;
     RATIO           : positive := 1;
     SHIFT           : natural  := 3;
     WEIGHT          : positive := 1;
@@ -79,7 +79,10 @@ entity sampled_wall_loop is
     VELOCITY_FRAC   : natural  := 8;
     RELIEF          : natural  := 0;
     ROOT_GAIN       : natural  := 94;
-    SLEW            : natural  := 17
+    SLEW            : natural  := 17;
+    B0              : natural  := 576782;
+    A1              : integer  := -2075951210;
+    GUARD           : natural  := 10
   );
   port (
     clk       : in  std_logic;
@@ -150,7 +153,10 @@ begin
       VELOCITY_FRAC   => VELOCITY_FRAC,
       RELIEF          => RELIEF,
       ROOT_GAIN       => ROOT_GAIN,
-      SLEW            => SLEW
+      SLEW            => SLEW,
+      B0              => B0,
+      A1              => A1,
+      GUARD           => GUARD
     )
     port map (
       clk         => clk,

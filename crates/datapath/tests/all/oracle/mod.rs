@@ -2,7 +2,7 @@
 
 use std::cmp::Ordering;
 
-use hpu_datapath::{FilteredConfig, FoawConfig, LevantConfig};
+use hpu_datapath::{ButterworthConfig, FilteredConfig, FoawConfig, LevantConfig};
 use hpu_signal::Rounding;
 
 /// Returns the difference of two counter words as a motion of less than half a turn.
@@ -47,6 +47,28 @@ pub fn filtered_model(config: FilteredConfig) -> impl Fn(&[i64]) -> i64 {
             let error = i128::from(difference) * 2i128.pow(config.out_frac) - velocity;
             velocity + rounded(error * i128::from(config.weight), 2i128.pow(config.shift), config.rounding)
         }) as i64
+    }
+}
+
+/// Returns the recursion of the second-order low pass as a model, all sums over a common denominator.
+pub fn butterworth_model(config: ButterworthConfig) -> impl Fn(&[i64]) -> i64 {
+    let ButterworthConfig { width, b0, a1, guard, out_frac, .. } = config;
+    let (one, fine, top) = (1i128 << 30, 1i128 << (guard + out_frac), 1i128 << (width - 1));
+    move |positions| {
+        let [b0, a1] = [i128::from(b0), i128::from(a1)];
+        let a2 = 4 * b0 - one - a1;
+        let mut ys = vec![0i128, 0];
+        for sampled in 1..=positions.len() {
+            let difference = |back: usize| match sampled.checked_sub(back) {
+                None | Some(0) => 0,
+                Some(now) => i128::from(motion(ago(&positions[..now], 0), ago(&positions[..now], 1), 1 << width)),
+            };
+            let forward = b0 * (difference(0) + 2 * difference(1) + difference(2)) * fine;
+            let sum = forward - a1 * ys[sampled] - a2 * ys[sampled - 1];
+            ys.push(rounded(sum, one, Rounding::NearestUp).clamp(-top * fine, top * fine - 1));
+        }
+        let shown = rounded(ys[positions.len() + 1], 1 << guard, Rounding::NearestUp);
+        shown.min((top << out_frac) - 1) as i64
     }
 }
 

@@ -349,8 +349,23 @@ fn a_filter_without_a_corner_that_its_words_hold_is_refused() {
         refused_estimator("window", "velocity_filter = { corner = 30 }"),
         "9:19: method.velocity_filter: not a number of this estimator; leave it out",
     );
-    let told = "9:33: method.velocity_filter.order: unknown key; accepted here: corner; did you mean corner?";
-    says(refused_estimator("filtered", "velocity_filter = { corner = 9, order = 2 }"), told);
+    for order in ["0", "3", "2.5"] {
+        let told = refused_estimator("filtered", &format!("velocity_filter = {{ corner = 9, order = {order} }}"));
+        assert!(told.contains("9:41: method.velocity_filter.order: ") && told.contains("1 to 2"), "{told}");
+    }
+    // Of 40 bits 20 are those of position and velocity. K^2 / D of 2^-21 is K = 6.908698e-4, atan(K) / (pi 1 ms) the
+    // least corner; 49 % of the rate is the greatest.
+    let ends = "accepted at this sample rate: 0.2199112 to 489.9999 Hz";
+    for value in ["0.219", "490.1", "1e4"] {
+        let second = format!("velocity_filter = {{ corner = {value}, order = 2 }}");
+        let told = format!("a filter of the second order has 20 bits beside those of position and velocity; {ends}");
+        says(refused_estimator("filtered", &second), &format!("9:30: method.velocity_filter.corner: {told}"));
+    }
+    for end in ["0.2199112", "489.9999"] {
+        let law =
+            "kind = \"sampled_wall\"\nestimator = \"filtered\"\nvelocity_filter.order = 2\nvelocity_filter.corner";
+        parse(&GOOD.replace("kind = \"hybrid\"", &format!("{law} = {end}")), &[]).unwrap();
+    }
     let told = "9:19: method.velocity_filter.corner: missing; write a frequency as Hz, MHz or a number in Hz";
     says(refused_estimator("filtered", "velocity_filter = {}"), told);
 }
