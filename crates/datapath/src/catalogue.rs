@@ -11,7 +11,7 @@ use crate::phantom::{
 use crate::{
     AnyBlock, AxisFront, Biquad, Block, ButterworthDifference, CommandLimiter, ConfigError, ConventionalLoop, Cordic,
     Displacement, EdgeTimer, FilteredDifference, Foaw, FractionalDifference, Generic, HybridLoop, InputShaper,
-    LevantDifferentiator, MethodLoop, PositionCounter, Pwm, QuadratureDecoder, SampleTimer, Saturator,
+    LevantDifferentiator, MethodLoop, Pid, PositionCounter, Pwm, QuadratureDecoder, SampleTimer, Saturator,
     SequentialDivider, SquareRoot, Synchronizer, TorqueSum, TruncatingMultiplier, Unilateral, VelocityRegister,
     WindowDifference, ZeroOrderHold,
 };
@@ -66,7 +66,7 @@ macro_rules! around_laws {
         blocks! {
             Synchronizer, QuadratureDecoder, PositionCounter, Displacement, Unilateral, TruncatingMultiplier,
             VelocityRegister, ZeroOrderHold, TorqueSum, Saturator, CommandLimiter, Pwm, SequentialDivider, SquareRoot,
-            Cordic, Biquad, FilteredDifference, ButterworthDifference, WindowDifference, Foaw, EdgeTimer,
+            Cordic, Biquad, Pid, FilteredDifference, ButterworthDifference, WindowDifference, Foaw, EdgeTimer,
             LevantDifferentiator, HybridLoop, ConventionalLoop, AxisFront, InputShaper, $(crate::$Law,)*
             $(MethodLoop<crate::$Law>,)* TrigTable, TrigQuarter, TrigInterpolated, TrigCordic, SampleRegister, PhantomForward, CubeRoom, PhantomTorque,
             CommandScaler, CommandRegister, PhantomEngine, PhantomLoop, PhantomSharedLoop, PhantomIo, GimbalInverse,

@@ -32,6 +32,7 @@ pub use arithmetic::biquad::{Biquad, BiquadConfig};
 pub use arithmetic::command_limiter::CommandLimiter;
 pub use arithmetic::cordic::{Cordic, CordicBound, CordicConfig};
 pub use arithmetic::input_shaper::{InputShaper, InputShaperConfig, Shaping};
+pub use arithmetic::pid::{Pid, PidConfig};
 pub use arithmetic::saturator::Saturator;
 pub use arithmetic::sequential_divider::{DividerConfig, SequentialDivider};
 pub use arithmetic::square_root::SquareRoot;
@@ -40,7 +41,7 @@ pub use arithmetic::truncating_multiplier::TruncatingMultiplier;
 pub use arithmetic::unilateral::Unilateral;
 pub use arithmetic::zero_order_hold::ZeroOrderHold;
 pub use arithmetic::{
-    biquad, command_limiter, cordic, input_shaper, saturator, sequential_divider, square_root, torque_sum,
+    biquad, command_limiter, cordic, input_shaper, pid, saturator, sequential_divider, square_root, torque_sum,
     truncating_multiplier, unilateral, zero_order_hold,
 };
 use base::block::step;

@@ -4,6 +4,7 @@ pub mod biquad;
 pub mod command_limiter;
 pub mod cordic;
 pub mod input_shaper;
+pub mod pid;
 pub mod saturator;
 pub mod sequential_divider;
 pub mod square_root;

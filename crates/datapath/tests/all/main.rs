@@ -32,6 +32,7 @@ mod phantom_engine;
 mod phantom_loops;
 mod phantom_trig;
 mod phantom_trig_words;
+mod pid;
 mod products;
 mod pwm;
 mod recurrence;
