@@ -293,6 +293,9 @@ fn given(args: &Args, design: &str) -> Given {
     match method {
         "virtual_coupling" => give(&[("method.coupling_stiffness", coupling)]),
         "energy_bounding" => give(&[("method.c1", c1)]),
+        // A detent every 256 counts.
+        "table" if is_mass => give(&[("method.torques", "[0, -1, 0, 1]"), ("method.spacing", "64")]),
+        "table" => give(&[("method.torques", "[0, -0.002, 0, 0.002]"), ("method.spacing", "64")]),
         _ => {}
     }
     all

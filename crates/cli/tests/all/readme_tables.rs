@@ -123,6 +123,7 @@ pub const COMMANDS: &[(&str, Form)] = &[
     ("hpu run knob.toml --set method.kind=conventional", Form::AsIs),
     ("hpu vectors pwm --format json", short("hpu vectors pwm --format json --count 10", "its rows are 40000")),
     ("hpu run hybrid-wall --set wall.stiffness=2.5 --set method.pwm.bits=10", Form::AsIs),
+    ("hpu run detent-knob", Form::AsIs),
     ("hpu report hybrid-wall -o report.html", Form::AsIs),
     (
         "hpu limits conventional-wall-1khz",

@@ -7,4 +7,5 @@ pub(crate) mod method_variants;
 pub mod passive_spring;
 pub mod passivity_controller;
 pub mod sampled_wall;
+pub mod torque_table;
 pub mod virtual_coupling;

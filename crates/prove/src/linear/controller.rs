@@ -122,5 +122,6 @@ pub(super) fn controller(scene: &Scene, damping: Damping) -> Result<(Vec<Term>, 
         LawMethod::EnergyBounding(_) => nonlinear("energy bounding"),
         LawMethod::PassiveSpring(_) => nonlinear("an energy-level spring"),
         LawMethod::BrakingPulse(_) => nonlinear("a braking pulse"),
+        LawMethod::TorqueTable(_) => nonlinear("a table of torques"),
     }
 }

@@ -8,6 +8,7 @@
 //! | `energy_bounding` | the torque stays in the range of wanted torques and 0; the energy is a sum without a limit |
 //! | `passive_spring` | with `alpha = 1` the extension never exceeds the penetration; the torque |
 //! | `braking_pulse` | the pulse of the fastest motion; the torque is between that of the wall and full scale |
+//! | `torque_table` | the torques of the table; the torque, whose limit may act |
 //! | input shaper | its output is between 0 and the torque; the overflow of its filter is not proved |
 //!
 //! Errors against real numbers are proved for the sampled wall. The errors of the other laws circulate through their
@@ -16,7 +17,8 @@
 use hpu_cosim::AxisLoop;
 use hpu_datapath::{
     AnyBlock, BrakingPulse, ButterworthConfig, EnergyBounding, Estimator, Law, LawIn, LawOut, LawWidths, PassiveSpring,
-    PassivityConfig, PassivityController, SampledWall, SampledWallConfig, SpringConfig, VirtualCoupling, sampled_wall,
+    PassivityConfig, PassivityController, SampledWall, SampledWallConfig, SpringConfig, TableConfig, TorqueTable,
+    VirtualCoupling, sampled_wall,
 };
 use hpu_signal::{Format, Word as _};
 
@@ -80,6 +82,7 @@ pub(super) fn stated(
         AxisLoop::EnergyBounding(wiring) => of!(wiring, Seen::energy_bounding),
         AxisLoop::PassiveSpring(wiring) => of!(wiring, Seen::passive_spring),
         AxisLoop::BrakingPulse(wiring) => of!(wiring, Seen::braking_pulse),
+        AxisLoop::TorqueTable(wiring) => of!(wiring, Seen::torque_table),
     }
 }
 
@@ -265,6 +268,17 @@ impl Seen<'_> {
         let torque = Span::new(wanted.min, wanted.max.max(self.widths.top().into()));
         let fits = most <= format.max();
         ((within(torque, false), None), within(Span::new(0, most.min(format.max())), fits))
+    }
+
+    fn torque_table(&self, law: &TorqueTable) -> Made {
+        let TableConfig { table_bits, torques, .. } = *law.config();
+        let words = torques[..1 << table_bits].iter().map(|&word| Span::exact(word.into()));
+        let texture = words.reduce(Span::hull).expect("two torques at least");
+        let wanted = self.widths.wanted(&self.input, self.moved(self.settings.period as f64)).known().span;
+        let sum = wanted.plus(texture);
+        let top = i128::from(self.widths.top());
+        let bridge = Span::new(-top, top);
+        ((within(sum.clamp(bridge), false), None), within(texture, true))
     }
 
     fn passive_spring(&self, law: &PassiveSpring) -> Made {

@@ -126,6 +126,14 @@ fn every_method_stays_inside_its_bounds_and_comes_within_two_bits_but_for_sums_o
 }
 
 #[test]
+fn a_table_of_torques_stays_inside_its_bounds_and_comes_within_two_bits() {
+    let scene = axis("detent-knob", &[SLOW, MEAN]);
+    let proof = axis_bounds(&scene).unwrap();
+    assert_eq!(compared(&scene, &proof, &at_random(&scene, &proof, |_| ())), [""; 0]);
+    assert!(of(&proof, "memory").never_overflows);
+}
+
+#[test]
 fn the_hybrid_walls_own_run_is_within_two_bits_but_where_no_command_pumps_the_shaft() {
     let scene = axis("hybrid-wall", &[]);
     let proof = axis_bounds(&scene).unwrap();

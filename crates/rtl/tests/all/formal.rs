@@ -42,6 +42,7 @@ fn is_long(name: &str, label: &str) -> bool {
         "gimbal_loop" | "gimbal_shear_loop" => ["default", "plain", "all_distinct"].contains(&label),
         // The loops around laws are generated: one stands for all.
         "braking_pulse_loop"
+        | "torque_table_loop"
         | "energy_bounding_loop"
         | "passive_spring_loop"
         | "passivity_controller_loop"
@@ -277,6 +278,7 @@ fn every_wiring_equals_its_vhdl_in_every_listed_configuration() {
             "phantom_loop",
             "phantom_shared_loop",
             "sampled_wall_loop",
+            "torque_table_loop",
             "virtual_coupling_loop",
         ],
     );
@@ -296,6 +298,7 @@ fn wirings_that_take_longer_equal_their_vhdl() {
             "passivity_controller_loop",
             "phantom_loop",
             "phantom_shared_loop",
+            "torque_table_loop",
             "virtual_coupling_loop",
         ],
     );

@@ -24,6 +24,7 @@ pub(crate) const AXIS: &[Shipped] = scenes![
     "levant-wall",
     "levant-chatter",
     "braking-pulse",
+    "detent-knob",
     "energy-level-wall",
     "shaped-wall",
     "stiff-hybrid",

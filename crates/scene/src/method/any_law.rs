@@ -6,6 +6,7 @@ use crate::method::passive_spring::PassiveSpring;
 use crate::method::passivity_controller::PassivityController;
 use crate::method::sampled_law::SampledLaw;
 use crate::method::shaper::InputShaper;
+use crate::method::table::TableLaw;
 use crate::method::virtual_coupling::VirtualCoupling;
 use crate::method::wall::Wall;
 

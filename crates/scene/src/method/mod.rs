@@ -32,6 +32,7 @@ macro_rules! laws {
             energy_bounding: EnergyBounding, BoundingMethod, EnergyBounding;
             passive_spring: PassiveSpring, SpringMethod, PassiveSpring;
             braking_pulse: BrakingPulse, PulseMethod, BrakingPulse;
+            table: TorqueTable, TableMethod, TableLaw;
         }
     };
 }
@@ -42,6 +43,7 @@ pub mod passive_spring;
 pub mod passivity_controller;
 pub mod sampled_wall;
 pub mod shaper;
+pub mod table;
 pub mod virtual_coupling;
 pub mod wall;
 

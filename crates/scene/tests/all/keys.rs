@@ -85,6 +85,7 @@ fn bases() -> Vec<Base> {
         axis("motor", "energy_bounding", "none", &[("method.c1", "1")]),
         axis("motor", "passive_spring", "none", &[]),
         axis("motor", "braking_pulse", "none", &[]),
+        axis("motor", "table", "none", &[("method.torques", "[0, 0]")]),
         axis("motor", "hybrid", "none", &[("model.datapath", "linear")]),
         axis("motor", "hybrid", "constant_torque", &[("hand.torque", "0")]),
         axis(

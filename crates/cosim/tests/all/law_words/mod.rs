@@ -9,7 +9,7 @@ mod recorded;
 
 use hpu_cosim::law::{
     BoundingForm, BrakingPulse, EnergyBounding, InputShaper, Observer, PassiveSpring, PassivityController, SampledLaw,
-    VirtualCoupling, Wall, high_pass,
+    TableLaw, VirtualCoupling, Wall, high_pass,
 };
 
 use recorded::{Push, Recorded, TOP, Tally};
@@ -340,6 +340,36 @@ fn a_shaper_is_within_the_words_of_its_filter() {
         }
     }
     tally.done("input_shaper");
+}
+
+#[test]
+fn a_table_is_within_the_floors_of_its_lines_and_of_the_drag() {
+    let push = Push {
+        method: "kind = \"table\"\ndamping_format = \"(0,8,4)\"\nspacing = 8\n\
+                 torques = [0, \"-3 mN.m\", \"-1 mN.m\", \"4 mN.m\"]",
+        wall: "stiffness = \"0.4 N.m/rad\"\ndamping = \"0.1 mN.m.s/rad\"",
+        rate_hz: 2_000,
+        samples: 2_000,
+    };
+    let (mut tally, mut signs) = (Tally::default(), [0, 0]);
+    for seed in 0..20 {
+        let run = push.run(seed);
+        // The table of the law is towards greater angles, that of the words against it.
+        let torques = ["T0", "T1", "T2", "T3"].map(|name| -run.generic(name));
+        let mut law = TableLaw::new(wall(&run, 1), torques.into(), 8.0, run.start);
+        for sample in &run.samples {
+            let force = law.sample(sample.delta);
+            assert!(force.abs() < TOP);
+            let texture = law.texture_n(sample.delta);
+            signs[usize::from(texture > 0.0)] += usize::from(texture != 0.0);
+            let off = -texture - sample.memory;
+            assert!((0.0..1.0).contains(&off), "{} for {texture}", sample.memory);
+            // The spring is exact; the floors of the line and of the drag lose less than 1 each.
+            tally.hold(sample, sample.torque, force, 2.0);
+        }
+    }
+    assert!(signs.iter().all(|&samples| samples > 1000), "{signs:?}");
+    tally.done("table");
 }
 
 #[test]
