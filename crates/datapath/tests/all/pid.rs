@@ -59,7 +59,7 @@ fn every_sample_is_that_of_the_equations() {
                 let input = pid::In { period, ..formats.map(|format| draw(&mut state, format)) };
                 samples.push(input);
                 let command = expected(&config, &samples);
-                if command.unsigned_abs() == config.limit.into() {
+                if command.unsigned_abs() == u64::from(config.limit) {
                     limited += 1
                 } else {
                     free += 1
