@@ -99,10 +99,11 @@ pub use axis::network::{Compound, Dac};
 pub use axis::parts::{Amplifier, Device, Encoder, Hand, Method, Motor, PathPoint, Push, Ramp, Wall};
 pub use axis::path::{along, moves_until_s, positions_along};
 pub use axis::rows::{AnalogShaper, Mass};
+pub use axis::sensors::{Modulator, Sampled, Sensor, SensorKind};
 pub use axis::words::{COMMAND_BITS, LoopWords, Realised};
 pub use dut::{
     BesideFile, Connected, Connection, Driving, Dut, DutClock, DutReset, DutScene, Engine, Generic, Layout, Line, Part,
-    Registers, SourceFile, Standard, beside,
+    Registers, SensorPin, SourceFile, Standard, beside,
 };
 pub use experiment::Experiment;
 pub use experiment::devices::{BEGINNINGS, KINDS, shipped};
@@ -136,6 +137,7 @@ pub use schedule::{Schedule, WordRamp};
 pub use schema::identifier::{Identifier, Language};
 pub use schema::parameter::{Origin, Parameter, ParameterValue};
 pub use schema::source::SceneError;
+pub use text::kept::kept;
 pub use text::message::{Lines, did_you_mean, excerpt, figure, number, printable, printable_json};
 pub use text::plain_name::{NotPlain, PlainName};
 

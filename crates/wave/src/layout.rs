@@ -245,9 +245,9 @@ impl Layout {
         self
     }
 
-    /// Adds to the plant's outputs the depth in the wall of an axis, and the hand's position and its effort where the
-    /// rows of a simulation have them. A recording shows the hand if its rows are measured
-    /// ([`Observe::measures`](hpu_signal::Observe::measures)).
+    /// Adds to the plant's outputs the depth in the wall of an axis, and the hand's position, its effort and the
+    /// sensors of a network where the rows of a simulation have them. A recording shows the last three if its rows are
+    /// measured ([`Observe::measures`](hpu_signal::Observe::measures)).
     #[must_use]
     pub fn with_wall_and_hand(mut self, simulation: &impl Simulation) -> Self {
         let Some(plant) = self.scopes.iter_mut().find(|scope| scope.name == "plant") else { return self };
@@ -260,7 +260,7 @@ impl Layout {
         }
         for column in simulation.columns() {
             let real = simulation.row()[column];
-            if real.name.starts_with("hand_") && column >= simulation.reals().len() {
+            if ["hand_", "sensor_"].iter().any(|of| real.name.starts_with(of)) && column >= simulation.reals().len() {
                 plant.vars.push(Var::real((self.reals.len(), &real)));
                 self.reals.push(real);
                 self.columns.push(Shown::Value(column));

@@ -1,14 +1,13 @@
 //! The ports of a design and their connections: checked once; then inputs get words, and outputs drive the device.
 
-use std::collections::BTreeSet;
-use std::sync::Mutex;
-
 use hpu_signal::{Format, Signal};
 
 use super::{Design, Fault, Port};
 use crate::world::EncoderState;
 use crate::world::axis_encoder::AxisEncoder;
-use hpu_scene::{Connected, Connection, Driving, DutScene, Layout, Line, Part, SceneError, did_you_mean};
+use hpu_scene::{
+    Connected, Connection, Driving, DutScene, Layout, Line, Part, SceneError, SensorPin, did_you_mean, kept,
+};
 
 /// A port with its connections.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -36,7 +35,8 @@ impl Wire {
 
     /// Returns whether its words are numbers, by its type, by the scene or by its connection.
     pub fn is_quantity(&self) -> bool {
-        let is_one = |connection: Connection| !matches!(connection, Connection::Line(..) | Connection::Open);
+        let is_one =
+            |connection: Connection| connection != Connection::Open && connection.format() != Some(Format::BIT);
         self.port.is_quantity || self.whole().is_some_and(is_one)
     }
 
@@ -92,6 +92,9 @@ pub struct Wires {
     pub(crate) encoder: AxisEncoder,
     count_rad: f64,
 }
+
+/// What the world's sensors show: the encoder, and the pins of the others.
+pub(crate) type Sensed<'a> = (EncoderState, &'a [[i64; 2]]);
 
 /// The place of a line's port among the outputs, the number of bits to the line's right, and whether it is inverted.
 type Level = (usize, u32, bool);
@@ -239,9 +242,9 @@ impl Wires {
             })
         };
         let word = pieces().find_map(|(place, piece)| match piece.connection {
-            Connection::Duty(format, offset) | Connection::Force(format, offset) => {
-                Some((place, piece, format, offset))
-            }
+            Connection::Duty(format, offset)
+            | Connection::Force(format, offset)
+            | Connection::Current(format, offset) => Some((place, piece, format, offset)),
             _ => None,
         });
         let driving = scene.driving()?;
@@ -250,7 +253,7 @@ impl Wires {
                 Driving::Gates => [Line::MinusHigh, Line::MinusLow, Line::PlusHigh, Line::PlusLow].map(line),
                 Driving::Legs => [line(Line::Minus), line(Line::Plus), None, None],
                 Driving::PulseAndDirection => [line(Line::Pwm), line(Line::Direction), None, None],
-                Driving::Duty | Driving::Force | Driving::Nothing => [None; 4],
+                Driving::Duty | Driving::Force | Driving::Current | Driving::Nothing => [None; 4],
             },
             enable: line(Line::Enable),
             word,
@@ -297,21 +300,21 @@ impl Wires {
         Some((index, [-(1 << (bits - 1)), (1 << bits) - 1]))
     }
 
-    /// Returns the word of an input in a state of the encoder, which stood at the count `start` at the start; 0 for an
-    /// output.
-    pub(crate) fn word(&self, wire: &Wire, encoder: EncoderState, start: i64) -> i64 {
+    /// Returns the word of an input in a state of the sensors; 0 for an output. The encoder stood at the count `start`
+    /// at the start.
+    pub(crate) fn word(&self, wire: &Wire, (encoder, sensors): Sensed, start: i64) -> i64 {
         if let Some(connection) = wire.whole() {
-            return self.given_word(connection, wire.format(), encoder, start);
+            return self.given_word(connection, wire.format(), (encoder, sensors), start);
         }
         let bits = |piece: &Piece| {
             let format = piece.connection.format().unwrap_or(Format::unsigned(piece.width));
-            format.bits(self.given_word(piece.connection, format, encoder, start)) << piece.shift
+            format.bits(self.given_word(piece.connection, format, (encoder, sensors), start)) << piece.shift
         };
         wire.port.format.from_bits(wire.pieces.iter().map(bits).sum())
     }
 
     /// Returns the word of a connection that the world gives.
-    fn given_word(&self, connection: Connection, format: Format, encoder: EncoderState, start: i64) -> i64 {
+    fn given_word(&self, connection: Connection, format: Format, (encoder, sensors): Sensed, start: i64) -> i64 {
         match connection {
             Connection::Line(line, inverted) => {
                 let level = match line {
@@ -327,7 +330,8 @@ impl Wires {
                 format.wrap((encoder.shown as f64 * self.count_rad / format.lsb()).round() as i128)
             }
             Connection::Constant(word) => format.wrap(word.into()),
-            Connection::Duty(..) | Connection::Force(..) | Connection::Open => 0,
+            Connection::Sensor(SensorPin { sensor, pin, inverted, .. }) => sensors[sensor][pin] ^ i64::from(inverted),
+            Connection::Duty(..) | Connection::Force(..) | Connection::Current(..) | Connection::Open => 0,
         }
     }
 
@@ -364,7 +368,7 @@ impl Wires {
                 (true, false) => [true, false, false, true],
                 (false, _) => [false, !self.floats, false, !self.floats],
             },
-            Driving::Duty | Driving::Force | Driving::Nothing => [false; 4],
+            Driving::Duty | Driving::Force | Driving::Current | Driving::Nothing => [false; 4],
         };
         if !self.enable.is_none_or(level) {
             gates = [false; 4];
@@ -373,8 +377,10 @@ impl Wires {
             let word = piece.of(words[place], format);
             let word = if offset { format.wrap(i128::from(word) + (1i128 << (format.width() - 1))) } else { word };
             let most = format.lsb().recip() as i64;
-            // A positive command pushes against the positive direction; no actuator gives more than its full scale.
-            -word.clamp(-most, most)
+            // No actuator gives more than its full scale. A positive command pushes against the positive direction, but
+            // to a converter the word goes as it is.
+            let word = word.clamp(-most, most);
+            if self.driving == Driving::Current { word } else { -word }
         });
         Ok((gates.map(i64::from), command))
     }
@@ -506,17 +512,4 @@ fn check(scene: &DutScene, port: &Port, connected: &Connected, ignores_case: boo
             _ => Ok(()),
         },
     }
-}
-
-/// Returns the name with static lifetime: signals are named for the length of the program, and a design has a handful
-/// of them.
-fn kept(name: &str) -> &'static str {
-    static NAMES: Mutex<BTreeSet<&'static str>> = Mutex::new(BTreeSet::new());
-    let mut names = NAMES.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-    if let Some(known) = names.get(name) {
-        return known;
-    }
-    let name: &'static str = name.to_string().leak();
-    names.insert(name);
-    name
 }

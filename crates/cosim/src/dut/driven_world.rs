@@ -126,7 +126,7 @@ impl<'s, W: AnyWorld<'s> + ?Sized> DrivenWorld<'s, W> {
             Logic::Design(wires) => {
                 let Some(state) = state else { unreachable!("a design has an axis") };
                 for (word, wire) in own.iter_mut().zip(wires.given()) {
-                    *word = wires.word(wire, state, self.start);
+                    *word = wires.word(wire, (state, self.world.sensors()), self.start);
                 }
             }
         }

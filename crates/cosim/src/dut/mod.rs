@@ -212,7 +212,7 @@ impl<'s> DutSimulation<'s> {
         let mut plant = plant(scene)?;
         plant.places.reach = wires.counter().map(|(_, reach)| reach);
         let outline = Outline::of_axis(scene, device, wall, loop_of, Vec::new(), true);
-        let outline = outline.with_hand(scene.hand.path());
+        let outline = outline.with_hand(scene.hand.path()).with_sensors(scene.network.as_deref());
         Ok(Self { plant, scene, design, wires, outline, looked: 0..u64::MAX })
     }
 
@@ -250,7 +250,7 @@ impl<'s> DutSimulation<'s> {
 /// When a parameter is impossible, or the connections name no way to drive the device.
 pub fn plant(scene: &DutScene) -> Result<Plant, Fault> {
     let around = Around {
-        network: None,
+        network: scene.network.as_deref(),
         device: &scene.device,
         bridge: scene.bridge,
         hand: &scene.hand,
@@ -265,6 +265,8 @@ pub fn plant(scene: &DutScene) -> Result<Plant, Fault> {
         // Known only with the widths of the design's ports, if at all: it may count by itself.
         places: Places { wall: scene.wall_count(), reach: None },
         horizon: scene.edges(),
+        late: scene.host_clocks,
+        seed: scene.run.seed,
     };
     Ok(Plant::around(around)?)
 }
@@ -274,11 +276,15 @@ pub fn plant(scene: &DutScene) -> Result<Plant, Fault> {
 fn actuator(scene: &DutScene) -> Result<Actuator, SceneError> {
     let format = |scene: &DutScene| {
         scene.dut.ports.iter().find_map(|connected| match connected.connection {
-            Connection::Duty(format, _) | Connection::Force(format, _) => Some(format),
+            Connection::Duty(format, _) | Connection::Force(format, _) | Connection::Current(format, _) => Some(format),
             _ => None,
         })
     };
     let driving = scene.driving()?;
+    if let Some(dac) = scene.network.as_ref().and_then(|network| network.dac) {
+        let width = format(scene).map_or(0, |format| format.frac().max(0).cast_unsigned());
+        return Ok(Actuator::Converted { dac, width, sign: 1.0 });
+    }
     Ok(match (driving, format(scene), scene.amplifier) {
         (Driving::Duty, Some(format), _) => Actuator::Averaged { full_scale: format.lsb().recip(), latch: None },
         (Driving::Force, Some(format), Some(amplifier)) => {

@@ -5,10 +5,12 @@
 //! and greatest current, speed and torque (see [`hpu_plant::Gauge`]), then the hand's angle and torque. A row of an
 //! arm has its outputs, then mean, least and greatest torque of each motor.
 
-use hpu_plant::{Measured, REALS};
-use hpu_signal::Real;
+use std::sync::Mutex;
 
+use hpu_plant::{Measured, REALS};
 use hpu_scene::joined::joined;
+use hpu_scene::{Sensor, SensorKind, kept};
+use hpu_signal::Real;
 
 /// The convention of signs, as traces, waveforms and summaries state it.
 pub const SIGNS: &str = "torques and forces are positive along the positive direction of the position that they act \
@@ -100,6 +102,29 @@ pub(crate) const ARM_BETWEEN: [Real; 9] = [
 
 /// Columns of an arm's row.
 pub const ARM_ROW: [Real; 18] = joined(&[&ARM_REALS, &ARM_BETWEEN]);
+
+/// Returns the columns of a row of a network: those of an axis, then one for each of its sensors. Rows are static, so a
+/// program keeps one for each set of sensors.
+pub(crate) fn with_sensors(row: &'static [Real], sensors: &[Sensor]) -> &'static [Real] {
+    static ROWS: Mutex<Vec<&'static [Real]>> = Mutex::new(Vec::new());
+    if sensors.is_empty() {
+        return row;
+    }
+    let of = |sensor: &Sensor| match sensor.kind {
+        SensorKind::Encoder(..) => {
+            real(kept(&format!("sensor_{}_count", sensor.name)), "Count of the encoder, from position 0")
+        }
+        SensorKind::Modulator(_) => real(kept(&format!("sensor_{}_bit", sensor.name)), "Bit of the modulator"),
+        SensorKind::Sampled(_) => real(kept(&format!("sensor_{}_word", sensor.name)), "Word of the sensor, in counts"),
+    };
+    let row: Vec<Real> = row.iter().copied().chain(sensors.iter().map(of)).collect();
+    let mut rows = ROWS.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+    if let Some(known) = rows.iter().find(|known| ***known == row[..]) {
+        return known;
+    }
+    rows.push(row.leak());
+    rows[rows.len() - 1]
+}
 
 /// Returns mean, least and greatest value of one output over a row, in the column's unit.
 pub(crate) fn three(measured: &Measured, scale: f64) -> [f64; 3] {

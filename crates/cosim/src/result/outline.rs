@@ -3,13 +3,13 @@
 use hpu_plant::REALS;
 use hpu_signal::{Clock, Real, Signal};
 
-use crate::result::columns::{AXIS_ROW, CURRENTS, RAIL_ROW, TORQUE_BETWEEN};
+use crate::result::columns::{AXIS_ROW, CURRENTS, RAIL_ROW, TORQUE_BETWEEN, with_sensors};
 use crate::result::summary::Summary;
 use crate::result::time_constants::TimeConstants;
 use crate::result::trace::{ANGLE, TORQUE, Trace};
 use crate::result::verdict::{Abort, Verdict, judge_drop, judge_following, judge_hand, judge_rest, without_torque};
 use hpu_scene::judged::{is_enough, stride};
-use hpu_scene::{Device, Head, Push, Record, moves_until_s};
+use hpu_scene::{Compound, Device, Head, Push, Record, moves_until_s};
 
 /// A net that commands an actuator, the column of the effort that it asks for, and the effort of one ulp of its word.
 pub(crate) type Command = (&'static str, &'static str, f64);
@@ -117,6 +117,14 @@ impl Outline {
             rule => rule,
         };
         Self { still, rule, ..self }
+    }
+
+    /// Returns the outline with a column for each of these sensors.
+    pub(crate) fn with_sensors(mut self, network: Option<&Compound>) -> Self {
+        let own = self.row.len();
+        self.row = with_sensors(self.row, network.map_or(&[], |network| &network.sensors));
+        self.columns.extend(own..self.row.len());
+        self
     }
 
     /// Returns the outline of an axis with this device, and a wall at a position that gives a push, if there is one;

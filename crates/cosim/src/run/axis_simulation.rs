@@ -50,6 +50,7 @@ impl<'s> AxisSimulation<'s> {
         let closed_by = (wiring.name(), wiring.nets());
         let outline = Outline::of_axis(scene, device, wall, closed_by, commands, plant.has_device());
         let outline = Outline { slowest: Some(TimeConstants::of(scene)), ..outline.with_hand(scene.hand_path()) };
+        let outline = outline.with_sensors(scene.network.as_deref());
         Ok(Self { scene, plant, words, closed, outline })
     }
 

@@ -43,6 +43,8 @@ pub trait AnyWorld<'s> {
     fn sums(&self, edge: u64) -> Sums;
     /// See [`World::encoder`].
     fn encoder(&self) -> Option<EncoderState>;
+    /// See [`World::sensors`].
+    fn sensors(&self) -> &[[i64; 2]];
     /// See [`World::summary`].
     fn summary(&self) -> Summary;
     /// See [`World::over`].
@@ -98,6 +100,9 @@ impl<'s, E: World + 's> AnyWorld<'s> for E {
     }
     fn encoder(&self) -> Option<EncoderState> {
         World::encoder(self)
+    }
+    fn sensors(&self) -> &[[i64; 2]] {
+        World::sensors(self)
     }
     fn summary(&self) -> Summary {
         World::summary(self)

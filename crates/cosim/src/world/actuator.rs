@@ -32,6 +32,8 @@ pub(crate) enum Actuator {
         dac: Dac,
         /// Bits of a full command.
         width: u32,
+        /// 1 if a positive word asks for a positive current, -1 if for a negative one.
+        sign: f64,
     },
 }
 

@@ -51,6 +51,19 @@ macro_rules! each {
     };
 }
 
+macro_rules! network {
+    ($self:ident, $body:ident => $call:expr) => {
+        match $self {
+            Self::Other(other) => match &mut **other {
+                Other::Small($body) => $call,
+                Other::Large($body) => $call,
+                Other::Stepped(_) => unreachable!("a network is not stepped"),
+            },
+            Self::Exact(_) => unreachable!("an axis has no further sensors"),
+        }
+    };
+}
+
 /// The functions that a run calls most, out of the way of the usual device's.
 impl Other<'_> {
     #[inline(never)]
@@ -275,6 +288,26 @@ impl AnyDevice<'_> {
             Self::Exact(body) => body.is_surely_within(edge, angle_rad, band),
             Self::Other(other) => other.is_surely_within(edge, angle_rad, band),
         }
+    }
+
+    /// Watches the reading of a further sensor. See [`NetworkDevice::watch`]; only networks have such sensors.
+    pub(crate) fn watch(&mut self, sensor: usize, band: (f64, f64)) {
+        network!(self, body => body.watch(sensor, band));
+    }
+
+    /// Returns the reading of a further sensor at an edge that has not been left yet.
+    pub(crate) fn reading(&mut self, sensor: usize, edge: u64) -> f64 {
+        network!(self, body => body.reading(sensor, edge))
+    }
+
+    /// Returns the greatest integer up to a multiple of a reading, or of the current. See [`NetworkDevice::floor`].
+    pub(crate) fn floor(&mut self, sensor: Option<usize>, edge: u64, scale: f64) -> i64 {
+        network!(self, body => body.floor(sensor, edge, scale))
+    }
+
+    /// Returns on which side of a band the reading of a further sensor lies. See [`NetworkDevice::side_of_reading`].
+    pub(crate) fn side_of_reading(&mut self, sensor: usize, edge: u64, value: f64, band: (f64, f64)) -> i8 {
+        network!(self, body => body.side_of_reading(sensor, edge, value, band))
     }
 
     /// Returns how many decisions were made again in double-double; 0 for a body in steps.

@@ -18,6 +18,7 @@ use crate::world::any_device::{AnyDevice, Other};
 use crate::world::encoder::{Encoder, Pins};
 use crate::world::faults::FaultState;
 use crate::world::plant::{AnyLaws, Kind, Plant};
+use crate::world::sensors::Sensors;
 use crate::world::stepped::Stepped;
 use crate::world::{EncoderState, World};
 use hpu_scene::Schedule;
@@ -48,6 +49,8 @@ pub struct AxisWorld<'p> {
     stays: Tally,
     /// Faults between device and logic, if the scene asks for any.
     faults: Option<Box<FaultState<'p>>>,
+    /// The sensors of a network beside the encoder, if it has any.
+    sensors: Option<Box<Sensors<'p>>>,
     /// Why the run cannot go on, apart from the reasons that the device itself knows.
     over: Option<&'static str>,
     edge: u64,
@@ -84,6 +87,7 @@ impl<'p> AxisWorld<'p> {
             counter: 0,
             stays: plant.places.tally(0),
             faults: plant.faults.as_ref().map(|plan| Box::new(FaultState::new(plan))),
+            sensors: None,
             over: None,
             edge: 0,
             pins: Pins::default(),
@@ -104,11 +108,13 @@ impl<'p> AxisWorld<'p> {
             });
             world.begin(*angle_rad);
         }
-        if let Kind::Network { laws, angle_rad, .. } = &plant.kind {
-            world.device = Some(AnyDevice::Other(Box::new(match laws {
+        if let Kind::Network { laws, angle_rad, sensors, seed, .. } = &plant.kind {
+            let mut device = AnyDevice::Other(Box::new(match laws {
                 AnyLaws::Small(laws) => Other::Small(NetworkDevice::new(laws, 0.0)),
                 AnyLaws::Large(laws) => Other::Large(NetworkDevice::new(laws, 0.0)),
-            })));
+            }));
+            world.sensors = (!sensors.is_empty()).then(|| Box::new(Sensors::new(sensors, *seed, &mut device)));
+            world.device = Some(device);
             world.begin(*angle_rad);
         }
         match plant.actuator {
@@ -177,6 +183,17 @@ impl<'p> AxisWorld<'p> {
             && !device.is_surely_within(self.edge, angle_rad, (low, high))
         {
             self.recount(angle_rad);
+        }
+        if self.sensors.is_some() {
+            self.sense_more();
+        }
+    }
+
+    /// Tells the sensors beside the encoder the motion at the present edge.
+    #[cold]
+    fn sense_more(&mut self) {
+        if let (Some(sensors), Some(device)) = (&mut self.sensors, &mut self.device) {
+            self.over = sensors.sense(self.edge, device).or(self.over);
         }
     }
 
@@ -252,6 +269,11 @@ impl<'p> AxisWorld<'p> {
                 }
             }
         }
+        if let (Some(sensors), Some(device)) = (&mut self.sensors, &mut self.device)
+            && sensors.next() <= edge
+        {
+            sensors.happen(edge, device);
+        }
         if let Some(faults) = self.faults.as_mut().filter(|faults| faults.next().is_some_and(|next| next <= edge)) {
             if faults.happen(edge)
                 && let (Some(out), Some(device)) = (self.told, &mut self.device)
@@ -314,7 +336,9 @@ impl<'p> AxisWorld<'p> {
                     device.driven(edge, Drive::Average(given));
                 }
             }
-            Actuator::Converted { dac, width } => device.driven(edge, Drive::Current(-dac.current_a(word, width))),
+            Actuator::Converted { dac, width, sign } => {
+                device.driven(edge, Drive::Current(sign * dac.current_a(word, width)));
+            }
             // As with a bridge, a positive command pushes against the positive direction.
             Actuator::Amplified { quantum_n, .. } => {
                 let force_n = word as f64 * quantum_n;
@@ -366,7 +390,8 @@ impl<'p> AxisWorld<'p> {
     /// Returns whether nothing is planned from here on: the device and the logic alone decide.
     #[inline]
     fn is_left_alone(&self) -> bool {
-        self.next_due == u64::MAX && self.shaping.is_none() && self.latch.is_none() && self.faults.is_none()
+        let is_fixed = self.next_due == u64::MAX && self.shaping.is_none() && self.latch.is_none();
+        is_fixed && self.faults.is_none() && self.sensors.is_none()
     }
 
     /// Finds the next edge at which something is due.
@@ -389,6 +414,9 @@ impl<'p> AxisWorld<'p> {
         }
         if let Some((edge, _)) = self.waiting.front() {
             due = due.min(*edge);
+        }
+        if let Some(sensors) = &self.sensors {
+            due = due.min(sensors.next());
         }
         self.next_due = due.min(self.schedule.next(self.edge).unwrap_or(u64::MAX));
     }
@@ -572,6 +600,9 @@ impl World for AxisWorld<'_> {
             // Of a network in the units of the body with the encoder.
             let [position, effort] = device.felt(edge, &x);
             tell(torque_constant, &measured, [position / units, effort * units], row);
+            if let Some(sensors) = &self.sensors {
+                sensors.tell(row);
+            }
         }
     }
 
@@ -588,6 +619,10 @@ impl World for AxisWorld<'_> {
 
     fn encoder(&self) -> Option<EncoderState> {
         Some(self.encoder_state())
+    }
+
+    fn sensors(&self) -> &[[i64; 2]] {
+        self.sensors.as_ref().map_or(&[], |sensors| sensors.pins())
     }
 
     #[inline]

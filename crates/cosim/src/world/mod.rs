@@ -14,6 +14,7 @@ pub(crate) mod encoder;
 pub(crate) mod faults;
 pub(crate) mod integrator;
 pub(crate) mod plant;
+pub(crate) mod sensors;
 pub(crate) mod stepped;
 
 use hpu_datapath::Repeat;
@@ -137,6 +138,10 @@ pub trait World: Clone {
     /// Returns the state of the encoder; `None` for a world without one encoder of its own.
     fn encoder(&self) -> Option<EncoderState> {
         None
+    }
+    /// Returns the words of the two pins of each sensor beside the encoder, as [`hpu_scene::Sensor::pins`] names them.
+    fn sensors(&self) -> &[[i64; 2]] {
+        &[]
     }
     /// Returns a number that is the same in states that [recur](World::recurs) and in few others; `None` if the present
     /// one certainly does not.

@@ -11,7 +11,7 @@ use crate::world::actuator::{Actuator, Latch, Shaping};
 use crate::world::encoder::Pins;
 use crate::world::faults::FaultPlan;
 use crate::world::stepped::Stepping;
-use hpu_scene::{self, BridgeModel, COMMAND_BITS, Compound, Datapath, Friction, PathPoint, Scene, Winding};
+use hpu_scene::{self, BridgeModel, COMMAND_BITS, Compound, Datapath, Friction, PathPoint, Scene, Sensor, Winding};
 
 /// The reason why a scene has no plant of this kind.
 #[derive(Clone, PartialEq, Debug)]
@@ -48,6 +48,8 @@ pub(crate) enum Kind {
         angle_rad: f64,
         grip_ratio: f64,
         knots: Vec<Knot>,
+        sensors: Vec<Sensor>,
+        seed: u64,
     },
     Capture {
         pins: Vec<(u64, Pins)>,
@@ -102,6 +104,10 @@ pub(crate) struct Around<'a> {
     pub(crate) places: Places,
     /// The farthest that the world looks, in edges.
     pub(crate) horizon: u64,
+    /// The seed of the noise of a network's sensors.
+    pub(crate) seed: u64,
+    /// Edges from a command to the actuator: the host's.
+    pub(crate) late: u64,
 }
 
 impl Plant {
@@ -111,7 +117,7 @@ impl Plant {
     ///
     /// When a parameter is impossible, or a mass has no amplifier.
     pub fn new(scene: &Scene) -> Result<Self, PlantError> {
-        let plant = Self::around(Around {
+        Self::around(Around {
             device: &scene.device,
             network: scene.network.as_deref(),
             bridge: scene.bridge,
@@ -127,14 +133,15 @@ impl Plant {
             places: Places { wall: scene.wall_count(), reach: scene.reach() },
             // A step may be longer than the part of it that is run.
             horizon: scene.edges().max(scene.step_clocks()),
-        })?;
-        Ok(Self { late: scene.host_clocks, ..plant })
+            late: scene.host_clocks,
+            seed: scene.run.seed,
+        })
     }
 
     /// Creates the world from these parts.
     pub(crate) fn around(around: Around) -> Result<Self, PlantError> {
         let Around { device, bridge, hand, friction, winding, clock, horizon, .. } = around;
-        let Around { count_rad, actuator, modulator, stepping, faults, places, .. } = around;
+        let Around { count_rad, actuator, late, modulator, stepping, faults, places, .. } = around;
         let edge_s = clock.period_s();
         if let hpu_scene::Hand::Capture { edges } = hand {
             let pins = edges
@@ -149,7 +156,7 @@ impl Plant {
                 count_rad,
                 actuator,
                 edge_s,
-                late: 0,
+                late,
                 modulator,
                 stepping: None,
                 faults,
@@ -157,8 +164,8 @@ impl Plant {
             });
         }
         if let Some(compound) = around.network {
-            let kind = network(compound, around.friction, (clock, horizon))?;
-            return Ok(Self { kind, count_rad, actuator, edge_s, late: 0, modulator, stepping: None, faults, places });
+            let kind = network(compound, around.friction, (clock, horizon), around.seed)?;
+            return Ok(Self { kind, count_rad, actuator, edge_s, late, modulator, stepping: None, faults, places });
         }
         let (hand, path) = match hand {
             hpu_scene::Hand::ConstantTorque { torque_nm } => (Hand::Torque(*torque_nm), &[][..]),
@@ -210,7 +217,7 @@ impl Plant {
             (angle_rad, speed_rad_per_s) = (first.angle_rad, first.speed_rad_per_s);
         }
         let kind = Kind::Axis { axis, current_a, speed_rad_per_s, angle_rad, knots };
-        Ok(Self { kind, count_rad, actuator, edge_s, late: 0, modulator, stepping, faults, places })
+        Ok(Self { kind, count_rad, actuator, edge_s, late, modulator, stepping, faults, places })
     }
 
     /// Returns whether there is a device, not a recording in its place.
@@ -244,7 +251,11 @@ fn actuator(scene: &Scene) -> Result<Actuator, PlantError> {
     let bits = if scene.model.datapath == Datapath::Law { COMMAND_BITS } else { scene.method.pwm.bits };
     let full_scale = 2f64.powi(bits.cast_signed());
     if let Some(compound) = scene.network.as_deref() {
-        return Ok(compound.dac.map_or(Actuator::Switching, |dac| Actuator::Converted { dac, width: bits }));
+        return Ok(compound.dac.map_or(Actuator::Switching, |dac| Actuator::Converted {
+            dac,
+            width: bits,
+            sign: -1.0,
+        }));
     }
     match (&scene.device, &scene.amplifier, scene.model.bridge) {
         (hpu_scene::Device::Motor(_), _, BridgeModel::Switching) => Ok(Actuator::Switching),
@@ -264,7 +275,12 @@ fn actuator(scene: &Scene) -> Result<Actuator, PlantError> {
 }
 
 /// Returns the laws of a network and the knots of its hand.
-fn network(compound: &Compound, friction: Friction, (clock, horizon): (Clock, u64)) -> Result<Kind, PlantError> {
+fn network(
+    compound: &Compound,
+    friction: Friction,
+    (clock, horizon): (Clock, u64),
+    seed: u64,
+) -> Result<Kind, PlantError> {
     let mut network = compound.network.clone();
     if friction == Friction::None {
         for body in &mut network.bodies {
@@ -279,7 +295,8 @@ fn network(compound: &Compound, friction: Friction, (clock, horizon): (Clock, u6
     } else {
         AnyLaws::Large(NetworkLaws::new(reduced, edge_s, horizon))
     };
-    Ok(Kind::Network { laws, angle_rad, grip_ratio: compound.grip_ratio, knots: knots(&compound.path, clock) })
+    let (knots, sensors) = (knots(&compound.path, clock), compound.sensors.clone());
+    Ok(Kind::Network { laws, angle_rad, grip_ratio: compound.grip_ratio, knots, sensors, seed })
 }
 
 /// Returns the path as knots on clock edges: one at its start, and one wherever its speed changes.

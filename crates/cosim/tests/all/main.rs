@@ -30,6 +30,7 @@ mod reach;
 mod recurrence;
 mod resolved;
 mod scene_shipped;
+mod sensors;
 mod solvers;
 mod verdict;
 mod waiting_rows;

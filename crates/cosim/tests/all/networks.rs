@@ -78,12 +78,48 @@ fn leaping_and_stepping_agree_at_every_edge_of_networks() {
     assert!(KNOB.contains(cable));
     let rigid = KNOB.replace(cable, "");
     let late = format!("{KNOB}host = {{ late = 2, latency = \"3 us\" }}\n");
+    let two = format!("{KNOB}{HANDLE}method.position = \"far\"\n");
     let all = [("knob", KNOB), ("wheel", WHEEL), ("hand", &hand), ("pi", &pi), ("rigid", &rigid), ("late", &late)];
-    for (name, text) in all {
+    for (name, text) in all.into_iter().chain([("two", &*two)]) {
         let experiment = Experiment::Axis(scene(text));
         let simulation = simulation(&experiment);
         let comparison = simulation.compare(20_000);
         assert_eq!(comparison.mismatches, 0, "{name}: {:?}", comparison.first);
+    }
+}
+
+/// An encoder on the handle of the knob, an absolute one with a lag on its rotor, and the drive's current.
+const HANDLE: &str = r#"device.sensors.far = { kind = "encoder", on = "handle", resolution = "2 um" }
+device.sensors.near = { kind = "absolute", on = "rotor", bits = 9, rate = "20 kHz", latency = "7 us", corner = "1 kHz" }
+device.sensors.amps = { kind = "current", bits = 12, gain = "0.1 V/A", range = "3 V", rate = "100 kHz", noise = 1 }
+"#;
+
+/// Lines and words of sensors that no method counts change at the same edges, whether the world leaps or steps.
+#[test]
+fn the_pins_of_further_sensors_do_not_depend_on_the_driver() {
+    for text in [format!("{KNOB}{HANDLE}"), format!("{KNOB}{HANDLE}method.position = \"far\"\n")] {
+        let experiment = Experiment::Axis(scene(&text));
+        let simulation = simulation(&experiment);
+        let (mut stepped, mut changes) = (simulation.closed_loop(), Vec::new());
+        let mut before = stepped.world().sensors().to_vec();
+        while stepped.edge() < 10_000 {
+            stepped.step();
+            let now = stepped.world().sensors();
+            if now != before {
+                changes.push((stepped.edge(), before, now.to_vec()));
+                before = now.to_vec();
+            }
+        }
+        assert!(changes.len() > 50, "{}", changes.len());
+        let mut leaping = simulation.closed_loop();
+        for (edge, before, after) in changes {
+            for (to, pins) in [(edge - 1, before), (edge, after)] {
+                while leaping.edge() < to {
+                    leaping.leap(to, &mut ());
+                }
+                assert_eq!(leaping.world().sensors(), pins, "at {to}");
+            }
+        }
     }
 }
 

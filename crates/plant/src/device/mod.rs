@@ -487,11 +487,7 @@ impl<'a> Device<'a> {
         self.hear(edges);
         let limits = Limits::from(&Band { low: low_rad, high: high_rad, open: true });
         let mut watch = Watch { motion: &self.motion, limits, noise: self.known.noise[0], again: &mut self.redecided };
-        match self.mode.angle.side(&mut watch, edges, angle_rad) {
-            Side::Below => -1,
-            Side::Inside => 0,
-            Side::Above => 1,
-        }
+        self.mode.angle.side(&mut watch, edges, angle_rad).way()
     }
 
     /// Returns the first edge in (`from`, `to`] at which a mode ends or the angle leaves `[low_rad, high_rad)`, where

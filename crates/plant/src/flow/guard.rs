@@ -81,6 +81,18 @@ pub(crate) enum Side {
     Above,
 }
 
+impl Side {
+    /// Returns -1 below, 0 inside, 1 above.
+    #[inline(always)]
+    pub fn way(self) -> i8 {
+        match self {
+            Self::Below => -1,
+            Self::Inside => 0,
+            Self::Above => 1,
+        }
+    }
+}
+
 impl From<&Band> for Limits {
     #[inline(always)]
     fn from(band: &Band) -> Self {

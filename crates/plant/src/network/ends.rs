@@ -206,11 +206,7 @@ where
         stuck.slips[r] = 0;
         // The functional of a body that sticks is the same in every mode with the same stops.
         let guard = &self.laws.mode(&stuck, self.switches()).rubs[r];
-        match self.hold(body).side(guard.exact_value::<P>(x)) {
-            Side::Above => 1,
-            Side::Below => -1,
-            Side::Inside => 0,
-        }
+        self.hold(body).side(guard.exact_value::<P>(x)).way()
     }
 
     /// Lets go bodies whose friction no longer holds them after a jump of drive or hand.
@@ -236,11 +232,7 @@ where
         let constant = self.laws.demand_constant(reference_a);
         let limits = Limits { low: -constant - supply.into(), high: Double::from(supply) - constant, open: false };
         let demand = self.mode.demand.exact_value::<crate::flow::double::Native>(x);
-        self.key.limited = match limits.side(demand) {
-            Side::Below => -1,
-            Side::Inside => 0,
-            Side::Above => 1,
-        };
+        self.key.limited = limits.side(demand).way();
     }
 
     /// Finds at the start which bodies stick, and whether the drive is at its limit.

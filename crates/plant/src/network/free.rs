@@ -39,7 +39,7 @@ impl Reduced {
             }
         }
         let used = |state: &usize| *state != INTENT && (*state != CURRENT || !self.feed.kind.is_ideal());
-        let states = 0..self.size();
+        let states = 0..self.moving();
         let order: Vec<usize> = states.filter(|state| used(state) && *state != ANGLE).chain([position_of(0)]).collect();
         Free {
             a: order.iter().map(|&row| order.iter().map(|&of| rows[row][of].hi).collect()).collect(),

@@ -67,6 +67,8 @@ pub(super) struct Mode<const N: usize> {
     pub emf: Guard<N>,
     /// The force on the body at the grip, but for its constant part.
     pub borne: State<N>,
+    /// The readings of the further sensors, in units of their bodies.
+    pub sensed: Vec<Guard<N>>,
 }
 
 /// The immutable laws of a network on a clock, with `N` states in use or spare; each mode is tabulated when it is first
@@ -335,6 +337,13 @@ where
                 rows[position_of(b)][speed_of(b)] = 1.0.into();
             }
         }
+        for (sensor, &(body, units, lag)) in self.net.sensed.iter().enumerate() {
+            if let Some(corner) = lag {
+                let (index, _) = self.net.reading(sensor);
+                rows[index][index] = (-corner).into();
+                rows[index][position_of(body)] = Double::product(units, corner);
+            }
+        }
         rows
     }
 
@@ -356,7 +365,12 @@ where
         let stops = self.net.stops.iter().map(stop).collect();
         let (demand, emf) = (guard(&self.demand()), guard(&unit(speed_of(self.net.driven.0), self.drive_constant())));
         let borne = rounded(&forces[self.net.grip.0]);
-        Mode { borne, system, current, speed, angle, rubs, stops, demand, emf }
+        let reading = |sensor: usize| {
+            let (index, units) = self.net.reading(sensor);
+            guard(&unit(index, units))
+        };
+        let sensed = (0..self.net.sensed.len()).map(reading).collect();
+        Mode { borne, system, current, speed, angle, rubs, stops, demand, emf, sensed }
     }
 
     /// Returns the factor of a current that makes it about as large as a speed divided by it; `None` if the audit needs

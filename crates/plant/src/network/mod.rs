@@ -14,7 +14,8 @@
 //! that press and limits that hold is a *mode*, a linear system that flows exactly; modes end as those of an axis do.
 //!
 //! States: current, speed and angle of the body with the encoder, the hand's intention; then speed and angle of each
-//! other body; then the integral of a drive that has one. They are held in registers of four, so a network has 8 or 12.
+//! other body; then the integral of a drive that has one, and the outputs of sensors with a lag. They are held in
+//! registers of four, so a network has 8 or 12.
 
 mod ends;
 mod energy;
@@ -139,6 +140,15 @@ impl FeedKind {
     }
 }
 
+/// A body that a further sensor reads.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Sensed {
+    /// The body.
+    pub body: usize,
+    /// The corner of a first-order lag between its position and the sensor's output, in rad/s; `None` without a lag.
+    pub lag_rad_per_s: Option<f64>,
+}
+
 /// A device of bodies and joints.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Network {
@@ -158,6 +168,8 @@ pub struct Network {
     pub grip: usize,
     /// The hand.
     pub hand: Hand,
+    /// The bodies that further sensors read.
+    pub sensed: Vec<Sensed>,
 }
 
 /// The part of a network that is refused.
@@ -214,6 +226,8 @@ pub struct Reduced {
     pub(crate) driven: (usize, f64),
     pub(crate) grip: (usize, f64),
     pub(crate) hand: Hand,
+    /// Bodies of the further sensors, each with its units for one of the reduced body, and its lag.
+    pub(crate) sensed: Vec<(usize, f64, Option<f64>)>,
 }
 
 impl Network {
@@ -349,7 +363,12 @@ impl Network {
         let (driven, grip) = (place(self.driven), place(self.grip));
         let Self { feed, hand, .. } = *self;
         let effort_per_a = self.ratio(self.driven) * feed.torque_constant;
-        let reduced = Reduced { bodies, links, stops, feed, effort_per_a, driven, grip, hand };
+        let sensed = self.sensed.iter().map(|Sensed { body, lag_rad_per_s }| {
+            let (body, units) = place(*body);
+            (body, units, *lag_rad_per_s)
+        });
+        let sensed = sensed.collect();
+        let reduced = Reduced { bodies, links, stops, feed, effort_per_a, driven, grip, hand, sensed };
         reduced.check_size()?;
         Ok(reduced)
     }
@@ -373,7 +392,23 @@ impl Network {
 impl Reduced {
     /// Returns the number of its states.
     pub fn size(&self) -> usize {
+        self.moving() + self.sensed.iter().filter(|(_, _, lag)| lag.is_some()).count()
+    }
+
+    /// Returns the number of the states that move the device; those of the sensors' lags come after them.
+    fn moving(&self) -> usize {
         2 + 2 * self.bodies.len() + usize::from(matches!(self.feed.kind, FeedKind::Pi { .. }))
+    }
+
+    /// Returns the index of the state that a further sensor reads, a position or the output of its lag, and units of
+    /// the reading for one of the state.
+    fn reading(&self, sensor: usize) -> (usize, f64) {
+        let (body, units, lag) = self.sensed[sensor];
+        let has_lag = |(_, _, lag): &&(usize, f64, Option<f64>)| lag.is_some();
+        match lag {
+            None => (laws::position_of(body), units),
+            Some(_) => (self.moving() + self.sensed[..sensor].iter().filter(has_lag).count(), 1.0),
+        }
     }
 
     /// Returns the frequency of each joint's own mode, between the two bodies alone, in Hz.
@@ -388,10 +423,14 @@ impl Reduced {
     fn check_size(&self) -> Result<(), NetworkError> {
         let (states, bodies) = (self.size(), self.bodies.len());
         if states > MOST_STATES {
+            let lags = match states - self.moving() {
+                0 => String::new(),
+                lags => format!(", lags of sensors {lags}"),
+            };
             let reason = format!(
-                "{states} states ({} of drive and hand, {bodies} bodies {}); accepted: {MOST_STATES}. Make a joint \
-                 rigid: leave its stiffness out",
-                states - 2 * bodies,
+                "{states} states ({} of drive and hand, {bodies} bodies {}{lags}); accepted: {MOST_STATES}. Make a \
+                 joint rigid: leave its stiffness out",
+                self.moving() - 2 * bodies,
                 2 * bodies
             );
             return refused(Place::Device, reason);

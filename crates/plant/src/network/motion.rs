@@ -77,6 +77,8 @@ pub struct NetworkDevice<'a, const N: usize> {
     /// The edges after the anchor below which `noise` holds: bounds of the errors of the angle and of the checks.
     heard: u64,
     noise: Vec<f64>,
+    /// The further encoders by the indices of their sensors, and the bands of their present counts.
+    watched: Vec<(usize, Limits)>,
     ahead: Ahead,
     prefix: (u64, (State<N>, State<N>)),
     gauge: Option<Box<Gauge<2>>>,
@@ -99,6 +101,11 @@ where
             (x[speed_of(b)], x[position_of(b)]) = (body.speed, body.position);
         }
         x[INTENT] = laws.net.grip.1 * x[position_of(laws.net.grip.0)];
+        for (sensor, &(body, units, lag)) in laws.net.sensed.iter().enumerate() {
+            if lag.is_some() {
+                x[laws.net.reading(sensor).0] = units * x[position_of(body)];
+            }
+        }
         let (drive, circuit) = match laws.bridge() {
             None => (Drive::Current(0.0), Circuit::Amplified),
             Some(bridge) => {
@@ -137,6 +144,7 @@ where
             redecided: 0,
             heard: 0,
             noise: Vec::new(),
+            watched: Vec::new(),
             ahead: Ahead { until: 0, band: (0.0, 0.0), event: None },
             prefix: (u64::MAX, ([0.0; N], [0.0; N])),
             gauge: None,
@@ -436,6 +444,48 @@ where
         self.noise.clear();
         self.noise.push(self.mode.angle.noise(&self.motion, dyadic, &anywhere));
         self.noise.extend(self.checks.iter().map(|check| check.guard.noise(&self.motion, dyadic, &check.limits)));
+        let watched = self.watched.iter().map(|(sensor, _)| &self.mode.sensed[*sensor]);
+        self.noise.extend(watched.map(|guard| guard.noise(&self.motion, dyadic, &anywhere)));
+    }
+
+    /// Makes [`next_event`](Self::next_event) tell too where the reading of a sensor leaves `[low, high)`, in the place
+    /// of the band that it had.
+    pub fn watch(&mut self, sensor: usize, (low, high): (f64, f64)) {
+        let limits = Limits::from(&Band { low, high, open: true });
+        match self.watched.iter_mut().find(|(watched, _)| *watched == sensor) {
+            Some((_, known)) => *known = limits,
+            None => {
+                self.watched.push((sensor, limits));
+                self.heard = 0;
+            }
+        }
+        self.ahead.until = 0;
+    }
+
+    /// Returns the reading of a sensor at an edge.
+    pub fn reading(&self, sensor: usize, edge: u64) -> f64 {
+        self.mode.sensed[sensor].value(&self.states(edge))
+    }
+
+    /// Returns where the reading of a watched sensor, whose `f64` value at an edge this is, lies with respect to the
+    /// band from `low`, inclusive, to `high`: -1 below, 0 inside, 1 above.
+    pub fn side_of_reading(&mut self, sensor: usize, edge: u64, value: f64, (low, high): (f64, f64)) -> i8 {
+        let edges = edge - self.anchor;
+        self.hear(edges);
+        let place = self.watched.iter().position(|(watched, _)| *watched == sensor).expect("a watched sensor");
+        let limits = Limits::from(&Band { low, high, open: true });
+        let noise = self.noise[1 + self.checks.len() + place];
+        let mut watch = Watch { motion: &self.motion, limits, noise, again: &mut self.redecided };
+        self.mode.sensed[sensor].side(&mut watch, edges, value).way()
+    }
+
+    /// Returns the greatest integer up to `scale` times the reading of a sensor at an edge, or times the current
+    /// without a sensor: all in double-double.
+    pub fn floor(&self, sensor: Option<usize>, edge: u64, scale: f64) -> i64 {
+        let (index, units) = sensor.map_or((CURRENT, 1.0), |sensor| self.laws.net.reading(sensor));
+        let Double { hi, lo } = self.exact(edge).lane(index) * Double::product(units, scale);
+        let whole = hi.floor();
+        whole as i64 - i64::from(whole == hi && lo < 0.0)
     }
 
     /// Returns whether an angle is within a band by more than the error of its `f64` value.
@@ -451,15 +501,11 @@ where
         self.hear(edges);
         let limits = Limits::from(&Band { low: low_rad, high: high_rad, open: true });
         let mut watch = Watch { motion: &self.motion, limits, noise: self.noise[0], again: &mut self.redecided };
-        match self.mode.angle.side(&mut watch, edges, angle_rad) {
-            Side::Below => -1,
-            Side::Inside => 0,
-            Side::Above => 1,
-        }
+        self.mode.angle.side(&mut watch, edges, angle_rad).way()
     }
 
-    /// Returns the first edge in (`from`, `to`] at which a mode ends or the angle leaves `[low_rad, high_rad)`, where
-    /// neither has happened at `from`.
+    /// Returns the first edge in (`from`, `to`] at which a mode ends or the angle leaves `[low_rad, high_rad)`, or a
+    /// watched sensor its band, where none of it has happened at `from`.
     #[must_use]
     pub fn next_event(&mut self, from: u64, to: u64, band: (f64, f64)) -> Option<Event> {
         let ahead = &self.ahead;
@@ -488,6 +534,7 @@ where
             let mut found: Option<MotionPoint<N>> = None;
             let mut b = None;
             let watched = self.checks.iter().map(|check| (check.guard, check.limits));
+            let watched = watched.chain(self.watched.iter().map(|(of, limits)| (&self.mode.sensed[*of], *limits)));
             let watched = watched.chain([(&self.mode.angle, encoder)]);
             let noises = self.noise[1..].iter().chain([&self.noise[0]]);
             for ((guard, limits), &noise) in watched.zip(noises) {

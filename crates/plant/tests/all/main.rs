@@ -22,5 +22,6 @@ mod motor;
 mod network;
 mod random;
 mod searches;
+mod sensors;
 mod shaper;
 mod stepper;

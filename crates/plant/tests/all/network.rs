@@ -23,7 +23,7 @@ fn body(inertia: f64) -> Body {
 
 fn network(bodies: Vec<Body>, joints: Vec<Joint>) -> Network {
     let (feed, hand) = (ideal(1.0), Hand::Torque(0.0));
-    Network { bodies, joints, stops: Vec::new(), feed, driven: 0, seen: 0, grip: 0, hand }
+    Network { bodies, joints, stops: Vec::new(), feed, driven: 0, seen: 0, grip: 0, hand, sensed: Vec::new() }
 }
 
 fn reduced(network: &Network) -> Reduced {

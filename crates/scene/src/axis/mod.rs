@@ -12,6 +12,7 @@ pub(crate) mod read_hand;
 mod read_method;
 pub(crate) mod read_model;
 pub(crate) mod rows;
+pub(crate) mod sensors;
 pub(crate) mod shipped;
 pub(crate) mod words;
 
@@ -72,7 +73,7 @@ impl Scene {
     /// Returns the shaft angle at the start: the device's, or the first angle of a hand that imposes the angle.
     pub fn initial_angle_rad(&self) -> f64 {
         match self.network.as_deref() {
-            Some(network) => network.network.bodies[network.network.seen].position,
+            Some(network) => network.start(),
             None => initial_angle_rad(&self.hand, &self.device),
         }
     }

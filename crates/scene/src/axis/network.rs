@@ -1,22 +1,25 @@
 //! A device of bodies and joints, as scenes have it: `device.kind = "network"`.
 
 use std::f64::consts::PI;
+use std::mem;
 use std::sync::Arc;
 
 use hpu_plant::network::{Body, Feed, FeedKind, Joint, Network, NetworkError, Place, Stop};
 use hpu_plant::{Bridge, Push};
+use hpu_signal::Clock;
 
 use crate::axis::library::NamedPart;
 use crate::axis::network_rows as keys;
 use crate::axis::network_rows::DriveKind;
 use crate::axis::parts::{Device, Encoder, Hand, Motor, PathPoint};
 use crate::axis::rows::{Mass, encoder_part};
+use crate::axis::sensors::{ENCODER, Sensor, SensorKind, encoder, names_of, one_of, sensors};
 use crate::head::Units;
 use crate::schema::quantity::{Axis, RAIL, SHAFT};
 use crate::schema::section::Section;
 use crate::schema::source::SceneError;
 use crate::schema::{Key, Quantity, Text};
-use crate::text::message::{did_you_mean, number};
+use crate::text::message::number;
 
 /// A device of bodies and joints.
 #[derive(Clone, PartialEq, Debug)]
@@ -29,6 +32,8 @@ pub struct Compound {
     pub slides: Vec<bool>,
     /// The converter before the reference of a current; `None` on a bridge.
     pub dac: Option<Dac>,
+    /// The sensors beside the encoder that the logic counts.
+    pub sensors: Vec<Sensor>,
     /// The path of the hand, in units of the body that it holds.
     pub path: Vec<PathPoint>,
     /// Units of the body at the grip, and of the driven body, for one unit of the body with the encoder, all joints
@@ -87,6 +92,16 @@ impl Compound {
         all
     }
 
+    /// Returns the torque or force of a full command at the body with the encoder, all joints taken as rigid.
+    pub(crate) fn stall(&self, bridge: Bridge) -> f64 {
+        self.drive_ratio * self.network.feed.torque_constant * self.stall_a(bridge)
+    }
+
+    /// Returns the position of the body with the encoder at the start.
+    pub(crate) fn start(&self) -> f64 {
+        self.network.bodies[self.network.seen].position
+    }
+
     /// Returns the current of a full command: the converter's, or what a bridge lets through a winding at rest.
     pub(crate) fn stall_a(&self, bridge: Bridge) -> f64 {
         let resistance_ohm = self.network.feed.resistance_ohm + 2.0 * bridge.on_resistance_ohm;
@@ -128,6 +143,8 @@ pub(crate) struct Draft {
     network: Network,
     dac: Option<Dac>,
     units_at: usize,
+    encoder: Encoder,
+    sensors: Vec<Sensor>,
 }
 
 fn units(axis: &Axis) -> Units {
@@ -142,27 +159,11 @@ fn axis_of(slides: bool) -> &'static Axis {
 
 /// Returns the index of the body that a key names.
 fn body_of(s: &Section, key: &Key<Text>, names: &[String]) -> Result<usize, SceneError> {
-    let name = s.read(key)?;
-    names.iter().position(|it| *it == name).ok_or_else(|| {
-        let all: Vec<&str> = names.iter().map(String::as_str).collect();
-        let near = did_you_mean(&name, &all);
-        s.error(key.name, format!("no body \"{name}\"; there are {}{near}", all.join(", ")))
-    })
-}
-
-/// Returns the names of the sections below one, each letters, digits, `_` and `-`.
-fn names_of(s: &Section, what: &str) -> Result<Vec<String>, SceneError> {
-    let is_plain =
-        |name: &str| name.len() <= 40 && name.chars().all(|it| it.is_ascii_alphanumeric() || it == '_' || it == '-');
-    if let Some(name) = s.keys().find(|name| !is_plain(name)) {
-        let reason = format!("not the name of a {what}; accepted: up to 40 letters, digits, _ and -");
-        return Err(s.key_error(name, reason));
-    }
-    Ok(s.keys().map(String::from).collect())
+    one_of(s, key, "body", names)
 }
 
 /// Reads bodies, joints and drive.
-pub(crate) fn draft(root: &Section) -> Result<Draft, SceneError> {
+pub(crate) fn draft(root: &Section, clock: Clock) -> Result<Draft, SceneError> {
     let s = root.section("device")?;
     s.accept(&["network"])?;
     let all = s.section("bodies")?;
@@ -195,15 +196,45 @@ pub(crate) fn draft(root: &Section) -> Result<Draft, SceneError> {
     for name in &joint_names {
         joints.push(joint(&all.section(name)?, (&names, &slides, &bodies))?);
     }
-    let encoder = root.section("encoder")?;
-    let seen = body_of(&encoder, &keys::encoder_network::on, &names)?;
+    let (mut sensors, mut sensed) = sensors(&s, (&names, &slides), clock)?;
+    let (mut encoder, on) = encoder_of(&root.section("encoder")?, (&names, &slides))?;
     let hand = root.section("hand")?;
-    let grip = if hand.has("on") { body_of(&hand, &keys::hand_network::on, &names)? } else { seen };
-    let units_at = if s.has("units_at") { body_of(&s, &keys::network::units_at, &names)? } else { seen };
+    let grip = if hand.has("on") { body_of(&hand, &keys::hand_network::on, &names)? } else { on };
+    let units_at = if s.has("units_at") { body_of(&s, &keys::network::units_at, &names)? } else { on };
     let (feed, driven, dac) = drive(s.section("drive")?, root, (&names, &slides, &motors))?;
     let hand = hpu_plant::Hand::Torque(0.0);
-    let network = Network { bodies, joints, stops, feed, driven, seen, grip, hand };
-    Ok(Draft { names, joint_names, slides, network, dac, units_at })
+    let mut seen = on;
+    if let Some(chosen) = chosen(&root.section("method")?, &sensors)? {
+        let Sensor { name, kind: SensorKind::Encoder(index, own) } = &mut sensors[chosen] else {
+            let reason = format!("{} has no lines, which a method counts; write an encoder", sensors[chosen].name);
+            return Err(root.error("method.position", reason));
+        };
+        // The two change places.
+        mem::swap(own, &mut encoder);
+        mem::swap(&mut sensed[*index].body, &mut seen);
+        *name = ENCODER.into();
+    }
+    let network = Network { bodies, joints, stops, feed, driven, seen, grip, hand, sensed };
+    Ok(Draft { names, joint_names, slides, network, dac, units_at, encoder, sensors })
+}
+
+/// Reads the scene's own encoder. Returns it with its body.
+fn encoder_of(s: &Section, (names, slides): (&[String], &[bool])) -> Result<(Encoder, usize), SceneError> {
+    use keys::encoder_network as key;
+    s.accept(&["network"])?;
+    let on = body_of(s, &key::on, names)?;
+    let s = &s.alike(s.axis()).with(s.given(&encoder_part::part)?.map(NamedPart::gives));
+    Ok((encoder(s, (&key::lines, &key::resolution), (slides[on], &names[on]))?, on))
+}
+
+/// Returns the index of the sensor that a method counts in the place of the scene's own encoder.
+fn chosen(method: &Section, sensors: &[Sensor]) -> Result<Option<usize>, SceneError> {
+    let key = &keys::method_network::position;
+    if method.given(key)?.is_none_or(|name| name == ENCODER) {
+        return Ok(None);
+    }
+    let names: Vec<String> = sensors.iter().map(|sensor| sensor.name.clone()).chain([ENCODER.into()]).collect();
+    one_of(method, key, "sensor", &names).map(Some)
 }
 
 fn body(s: &Section, slides: bool) -> Result<Body, SceneError> {
@@ -414,23 +445,9 @@ impl Draft {
         self.network.ratio(self.units_at)
     }
 
-    /// Reads the encoder.
-    pub(crate) fn encoder(&self, s: &Section) -> Result<Encoder, SceneError> {
-        use keys::encoder_network as key;
-        s.accept(&["network"])?;
-        let s = s.alike(s.axis()).with(s.given(&encoder_part::part)?.map(NamedPart::gives));
-        let (slides, name) = (self.slides[self.network.seen], &self.names[self.network.seen]);
-        if slides && s.given(&key::lines)?.is_some() {
-            return Err(s.error("lines", format!("{name} slides: write resolution")));
-        }
-        if !slides && s.given(&key::resolution)?.is_some() {
-            return Err(s.error("resolution", format!("{name} turns: write lines")));
-        }
-        Ok(if slides {
-            Encoder::Linear { resolution_m: s.read(&key::resolution)? }
-        } else {
-            Encoder::Rotary { lines: s.read(&key::lines)? }
-        })
+    /// Returns the encoder that the logic counts.
+    pub(crate) fn encoder(&self) -> Encoder {
+        self.encoder
     }
 
     /// Returns the device, and what of it the body with the encoder shows: all joints taken as rigid. The hand becomes
@@ -494,9 +511,20 @@ impl Draft {
             })
         };
         let (wall_ratio, wall_units) = (self.wall_ratio(), units(axis_of(self.slides[self.units_at])));
-        let Self { names, slides, network, dac, units_at: wall_body, .. } = self;
-        let compound =
-            Compound { network, names, slides, dac, path, grip_ratio, drive_ratio, wall_body, wall_ratio, wall_units };
+        let Self { names, slides, network, dac, sensors, units_at: wall_body, .. } = self;
+        let compound = Compound {
+            network,
+            names,
+            slides,
+            dac,
+            sensors,
+            path,
+            grip_ratio,
+            drive_ratio,
+            wall_body,
+            wall_ratio,
+            wall_units,
+        };
         Ok((device, Arc::new(compound)))
     }
 

@@ -4,7 +4,7 @@ use crate::axis::library::{AMPLIFIERS, MOTORS, NamedPart, by_name};
 use crate::schema::Otherwise::{Is, Required, Said};
 use crate::schema::quantity as q;
 use crate::schema::quantity::Sense::{Any, NotNegative, Positive, Within};
-use crate::schema::{Choice, Flag, Group, Key, Own, Quantity, Text, Whole, keys};
+use crate::schema::{Choice, Flag, Group, Key, Own, Quantity, Shape, Takes, Text, Whole, keys, named};
 
 /// Text of a key that names a body.
 const BODY: &str = "the name of a body";
@@ -26,6 +26,8 @@ keys! { network: "device" of ["network"];
     drive: Own = Own::section(Required);
     /// Body in whose units the wall is given.
     units_at: Text = Text(BODY, Said("the encoder's"));
+    /// Sensors beside the encoder, each by its name.
+    sensors: Own = Own::section(Said("none"));
 }
 
 keys! { bodies: "device.bodies" of [];
@@ -139,6 +141,59 @@ keys! { dac: "device.drive.dac" of [];
     bits: Whole<u32> = Whole::new(2, 32, Said("all"));
     /// Rounding of a command to the converter's bits.
     rounding: Choice<bool> = Choice::new(|| vec![("nearest", false), ("floor", true)], Is(false));
+}
+
+keys! { sensors: "device.sensors" of [];
+    /// A sensor of this name.
+    SENSOR: Own = Own::section(Said("none"));
+}
+
+keys! { sensor: "device.sensors.SENSOR" of [];
+    /// Kind of the sensor: an incremental encoder, an encoder whose word is the position, the drive's current by a
+    /// shunt and a converter, or by a shunt and a modulator of the first order, which gives a stream of bits.
+    kind: Choice<&'static str> =
+        Choice::new(|| named(&["encoder", "absolute", "current", "sigma_delta"], |it| it), Required);
+    /// Body that it reads; required but for a current.
+    on: Text = Text(BODY, Said("none"));
+    /// Lines of a revolution, of an incremental encoder on a body that turns; it has four counts for each.
+    lines: Whole<u32> = Whole::new(1, 1 << 24, Is(1024));
+    /// Length of one count of an incremental encoder on a body that slides; required there.
+    resolution: Quantity = Quantity::new(&q::LENGTH, Within(1e-11, 1.0), Said("none"));
+    /// Rate of the samples of a word, or of a modulator's bits, their period rounded to whole clock cycles; required
+    /// but for an encoder.
+    rate: Quantity = Quantity::new(&q::FREQUENCY, Positive, Said("none"));
+    /// Time of the first sample.
+    phase: Quantity = Quantity::new(&q::TIME, NotNegative, Is(0.0));
+    /// Time from a sample to its word, of a converter or of a filter.
+    latency: Quantity = Quantity::new(&q::TIME, NotNegative, Is(0.0));
+    /// Bit clock of a bus that brings the word after that, a bit a cycle.
+    bus: Quantity = Quantity::new(&q::FREQUENCY, Positive, Said("none"));
+    /// Bits of the word, of a current with its sign; required but for an encoder.
+    bits: Whole<u32> = Whole::new(2, 24, Said("none"));
+    /// Angle or length of all words of an absolute encoder, which begin anew beyond it; required on a body that slides.
+    span: Quantity = Quantity::along(|axis| axis.position, Positive, Said("a turn"));
+    /// Corner of a first-order lag of an absolute encoder that is analog.
+    corner: Quantity = Quantity::new(&q::FREQUENCY, Positive, Said("none"));
+    /// Volts at the converter for one ampere; required of a current.
+    gain: Quantity = Quantity::new(&q::CURRENT_GAIN, Positive, Said("none"));
+    /// Volts of all words of a current, half of them below 0 A; required of a current. A converter clamps. A modulator
+    /// gives ones alone at the upper end.
+    range: Quantity = Quantity::new(&q::VOLTAGE, Positive, Said("none"));
+    /// Current that the words show where none flows.
+    offset: Quantity = Quantity::new(&q::CURRENT, Any, Is(0.0));
+    /// Readings without current before the run, whose mean is taken off every word of a current.
+    calibrated_zero: Whole<u32> = Whole::new(1, 1 << 16, Said("none"));
+    /// Standard deviation of the noise in counts of the word, by `run.seed`: the sum of four equal random numbers.
+    noise: Quantity = Quantity::new(&q::RATIO, NotNegative, Is(0.0));
+    /// Errors in counts of the word at places equally far apart over all words, straight between two: 2^n of an
+    /// absolute encoder, whose last one leads to the first; 2^n + 1 of a current.
+    inl: Own = Own::new(|| Takes::Own(Shape::List, "a list of numbers"), Said("none"));
+}
+
+keys! { method_network: "method" of ["network"];
+    /// Sensor of a network whose lines the logic counts, in the place of the encoder's: position and velocity are
+    /// those of its body, and the encoder becomes a sensor that is called `encoder`.
+    position: Text = Text("the name of an encoder in device.sensors", Said("encoder"));
 }
 
 keys! { encoder_network: "encoder" of ["network"];

@@ -1,12 +1,16 @@
 //! Reads the tree of a scene into its parts: every key, its default, its range.
 
+use std::sync::Arc;
+
+use hpu_plant::Bridge;
 use hpu_signal::Clock;
 
 use crate::axis::Scene;
 use crate::axis::network;
-use crate::axis::parts::{Device, Hand, Ramp, Wall};
+use crate::axis::network::Compound;
+use crate::axis::parts::{Device, Encoder, Hand, Ramp, Wall};
 use crate::axis::read_device::{Kind, amplifier, bridge, device, encoder};
-use crate::axis::read_hand::{Load, hand};
+use crate::axis::read_hand::{Load, Recorded, hand};
 use crate::axis::read_method::{PWM_FREQUENCY, method};
 use crate::axis::read_model::{agree_on_model, model, model_of_network};
 use crate::axis::rows as keys;
@@ -15,6 +19,7 @@ use crate::head::expect::{Expect, Metric, expect};
 use crate::head::model::{BridgeModel, Datapath, EncoderModel};
 use crate::head::{Own, about, clock};
 use crate::method::{LOOPS, Loop, SCALED};
+use crate::schema::quantity::Axis;
 use crate::schema::quoted;
 use crate::schema::section::Section;
 use crate::schema::source::{SceneError, Source};
@@ -52,7 +57,7 @@ pub(crate) fn scene(file: &str, source: &Source, kind: Kind, load: Load) -> Resu
     let clock = clock(&root.section("clock")?)?;
     let model = model(&root.section("model")?, &device)?;
     let words = model.datapath != Datapath::Linear;
-    let method = method(&root.section("method")?)?;
+    let method = method(&root.section("method")?, &[])?;
     let refused = match (&device, model.bridge) {
         _ if !words => Some("the linear law has model.delay; write that instead"),
         _ if !model.solver.is_exact() => {
@@ -63,7 +68,7 @@ pub(crate) fn scene(file: &str, source: &Source, kind: Kind, load: Load) -> Resu
         }
         _ => None,
     };
-    let host_clocks = host(&root, clock, method.sample_rate_hz, (kind, refused))?;
+    let host_clocks = host(&root, clock, Some(method.sample_rate_hz), (kind, refused))?;
     let mut parts = Scene {
         device,
         encoder: encoder(&root.section("encoder")?, &device, words)?,
@@ -92,29 +97,17 @@ fn scene_of_network(
     load: Load,
 ) -> Result<Scene, SceneError> {
     let about = about(root)?;
-    if root.has("amplifier") {
-        return Err(root.error("amplifier", "a network has its drive in device.drive; leave this out"));
-    }
-    let mut draft = network::draft(root)?;
-    draft.simplify(&root.section("model")?)?;
-    let [seen, grip, at_wall] = draft.axes();
-    let encoder = draft.encoder(&root.section("encoder")?)?;
-    let count = || Ok(encoder.count_rad());
-    let (mut hand, recorded) = hand(&root.section("hand")?.along(grip), &["network"], load, &count)?;
     let clock = clock(&root.section("clock")?)?;
-    let bridge = bridge(&root.section("bridge")?)?;
-    let wall = wall(&root.section("wall")?.along(at_wall))?.in_units_of(draft.wall_ratio());
-    let (device, compound) = draft.finish(root, &mut hand, bridge, clock.frequency_hz() as f64)?;
+    let Built { device, compound, encoder, bridge, hand, recorded, seen, at_wall } = built(root, clock, load)?;
+    let wall = wall(&root.section("wall")?.along(at_wall))?.in_units_of(compound.wall_ratio);
     let root = &Section::root(source).along(seen);
     let mut model = model_of_network(&root.section("model")?)?;
     if compound.dac.is_some() {
         // There are no gates to switch.
         model.bridge = BridgeModel::Averaged;
     }
-    let method = method(&root.section("method")?)?;
-    let refused =
-        compound.dac.is_none().then_some("a host hands commands to a converter, and a bridge has none; leave this out");
-    let late_clocks = host(root, clock, method.sample_rate_hz, (kind, refused))?;
+    let method = method(&root.section("method")?, &["network"])?;
+    let late_clocks = host(root, clock, Some(method.sample_rate_hz), (kind, no_converter(&compound)))?;
     let host_clocks = if root.section("model")?.read(&keys::model_network::host)? { 0 } else { late_clocks };
     let mut parts = Scene {
         device,
@@ -136,12 +129,46 @@ fn scene_of_network(
     Ok(parts)
 }
 
+/// A network with all that a scene has around it, whatever closes its loop.
+pub(crate) struct Built {
+    pub device: Device,
+    pub compound: Arc<Compound>,
+    pub encoder: Encoder,
+    pub bridge: Bridge,
+    pub hand: Hand,
+    pub recorded: Option<Recorded>,
+    /// The dimensions of the motion of the body with the encoder, and of that in whose units the wall is.
+    pub seen: &'static Axis,
+    pub at_wall: &'static Axis,
+}
+
+/// Reads a network with its encoder, bridge and hand.
+pub(crate) fn built(root: &Section, clock: Clock, load: Load) -> Result<Built, SceneError> {
+    if root.has("amplifier") {
+        return Err(root.error("amplifier", "a network has its drive in device.drive; leave this out"));
+    }
+    let mut draft = network::draft(root, clock)?;
+    draft.simplify(&root.section("model")?)?;
+    let [seen, grip, at_wall] = draft.axes();
+    let encoder = draft.encoder();
+    let count = || Ok(encoder.count_rad());
+    let (mut hand, recorded) = hand(&root.section("hand")?.along(grip), &["network"], load, &count)?;
+    let bridge = bridge(&root.section("bridge")?)?;
+    let (device, compound) = draft.finish(root, &mut hand, bridge, clock.frequency_hz() as f64)?;
+    Ok(Built { device, compound, encoder, bridge, hand, recorded, seen, at_wall })
+}
+
+/// Returns the reason why a network has no host; `None` if it may have one.
+pub(crate) fn no_converter(compound: &Compound) -> Option<&'static str> {
+    compound.dac.is_none().then_some("a host hands commands to a converter, and a bridge has none; leave this out")
+}
+
 /// Reads the host before the actuator of a device of this kind, and returns the clocks by which its commands are late;
-/// `refused` is the reason why there is none.
-fn host(
+/// `refused` is the reason why there is none. A design has no rate at which it samples.
+pub(crate) fn host(
     root: &Section,
     clock: Clock,
-    sample_rate_hz: f64,
+    sample_rate_hz: Option<f64>,
     (kind, refused): (Kind, Option<&str>),
 ) -> Result<u64, SceneError> {
     if refused.is_some() && !root.has("host") {
@@ -154,10 +181,15 @@ fn host(
         // Every command on its way is kept.
         return Err(s.error("latency", format!("{} s; accepted: a second at most", number(latency_s))));
     }
-    match refused {
-        Some(reason) => Err(root.error("host", reason)),
-        None => Ok(late * clock.edges(1.0 / sample_rate_hz) + clock.edges(latency_s)),
+    if let Some(reason) = refused {
+        return Err(root.error("host", reason));
     }
+    let sample = match sample_rate_hz {
+        Some(rate_hz) => clock.edges(1.0 / rate_hz),
+        None if late > 0 => return Err(s.error("late", "samples are those of a [method]; write latency, a time")),
+        None => 0,
+    };
+    Ok(late * sample + clock.edges(latency_s))
 }
 
 /// Returns the sections and keys that are read but that no run of the scene uses.

@@ -31,14 +31,11 @@ impl Kind {
     }
 }
 
-/// Reads the device of this kind, and returns it with the dimensions of its motion.
+/// Reads a device that is no network, and returns it with the dimensions of its motion.
 pub(crate) fn device(s: &Section, kind: Kind) -> Result<(Device, &'static Axis), SceneError> {
     match kind {
-        Kind::Motor => Ok((Device::Motor(motor(s)?), &SHAFT)),
         Kind::Mass => Ok((Device::Mass(Mass::read(s)?), &RAIL)),
-        Kind::Network => {
-            Err(s.error("kind", "a network takes a [method] of hpu's own blocks, not a [dut]; write [method]"))
-        }
+        Kind::Motor | Kind::Network => Ok((Device::Motor(motor(s)?), &SHAFT)),
     }
 }
 

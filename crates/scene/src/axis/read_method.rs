@@ -7,7 +7,8 @@ use crate::method::{LOOPS, LawMethod, Loop};
 use crate::schema::section::Section;
 use crate::schema::source::SceneError;
 
-pub(crate) fn method(s: &Section) -> Result<Method, SceneError> {
+/// Reads the method. `device` is the kind of a device that adds keys.
+pub(crate) fn method(s: &Section, device: &[&'static str]) -> Result<Method, SceneError> {
     use keys::{method as key, method_loop as of_a_loop};
     if s.get("kind").and_then(|kind| kind.as_str()) == Some("midpoint_spring") {
         let reason = "not causal: it needs the position to which its own force leads; write \"passive_spring\"";
@@ -22,7 +23,7 @@ pub(crate) fn method(s: &Section) -> Result<Method, SceneError> {
         let reason = format!("\"{kind}\" has no place for a shaper; write kind = \"sampled_wall\"");
         return Err(s.error("shaper", reason));
     }
-    s.accept(&[kind])?;
+    s.accept(&[&[kind], device].concat())?;
     let law = LawMethod::read(s, kind)?;
     let rescaled = is_loop && s.read(&of_a_loop::rescaled)?;
     for key in [of_a_loop::reference_rate.name, keys::method_scale::scale_format.name] {

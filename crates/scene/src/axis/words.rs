@@ -282,7 +282,7 @@ impl Scene {
     /// Returns the torque, or force, of a full command.
     fn stall_nm(&self) -> Result<f64, SceneError> {
         if let Some(compound) = self.network.as_deref() {
-            return Ok(compound.drive_ratio * compound.network.feed.torque_constant * compound.stall_a(self.bridge));
+            return Ok(compound.stall(self.bridge));
         }
         match &self.device {
             Device::Motor(motor) => Ok(motor.stall_nm(self.bridge)),

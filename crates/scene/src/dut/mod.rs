@@ -15,6 +15,7 @@ use crate::head::{Head, Units, has_head};
 use hpu_plant::Bridge;
 
 use crate::axis::initial_angle_rad;
+use crate::axis::network::Compound;
 use crate::axis::parts::{Amplifier, Device, Encoder, Hand, Push};
 use crate::faults::Faults;
 use crate::head::accuracy::Output;
@@ -31,8 +32,12 @@ pub use part::Part;
 pub struct DutScene {
     /// The part that every scene has.
     pub head: Head,
-    /// The device that the hand holds.
+    /// The device that the hand holds; of a network what its body with the encoder shows if all joints are rigid.
     pub device: Device,
+    /// The bodies and joints of a network.
+    pub network: Option<Arc<Compound>>,
+    /// Clocks from a command to the converter of a network that takes it: those of a host between both.
+    pub host_clocks: u64,
     /// The encoder on the shaft, or along the rail.
     pub encoder: Encoder,
     /// The H-bridge of a motor.
@@ -74,13 +79,14 @@ impl DutScene {
         let words = self.dut.ports.iter().filter_map(|connected| match connected.connection {
             Connection::Duty(..) => Some(Driving::Duty),
             Connection::Force(..) => Some(Driving::Force),
+            Connection::Current(..) => Some(Driving::Current),
             _ => None,
         });
         let begun = ways.iter().filter(|(_, lines)| lines.iter().any(|line| has(*line))).map(|(way, _)| *way);
         let all: Vec<_> = words.chain(begun).collect();
         let choices = "the four of bridge.plus_high, plus_low, minus_high and minus_low; or bridge.plus and \
                        bridge.minus; or bridge.pwm and bridge.direction; or bridge.duty; or, of a mass, \
-                       amplifier.force";
+                       amplifier.force; or, of a network without a bridge, drive.current";
         match all[..] {
             [] => Ok(Driving::Nothing),
             [way] => {
@@ -109,9 +115,10 @@ impl DutScene {
     /// taken to be a tenth as stiff as the grip of the hand, or to give a tenth of a constant push; where nothing is
     /// known of the hand, a hundredth of what the actuator can.
     pub fn wall_push(&self) -> Push {
-        let full = match (&self.device, self.amplifier) {
+        let full = match (&self.device, self.network.as_deref()) {
+            (_, Some(compound)) => compound.stall(self.bridge),
             (Device::Motor(motor), _) => motor.stall_nm(self.bridge),
-            (Device::Mass(_), amplifier) => amplifier.map_or(0.0, |amplifier| amplifier.full_scale_n),
+            (Device::Mass(_), _) => self.amplifier.map_or(0.0, |amplifier| amplifier.full_scale_n),
         };
         match self.hand {
             _ if self.driving() == Ok(Driving::Nothing) => Push { stiffness: 0.0, most: 0.0 },
@@ -127,7 +134,8 @@ impl DutScene {
 
     /// Returns the count at which the device starts, from angle 0.
     pub fn start_count(&self) -> i64 {
-        self.encoder.count(initial_angle_rad(&self.hand, &self.device))
+        let start = self.network.as_ref().map(|network| network.start());
+        self.encoder.count(start.unwrap_or_else(|| initial_angle_rad(&self.hand, &self.device)))
     }
 }
 
@@ -335,6 +343,21 @@ impl Connected {
     }
 }
 
+/// A pin of a sensor of a network, beside its encoder.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct SensorPin {
+    /// The sensor's index in the network.
+    pub sensor: usize,
+    /// The index of the pin, 0 or 1, as in [`Sensor::pins`](crate::Sensor::pins).
+    pub pin: usize,
+    /// Whether it is inverted; only a line is.
+    pub inverted: bool,
+    /// The format of its words.
+    pub format: Format,
+    /// Its name in scenes.
+    pub name: &'static str,
+}
+
 /// The connection of a port.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Connection {
@@ -352,6 +375,11 @@ pub enum Connection {
     Duty(Format, bool),
     /// The amplifier's force over its full scale, as a word of this format; in offset binary if the flag is set.
     Force(Format, bool),
+    /// The reference of a network's current over its converter's full scale, as a word of this format; in offset binary
+    /// if the flag is set.
+    Current(Format, bool),
+    /// A pin of a sensor beside the encoder.
+    Sensor(SensorPin),
     /// Nothing: an output that nothing reads.
     Open,
 }
@@ -367,6 +395,8 @@ impl Connection {
             Self::Constant(word) => word.to_string(),
             Self::Duty(..) => "bridge.duty".to_string(),
             Self::Force(..) => "amplifier.force".to_string(),
+            Self::Current(..) => "drive.current".to_string(),
+            Self::Sensor(pin) => format!("{}{}", if pin.inverted { "not " } else { "" }, pin.name),
             Self::Open => "open".to_string(),
         }
     }
@@ -375,8 +405,8 @@ impl Connection {
     pub fn is_given(self) -> bool {
         match self {
             Self::Line(line, _) => line.is_given(),
-            Self::Count | Self::Angle(_) | Self::Wall | Self::Constant(_) => true,
-            Self::Duty(..) | Self::Force(..) | Self::Open => false,
+            Self::Count | Self::Angle(_) | Self::Wall | Self::Constant(_) | Self::Sensor(_) => true,
+            Self::Duty(..) | Self::Force(..) | Self::Current(..) | Self::Open => false,
         }
     }
 
@@ -388,7 +418,10 @@ impl Connection {
     /// Returns the format of its words, if the connection fixes it.
     pub fn format(self) -> Option<Format> {
         match self {
-            Self::Angle(format) | Self::Duty(format, _) | Self::Force(format, _) => Some(format),
+            Self::Angle(format) | Self::Duty(format, _) | Self::Force(format, _) | Self::Current(format, _) => {
+                Some(format)
+            }
+            Self::Sensor(pin) => Some(pin.format),
             Self::Line(..) => Some(Format::BIT),
             Self::Count | Self::Wall | Self::Constant(_) | Self::Open => None,
         }
@@ -408,6 +441,8 @@ pub enum Driving {
     Duty,
     /// By a word for the force.
     Force,
+    /// By a word for the reference of a network's current.
+    Current,
     /// Not at all: a decoder or a filter alone. The bridge stays open.
     Nothing,
 }

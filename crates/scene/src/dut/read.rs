@@ -1,28 +1,35 @@
 //! Reading a scene with a design of the user's own.
 
-use hpu_signal::Format;
+use std::sync::Arc;
+
+use hpu_plant::Bridge;
+use hpu_signal::{Clock, Format};
 use toml_edit::{Array, Item, TableLike, Value};
 
-use crate::axis::parts::{Device, Hand};
-use crate::axis::read::{axis_expect, imposed};
+use crate::axis::network::Compound;
+use crate::axis::parts::{Amplifier, Device, Encoder, Hand};
+use crate::axis::read::{Built, axis_expect, built, host, imposed, no_converter};
 use crate::axis::read_device::{Kind, amplifier, bridge, device, encoder};
-use crate::axis::read_hand::{Load, hand};
+use crate::axis::read_hand::{Load, Recorded, hand};
 use crate::axis::read_model::friction;
+use crate::axis::sensors::Sensor;
 use crate::dut::beside::beside;
 use crate::dut::rows as keys;
 use crate::dut::{
     Connected, Connection, Driving, Dut, DutClock, DutReset, DutScene, Engine, Generic, Line, Part, Registers,
-    SourceFile,
+    SensorPin, SourceFile,
 };
 use crate::faults::read::{Pins, agree_on_faults, faults};
-use crate::head::model::{BridgeModel, Datapath, EncoderModel, Model, Solver, Winding};
+use crate::head::model::{BridgeModel, Datapath, EncoderModel, Friction, Model, Solver, Winding};
 use crate::head::{Own, about, clock};
 use crate::schema::identifier::{Identifier, Language};
 use crate::schema::parameter::{Origin, ParameterValue};
+use crate::schema::quantity::Axis;
 use crate::schema::section::{Section, shown};
 use crate::schema::source::{SceneError, Source};
 use crate::schema::{Key, Read, Text};
-use crate::text::message::excerpt;
+use crate::text::kept::kept;
+use crate::text::message::{did_you_mean, excerpt};
 
 /// The head of a scene with a design of the user's own.
 const OWN: Own =
@@ -36,26 +43,27 @@ pub(crate) fn scene(file: &str, source: &Source, kind: Kind, load: Load) -> Resu
         return Err(root.error("method", reason));
     }
     let is_alone = !root.has("dut");
-    root.accept(&["dut"])?;
+    root.accept(if let Kind::Network = kind { &["dut", "network"] } else { &["dut"] })?;
     let about = about(&root)?;
-    let (device, axis) = device(&root.section("device")?, kind)?;
-    let root = root.along(axis);
-    let count = || Ok(encoder(&root.section("encoder")?, &device, true)?.count_rad());
-    let (hand, recorded) = hand(&root.section("hand")?, &[], load, &count)?;
+    let Around { device, clock, amplifier, encoder, bridge, hand, recorded, network, host_clocks, seen, at_wall } =
+        around(&root, kind, load)?;
+    let root = root.along(seen);
     if let Hand::Capture { .. } = hand {
         return Err(root.error("hand.kind", "a recording has no device to drive; write \"prescribed\""));
     }
-    imposed(&root.section("device")?, &hand)?;
-    let wall = root.section("wall")?;
+    let wall = root.section("wall")?.along(at_wall);
     wall.accept(&["dut"])?;
-    let clock = clock(&root.section("clock")?)?;
+    let sensors = network.as_ref().map_or(&[][..], |network| &network.sensors);
+    let wall_ratio = network.as_ref().map_or(1.0, |network| network.wall_ratio);
     let mut scene = DutScene {
         device,
-        encoder: encoder(&root.section("encoder")?, &device, true)?,
-        amplifier: amplifier(&root, &device, true)?,
-        bridge: bridge(&root.section("bridge")?)?,
-        dut: if is_alone { Dut::pins() } else { dut(&root.section("dut")?, load)? },
-        wall_rad: if root.has("wall") { Some(wall.read(&keys::wall::position)?) } else { None },
+        encoder,
+        amplifier,
+        bridge,
+        host_clocks,
+        dut: if is_alone { Dut::pins() } else { dut(&root.section("dut")?, sensors, load)? },
+        wall_rad: if root.has("wall") { Some(wall.read(&keys::wall::position)? / wall_ratio) } else { None },
+        network,
         wraps: wall.read(&keys::wall::wraps)?,
         varies: if is_alone { unvaried(&wall)? } else { varies(&wall)? },
         hand,
@@ -65,17 +73,7 @@ pub(crate) fn scene(file: &str, source: &Source, kind: Kind, load: Load) -> Resu
     };
     scene.auto = false;
     let driving = scene.driving()?;
-    match (driving, &scene.device) {
-        (Driving::Force, Device::Motor(_)) => {
-            return Err(
-                scene.error("dut.ports", "a motor hangs on a bridge and has no amplifier.force; write bridge.duty")
-            );
-        }
-        (Driving::Force | Driving::Nothing, Device::Mass(_)) | (_, Device::Motor(_)) => {}
-        (_, Device::Mass(_)) => {
-            return Err(scene.error("dut.ports", "a mass has an amplifier and no bridge; connect amplifier.force"));
-        }
-    }
+    agree_on_drive(&scene, driving)?;
     if let Some(faults) = &scene.faults {
         let has = |line: Line| scene.dut.lines().any(|connected| connected == line);
         agree_on_faults(
@@ -84,7 +82,7 @@ pub(crate) fn scene(file: &str, source: &Source, kind: Kind, load: Load) -> Resu
             Pins {
                 lines: has(Line::A) || has(Line::B),
                 index: has(Line::Index),
-                switches: !matches!(driving, Driving::Duty | Driving::Force | Driving::Nothing),
+                switches: !matches!(driving, Driving::Duty | Driving::Force | Driving::Current | Driving::Nothing),
             },
         )?;
     }
@@ -101,6 +99,89 @@ pub(crate) fn scene(file: &str, source: &Source, kind: Kind, load: Load) -> Resu
     scene.recording = recorded.map(|recorded| recorded.check(&scene)).transpose()?;
     scene.parameters = source.parameters.take(&["about", "expect", "accuracy"]).into();
     Ok(scene)
+}
+
+/// The device of a design, with what moves it and what drives it.
+struct Around {
+    device: Device,
+    clock: Clock,
+    amplifier: Option<Amplifier>,
+    encoder: Encoder,
+    bridge: Bridge,
+    hand: Hand,
+    recorded: Option<Recorded>,
+    network: Option<Arc<Compound>>,
+    host_clocks: u64,
+    /// The dimensions of the motion of the encoder's body, and of that in whose units the wall is.
+    seen: &'static Axis,
+    at_wall: &'static Axis,
+}
+
+/// Reads the device of a design, with its hand, its encoder and its actuator.
+fn around(root: &Section, kind: Kind, load: Load) -> Result<Around, SceneError> {
+    let clock = || clock(&root.section("clock")?);
+    if let Kind::Network = kind {
+        let clock = clock()?;
+        let Built { device, compound, encoder, bridge, hand, recorded, seen, at_wall } = built(root, clock, load)?;
+        let host_clocks = host(root, clock, None, (Kind::Network, no_converter(&compound)))?;
+        let network = Some(compound);
+        return Ok(Around {
+            device,
+            clock,
+            amplifier: None,
+            encoder,
+            bridge,
+            hand,
+            recorded,
+            network,
+            host_clocks,
+            seen,
+            at_wall,
+        });
+    }
+    let (device, axis) = device(&root.section("device")?, kind)?;
+    let of = |key: &str| root.section(key).map(|section| section.along(axis));
+    let count = || Ok(encoder(&of("encoder")?, &device, true)?.count_rad());
+    let (hand, recorded) = hand(&of("hand")?, &[], load, &count)?;
+    imposed(&of("device")?, &hand)?;
+    Ok(Around {
+        clock: clock()?,
+        encoder: encoder(&of("encoder")?, &device, true)?,
+        amplifier: amplifier(root, &device, true)?,
+        device,
+        bridge: bridge(&root.section("bridge")?)?,
+        hand,
+        recorded,
+        network: None,
+        host_clocks: 0,
+        seen: axis,
+        at_wall: axis,
+    })
+}
+
+/// Refuses a way to drive that the device does not have.
+fn agree_on_drive(scene: &DutScene, driving: Driving) -> Result<(), SceneError> {
+    let refused = |reason: &str| Err(scene.error("dut.ports", reason));
+    let has_converter = scene.network.as_ref().map(|network| network.dac.is_some());
+    match (driving, has_converter, &scene.device) {
+        (Driving::Nothing, ..) | (Driving::Current, Some(true), _) | (Driving::Force, None, Device::Mass(_)) => Ok(()),
+        (_, Some(true), _) => refused("the network's drive follows a current and has no bridge; connect drive.current"),
+        (Driving::Current | Driving::Force, Some(false), _) => {
+            refused("the network hangs on a bridge; write bridge.duty")
+        }
+        (Driving::Current, None, _) => refused("only the drive of a network takes drive.current"),
+        (Driving::Force, None, Device::Motor(_)) => {
+            refused("a motor hangs on a bridge and has no amplifier.force; write bridge.duty")
+        }
+        (_, None, Device::Mass(_)) => refused("a mass has an amplifier and no bridge; connect amplifier.force"),
+        _ => match scene.model.friction {
+            Friction::Smoothed { .. } if scene.network.is_some() => {
+                let reason = "not of a network; write \"stick_slip\", or leave this out";
+                Err(scene.error("model.friction", reason))
+            }
+            _ => Ok(()),
+        },
+    }
 }
 
 /// Returns the key that `hpu limits` varies.
@@ -136,7 +217,7 @@ fn model(s: &Section) -> Result<Model, SceneError> {
     })
 }
 
-fn dut(s: &Section, load: Load) -> Result<Dut, SceneError> {
+fn dut(s: &Section, sensors: &[Sensor], load: Load) -> Result<Dut, SceneError> {
     use keys::dut as key;
     s.accept(&[])?;
     let (mut files, libraries) = files(s, load)?;
@@ -161,7 +242,7 @@ fn dut(s: &Section, load: Load) -> Result<Dut, SceneError> {
         generics,
         ports: {
             let named = s.section("pins")?;
-            ports(&s.section("ports")?, (&named, &pins(&named, language)?), language)?
+            ports(&s.section("ports")?, (&named, &pins(&named, language)?), (language, sensors))?
         },
         formats: formats(&s.section("formats")?)?,
         files,
@@ -346,7 +427,11 @@ fn pins(s: &Section, language: Language) -> Result<Vec<Pin>, SceneError> {
 }
 
 /// Reads the connections, by the names of ports and of pins. A pin without one has the line of its name.
-fn ports(s: &Section, pins: (&Section, &[Pin]), language: Language) -> Result<Vec<Connected>, SceneError> {
+fn ports(
+    s: &Section,
+    pins: (&Section, &[Pin]),
+    (language, sensors): (Language, &[Sensor]),
+) -> Result<Vec<Connected>, SceneError> {
     let mut all = Vec::new();
     for key in s.keys() {
         let pin = pins.1.iter().find(|pin| pin.name == key).map(|pin| (pin.port.clone(), pin.part));
@@ -356,10 +441,10 @@ fn ports(s: &Section, pins: (&Section, &[Pin]), language: Language) -> Result<Ve
             if part != Part::Whole {
                 return Err(s.error(key, "a list is for all bits of a port; write the port's name without an index"));
             }
-            all.extend(list_of_bits(s, key, &port, list)?);
+            all.extend(list_of_bits(s, key, (&port, sensors), list)?);
             continue;
         }
-        let (connection, shown) = connection(s, key)?;
+        let (connection, shown) = connection(s, key, sensors)?;
         s.note(key, ParameterValue::Text(shown), "", Origin::Scene);
         all.push(Connected { port, part, connection, key: key.to_string(), is_pin: false });
     }
@@ -376,15 +461,21 @@ fn ports(s: &Section, pins: (&Section, &[Pin]), language: Language) -> Result<Ve
 }
 
 /// Reads the connections of all bits of a port, from the left.
-fn list_of_bits(s: &Section, key: &str, port: &str, list: &Array) -> Result<Vec<Connected>, SceneError> {
+fn list_of_bits(
+    s: &Section,
+    key: &str,
+    (port, sensors): (&str, &[Sensor]),
+    list: &Array,
+) -> Result<Vec<Connected>, SceneError> {
     let mut all = Vec::new();
     for (index, value) in list.iter().enumerate() {
         let key = format!("{key}[{index}]");
-        let Some((connection, _)) = simple(s, &key, &Item::Value(value.clone()))? else {
+        let Some((connection, _)) = simple(s, &key, &Item::Value(value.clone()), sensors)? else {
             let reason = format!("{} is no connection of one bit", shown(&Item::Value(value.clone())));
             return Err(s.error(&key, reason));
         };
-        if !matches!(connection, Connection::Line(..) | Connection::Constant(0 | 1) | Connection::Open) {
+        let is_bit = matches!(connection, Connection::Constant(0 | 1) | Connection::Open);
+        if !is_bit && connection.format() != Some(Format::BIT) {
             let reason = format!(
                 "{} is not one bit; connect a part of the port, as in \"{port}(7 downto 0)\"",
                 connection.name()
@@ -404,9 +495,9 @@ fn list_of_bits(s: &Section, key: &str, port: &str, list: &Array) -> Result<Vec<
 }
 
 /// Returns the connection of a port, and the text that describes it among the parameters.
-fn connection(s: &Section, port: &str) -> Result<(Connection, String), SceneError> {
+fn connection(s: &Section, port: &str, sensors: &[Sensor]) -> Result<(Connection, String), SceneError> {
     let item = s.get(port).expect("the key of a section");
-    if let Some(simple) = simple(s, port, item)? {
+    if let Some(simple) = simple(s, port, item, sensors)? {
         return Ok(simple);
     }
     if item.as_table_like().is_some_and(|table: &dyn TableLike| !table.is_empty()) {
@@ -430,6 +521,7 @@ fn connection(s: &Section, port: &str) -> Result<(Connection, String), SceneErro
             "encoder.angle" if !offset => Connection::Angle(format),
             "bridge.duty" => Connection::Duty(format, offset),
             "amplifier.force" => Connection::Force(format, offset),
+            "drive.current" => Connection::Current(format, offset),
             _ => return Err(own.error("is", format!("`{is}` has no format; {}", accepted()))),
         };
         let binary = if offset { ", offset binary" } else { "" };
@@ -439,7 +531,12 @@ fn connection(s: &Section, port: &str) -> Result<(Connection, String), SceneErro
 }
 
 /// Returns the connection of a value without keys of its own, and the text that describes it; `None` for another value.
-fn simple(s: &Section, port: &str, item: &Item) -> Result<Option<(Connection, String)>, SceneError> {
+fn simple(
+    s: &Section,
+    port: &str,
+    item: &Item,
+    sensors: &[Sensor],
+) -> Result<Option<(Connection, String)>, SceneError> {
     if let Some(number) = item.as_integer() {
         return Ok(Some((Connection::Constant(number), number.to_string())));
     }
@@ -452,11 +549,15 @@ fn simple(s: &Section, port: &str, item: &Item) -> Result<Option<(Connection, St
             let connection = Connection::Line(line, inverted);
             return Ok(Some((connection, connection.name())));
         }
+        if let Some(pin) = text.trim().strip_prefix("sensor.") {
+            let pin = sensor_pin(pin, inverted, sensors).map_err(|reason| s.error(port, reason))?;
+            return Ok(Some((Connection::Sensor(pin), Connection::Sensor(pin).name())));
+        }
         let connection = match (text.trim(), inverted) {
             ("encoder.count", false) => Connection::Count,
             ("wall.count", false) => Connection::Wall,
             ("open", false) => Connection::Open,
-            (word @ ("encoder.angle" | "bridge.duty" | "amplifier.force"), false) => {
+            (word @ ("encoder.angle" | "bridge.duty" | "amplifier.force" | "drive.current"), false) => {
                 let reason = format!("{word} needs a format; write {{ is = \"{word}\", format = \"(1,0,11)\" }}");
                 return Err(s.error(port, reason));
             }
@@ -467,12 +568,33 @@ fn simple(s: &Section, port: &str, item: &Item) -> Result<Option<(Connection, St
     Ok(None)
 }
 
+/// Returns the pin of a sensor by its name behind `sensor.`, or the reason why there is none.
+fn sensor_pin(name: &str, inverted: bool, sensors: &[Sensor]) -> Result<SensorPin, String> {
+    let pins = |sensor: &Sensor| sensor.pins().map(|(pin, _)| format!("{}.{pin}", sensor.name));
+    let all: Vec<String> = sensors.iter().flat_map(pins).collect();
+    let Some(place) = all.iter().position(|it| it == name) else {
+        let names: Vec<&str> = all.iter().map(String::as_str).collect();
+        let (near, there) = (did_you_mean(name, &names), names.join(", sensor."));
+        return Err(match names[..] {
+            [] => "the scene has no sensors; a network has them in device.sensors".to_string(),
+            _ => format!("no pin \"{}\" of a sensor; there are sensor.{there}{near}", excerpt(name)),
+        });
+    };
+    let (sensor, pin) = (place / 2, place % 2);
+    let (_, format) = sensors[sensor].pins()[pin];
+    if inverted && format != Format::BIT {
+        return Err(format!("sensor.{name} is a word, which \"not\" does not invert; leave \"not\" out"));
+    }
+    Ok(SensorPin { sensor, pin, inverted, format, name: kept(&format!("sensor.{name}")) })
+}
+
 /// Returns the accepted connections as a message lists them.
 fn accepted() -> String {
     let lines: Vec<_> = Line::ALL.iter().map(|line| line.name()).collect();
     format!(
         "accepted: {}, each also after \"not \"; encoder.count, wall.count, open, a whole number; \
-         {{ is = \"bridge.duty\", format = \"(1,0,11)\" }}, and so encoder.angle and amplifier.force",
+         {{ is = \"bridge.duty\", format = \"(1,0,11)\" }}, and so encoder.angle, amplifier.force and drive.current; \
+         the pins of sensors, as in sensor.NAME.a",
         lines.join(", ")
     )
 }

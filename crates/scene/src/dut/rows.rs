@@ -97,9 +97,10 @@ keys! { dut_pins: "dut.pins" of [];
 }
 
 keys! { dut_ports: "dut.ports" of [];
-    /// Connection of the port of this name: a line, also after "not "; a count; a constant; open; a word with a format;
-    /// or a list of lines, constants and `open` for its bits, from the left. A key with an index or a
-    /// range, as in `"ab(1)"`, `"ab[7:4]"` or `"ab(7 downto 4)"`, connects these bits alone.
+    /// Connection of the port of this name: a line, also after "not "; a pin of a network's sensor, as in
+    /// `sensor.load.a`; a count; a constant; open; a word with a format; or a list of lines, constants and `open` for
+    /// its bits, from the left. A key with an index or a range, as in `"ab(1)"`, `"ab[7:4]"` or `"ab(7 downto 4)"`,
+    /// connects these bits alone.
     PORT: Own = Own::new(
         || Takes::Own(
             Shape::Connection,
@@ -110,7 +111,7 @@ keys! { dut_ports: "dut.ports" of [];
 
 keys! { dut_port: "dut.ports.PORT" of [];
     /// Quantity that the word stands for.
-    is: Text = Text("\"encoder.angle\", \"bridge.duty\" or \"amplifier.force\"", Required);
+    is: Text = Text("\"encoder.angle\", \"bridge.duty\", \"amplifier.force\" or \"drive.current\"", Required);
     /// Format of the word, 2 to 32 bits.
     format: Text = Text("the word's format, as in \"(1,0,11)\"", Required);
     /// Inverts the highest bit of a signed word, as offset binary does; not of `encoder.angle`.

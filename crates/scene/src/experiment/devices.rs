@@ -61,6 +61,7 @@ macro_rules! listed {
             ("axis", "network"),
             ("dut", "motor"),
             ("dut", "mass"),
+            ("dut", "network"),
             $((stringify!($module), stringify!($module))),*
         ];
 

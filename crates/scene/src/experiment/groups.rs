@@ -43,6 +43,8 @@ static PARTS: &[Part] = &[
         &joint::GROUP,
         &drive::GROUP,
         &dac::GROUP,
+        &sensors::GROUP,
+        &sensor::GROUP,
     ]),
     Each(|keys| keys.device),
     Fixed(&[
@@ -56,7 +58,7 @@ static PARTS: &[Part] = &[
         &amplifier_shaper::GROUP,
     ]),
     Each(|keys| keys.parts),
-    Fixed(&[&clock::GROUP, &method::GROUP, &method_law::GROUP, &method_loop::GROUP]),
+    Fixed(&[&clock::GROUP, &method::GROUP, &method_network::GROUP, &method_law::GROUP, &method_loop::GROUP]),
     Fixed(crate::method::KEYS),
     Fixed(&[&method_scale::GROUP]),
     Each(|keys| keys.method),
@@ -137,9 +139,10 @@ pub fn has_own_kind(section: &str, scene: &str) -> bool {
 pub fn kinds_of<'a>(section: &str, scene: &'a str, device: &'a str, own: Option<&'a str>) -> Vec<&'a str> {
     match section {
         "device" | "encoder" | "host" => vec![device],
-        "hand" if has_own_kind(section, scene) => own.into_iter().chain([device]).collect(),
+        "hand" | "method" if has_own_kind(section, scene) => own.into_iter().chain([device]).collect(),
         _ if has_own_kind(section, scene) => own.into_iter().collect(),
         "" | "model" if scene == "axis" => vec![scene, device],
+        "" if scene == "dut" => vec![scene, device],
         _ => vec![scene],
     }
 }

@@ -1,6 +1,6 @@
 //! Networks: what their bodies and joints come to, and what is refused at its line.
 
-use hpu_scene::{Device, Scene, Setup};
+use hpu_scene::{Device, Encoder, Scene, SensorKind, Setup};
 
 const KNOB: &str = r#"about = "A network."
 clock = { frequency = "16384 kHz" }
@@ -282,4 +282,31 @@ fn a_mass_and_a_motor_on_the_mean_of_its_bridge_may_have_a_late_host() {
         let error = scene(device, more).unwrap_err();
         assert!(error.contains(said), "{error}");
     }
+}
+
+/// The encoder on the handle as a sensor that the method counts, and as the scene's own encoder: the same loop.
+#[test]
+fn a_method_counts_another_encoder() {
+    let far = "device.sensors.far = { kind = \"encoder\", on = \"handle\", resolution = \"10 um\" }\n";
+    let chosen = parse(&format!("{KNOB}{far}method.position = \"far\"\n")).unwrap();
+    let own = KNOB.replace("{ on = \"rotor\", lines = 2000 }", "{ on = \"handle\", resolution = \"10 um\" }");
+    let own = parse(&own).unwrap();
+    assert_eq!((chosen.encoder, &chosen.device, chosen.wall), (own.encoder, &own.device, own.wall));
+    assert_eq!((&chosen.hand, chosen.words().unwrap()), (&own.hand, own.words().unwrap()));
+    // What was the encoder is a sensor on the rotor.
+    let network = chosen.network.unwrap();
+    assert_eq!((network.sensors[0].name.as_str(), network.network.sensed[0].body), ("encoder", 0));
+    assert_eq!(network.sensors[0].kind, SensorKind::Encoder(0, Encoder::Rotary { lines: 2000 }));
+    let refused = |text: &str, says: &str| {
+        let said = parse(&format!("{KNOB}{text}")).expect_err(text);
+        assert!(said.contains(says), "{said}\nexpected {says}");
+    };
+    refused("method.position = \"fat\"\n", "method.position: no sensor \"fat\"; there are encoder");
+    refused(&format!("{far}method.position = \"fat\"\n"), "there are far, encoder; did you mean far?");
+    refused(
+        &far.replace("\"handle\"", "\"handel\""),
+        "device.sensors.far.on: no body \"handel\"; there are rotor, handle",
+    );
+    refused(&far.replace("resolution = \"10 um\"", "lines = 100"), "device.sensors.far.lines: handle slides");
+    refused(&far.replace("far", "encoder"), "device.sensors.encoder: the name of the scene's own encoder");
 }

@@ -10,7 +10,9 @@ use std::num::NonZeroUsize;
 use std::sync::Arc;
 use std::time::Duration;
 
-use hpu_cosim::scene::{Datapath, Device, DutScene, Experiment, Hand, OutcomeKind, Realised, Scene, moves_until_s};
+use hpu_cosim::scene::{
+    Compound, Datapath, Device, DutScene, Experiment, Hand, OutcomeKind, Realised, Scene, moves_until_s,
+};
 use hpu_cosim::{Control, figure, judged_window_s};
 use hpu_farm::Failed;
 use hpu_farm::units::{self, run_some};
@@ -126,7 +128,8 @@ impl WordsSet {
         let at = |phase: usize, word: i128| {
             let mut scene = at(word)?;
             let count_rad = scene.encoder.count_rad();
-            shift((&mut scene.hand, &mut scene.device), (count_rad, SPAN_S), phase as u32, looks.phases);
+            let moved = (&mut scene.hand, &mut scene.device, &mut scene.network);
+            shift(moved, (count_rad, SPAN_S), phase as u32, looks.phases);
             Ok(Experiment::Dut(scene))
         };
         Grid { at: &at, phases: looks.phases, step: 1.0, unit: "", drops: false }.look(range, looks, jobs, control)
@@ -365,24 +368,23 @@ impl Grid<'_> {
 fn phased(scene: &Scene, count_rad: f64, phase: u32, phases: u32) -> Scene {
     let mut scene = scene.clone();
     let span_s = scene.sample_period_s();
-    shift((&mut scene.hand, &mut scene.device), (count_rad, span_s), phase, phases);
-    if let Some(network) = &mut scene.network {
-        let [late_s, aside] = shares(phase, phases, [span_s, count_rad]);
-        Arc::make_mut(network).shift(aside, late_s);
-    }
+    shift((&mut scene.hand, &mut scene.device, &mut scene.network), (count_rad, span_s), phase, phases);
     scene
 }
 
-/// Returns the share of a span of time and that of a count for a phase.
-fn shares(phase: u32, phases: u32, [span_s, count_rad]: [f64; 2]) -> [f64; 2] {
+/// Moves the contact to a phase: by a share of a span of time and by a share of a count.
+fn shift(
+    (hand, device, network): (&mut Hand, &mut Device, &mut Option<Arc<Compound>>),
+    (count_rad, span_s): (f64, f64),
+    phase: u32,
+    phases: u32,
+) {
     let late_s = f64::from(phase) / f64::from(phases) * span_s;
     // Three has no common divisor with the usual eight.
-    [late_s, f64::from(3 * phase % phases) / f64::from(phases) * count_rad]
-}
-
-/// Moves the contact to a phase: by a share of a span of time and by a share of a count.
-fn shift((hand, device): (&mut Hand, &mut Device), (count_rad, span_s): (f64, f64), phase: u32, phases: u32) {
-    let [late_s, aside] = shares(phase, phases, [span_s, count_rad]);
+    let aside = f64::from(3 * phase % phases) / f64::from(phases) * count_rad;
+    if let Some(network) = network {
+        Arc::make_mut(network).shift(aside, late_s);
+    }
     let back = match hand {
         Hand::SpringDamper { path, .. } => {
             for knot in path.iter_mut() {

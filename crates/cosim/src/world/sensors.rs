@@ -1,0 +1,180 @@
+//! The sensors of a network beside the encoder that its logic counts, at work.
+
+use std::collections::VecDeque;
+
+use hpu_plant::{Band, Energy};
+use hpu_scene::{Modulator, Sampled, Sensor, SensorKind, SplitMix64};
+
+use crate::world::any_device::AnyDevice;
+use crate::world::encoder::Encoder;
+
+/// The sensors of a scene at one clock edge.
+#[derive(Clone)]
+pub(crate) struct Sensors<'p> {
+    encoders: Vec<FurtherEncoder>,
+    samplers: Vec<Sampler<'p>>,
+    /// Of each sensor the words of its two pins: lines A and B, or a word or bit and whether it came at this edge.
+    pins: Vec<[i64; 2]>,
+}
+
+/// An encoder that the device watches for it.
+#[derive(Clone)]
+struct FurtherEncoder {
+    /// Its places among the scene's sensors and among the device's readings.
+    sensor: usize,
+    reading: usize,
+    encoder: Encoder,
+}
+
+/// A sensor that samples a word or a bit.
+#[derive(Clone)]
+struct Sampler<'p> {
+    /// Its place among the scene's sensors.
+    sensor: usize,
+    taking: Taking<'p>,
+    /// Edges from a sample to the next, and from a sample to its word.
+    period: u64,
+    latency: u64,
+    /// The edge of the next sample.
+    next: u64,
+    /// The words on their way, each with the edge at which it comes.
+    waiting: VecDeque<(u64, i64)>,
+    /// The edge after that at which the last word came, while that is to come.
+    until: Option<u64>,
+}
+
+/// How a sample is taken.
+#[derive(Clone)]
+enum Taking<'p> {
+    /// A word, with noise, and the mean of the readings without current.
+    Word(&'p Sampled, SplitMix64, i64),
+    /// A bit of a modulator with bits of this charge, and the charge that the bits so far stand for, in 2^-24 of it.
+    Bit(f64, i64),
+}
+
+/// The charge of a bit, in the units of the modulator's sum.
+const BIT: i64 = 1 << 24;
+
+impl<'p> Sensors<'p> {
+    /// Puts sensors on a device that stands at edge 0.
+    pub(crate) fn new(all: &'p [Sensor], seed: u64, device: &mut AnyDevice) -> Self {
+        let mut sensors = Self { encoders: Vec::new(), samplers: Vec::new(), pins: vec![[0; 2]; all.len()] };
+        for (sensor, one) in all.iter().enumerate() {
+            match &one.kind {
+                SensorKind::Encoder(reading, encoder) => {
+                    let encoder = Encoder::new(encoder.count_rad(), device.reading(*reading, 0));
+                    sensors.encoders.push(FurtherEncoder { sensor, reading: *reading, encoder });
+                    sensors.show(device, sensors.encoders.len() - 1);
+                }
+                SensorKind::Sampled(of) => {
+                    let taking = Taking::word(of, sensor, seed);
+                    sensors.samplers.push(Sampler::new(sensor, taking, (of.phase, of.period, of.latency)));
+                }
+                SensorKind::Modulator(Modulator { period, phase, charge_as }) => {
+                    sensors.samplers.push(Sampler::new(sensor, Taking::Bit(*charge_as, 0), (*phase, *period, 0)));
+                }
+            }
+        }
+        sensors
+    }
+
+    /// Returns the words of the pins of each sensor.
+    pub(crate) fn pins(&self) -> &[[i64; 2]] {
+        &self.pins
+    }
+
+    /// Appends to a row the count of each encoder and the word of each other sensor, in the order of the scene.
+    pub(crate) fn tell(&self, row: &mut Vec<f64>) {
+        let first = row.len();
+        row.extend(self.pins.iter().map(|pins| pins[0] as f64));
+        for FurtherEncoder { sensor, encoder, .. } in &self.encoders {
+            row[first + sensor] = encoder.count() as f64;
+        }
+    }
+
+    /// Tells all encoders the device's position at an edge. Returns why no count follows it any more, if that is so.
+    pub(crate) fn sense(&mut self, edge: u64, device: &mut AnyDevice) -> Option<&'static str> {
+        let mut over = None;
+        for index in 0..self.encoders.len() {
+            let FurtherEncoder { reading, encoder, .. } = &mut self.encoders[index];
+            let value = device.reading(*reading, edge);
+            if encoder.sense_by(value, |band| device.side_of_reading(*reading, edge, value, band)) {
+                over = over.or(encoder.over());
+                self.show(device, index);
+            }
+        }
+        over
+    }
+
+    /// Shows the count of an encoder, and lets the device watch for the next one.
+    fn show(&mut self, device: &mut AnyDevice, index: usize) {
+        let FurtherEncoder { sensor, reading, encoder } = &self.encoders[index];
+        let (pins, Band { low, high, .. }) = (encoder.pins(), encoder.band());
+        self.pins[*sensor] = [pins.a, pins.b];
+        device.watch(*reading, (low, high));
+    }
+
+    /// Returns the next edge at which a sample is taken or a word comes or stops being new.
+    pub(crate) fn next(&self) -> u64 {
+        self.samplers.iter().map(Sampler::due).min().unwrap_or(u64::MAX)
+    }
+
+    /// Carries out what is due at an edge.
+    pub(crate) fn happen(&mut self, edge: u64, device: &mut AnyDevice) {
+        for sampler in self.samplers.iter_mut().filter(|sampler| sampler.due() <= edge) {
+            sampler.happen(edge, device, &mut self.pins[sampler.sensor]);
+        }
+    }
+}
+
+impl<'p> Taking<'p> {
+    /// Returns the taking of words, which reads its zero before the run if it has one.
+    fn word(of: &'p Sampled, sensor: usize, seed: u64) -> Self {
+        // Each sensor has random numbers of its own, whatever the others draw.
+        let mut random = SplitMix64::new(seed.wrapping_mul(64).wrapping_add(32 + sensor as u64));
+        let (count, mut zero) = (i64::from(of.zero_of), 0);
+        if count > 0 {
+            let sum = (0..count).map(|_| of.word(0, 0, |bound| random.below(bound))).sum::<i64>();
+            zero = (2 * sum + count).div_euclid(2 * count);
+        }
+        Self::Word(of, random, zero)
+    }
+
+    fn take(&mut self, edge: u64, device: &mut AnyDevice) -> i64 {
+        match self {
+            Self::Word(of, random, zero) => {
+                of.word(device.floor(of.reading, edge, of.scale), *zero, |bound| random.below(bound))
+            }
+            Self::Bit(charge_as, told) => {
+                let [charge, _] = device.energy(edge).current_and_angle_since(&Energy::default());
+                let bit = (charge / *charge_as * BIT as f64).floor() as i64 >= *told;
+                *told += if bit { BIT } else { -BIT };
+                bit.into()
+            }
+        }
+    }
+}
+
+impl<'p> Sampler<'p> {
+    fn new(sensor: usize, taking: Taking<'p>, (next, period, latency): (u64, u64, u64)) -> Self {
+        Self { sensor, taking, period, latency, next, waiting: VecDeque::new(), until: None }
+    }
+
+    fn due(&self) -> u64 {
+        let comes = self.waiting.front().map_or(u64::MAX, |(edge, _)| *edge);
+        self.next.min(comes).min(self.until.unwrap_or(u64::MAX))
+    }
+
+    fn happen(&mut self, edge: u64, device: &mut AnyDevice, [shown, is_new]: &mut [i64; 2]) {
+        if self.until.take_if(|until| *until <= edge).is_some() {
+            *is_new = 0;
+        }
+        if self.next <= edge {
+            self.waiting.push_back((edge + self.latency, self.taking.take(edge, device)));
+            self.next += self.period;
+        }
+        while let Some((_, word)) = self.waiting.pop_front_if(|(comes, _)| *comes <= edge) {
+            (*shown, *is_new, self.until) = (word, 1, Some(edge + 1));
+        }
+    }
+}

@@ -1,0 +1,324 @@
+//! The sensors of a network beside its encoder: `device.sensors.NAME`.
+
+use std::f64::consts::PI;
+
+use hpu_plant::network::Sensed;
+use hpu_signal::{Clock, Format};
+
+use crate::axis::network_rows as keys;
+use crate::axis::parts::Encoder;
+use crate::schema::parameter::{Origin, ParameterValue};
+use crate::schema::quantity::{RAIL, SHAFT};
+use crate::schema::section::Section;
+use crate::schema::source::SceneError;
+use crate::schema::{Key, Quantity, Text, Whole};
+use crate::text::message::{did_you_mean, number, number_below};
+
+/// The name of the scene's own encoder among sensors.
+pub(crate) const ENCODER: &str = "encoder";
+
+/// A sensor of a network beside the encoder that the logic counts.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Sensor {
+    /// Its name.
+    pub name: String,
+    /// What it reads, and how.
+    pub kind: SensorKind,
+}
+
+/// What a sensor reads, and how.
+#[derive(Clone, PartialEq, Debug)]
+pub enum SensorKind {
+    /// An incremental encoder on a body, the one of this index among those that sensors read.
+    Encoder(usize, Encoder),
+    /// A sensor that samples a word.
+    Sampled(Sampled),
+    /// A modulator of the current.
+    Modulator(Modulator),
+}
+
+/// A sigma-delta modulator of the first order: each bit is the sign of what is left of the current's charge after the
+/// bits before, a 1 for as much as full scale brings in a period, a 0 for as much below 0 A.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Modulator {
+    /// Clocks from a bit to the next.
+    pub period: u64,
+    /// Clocks to the first bit.
+    pub phase: u64,
+    /// The charge of a bit, in A·s.
+    pub charge_as: f64,
+}
+
+/// A sensor that samples a word.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Sampled {
+    /// The index of the position among those that sensors read; `None`: the current.
+    pub reading: Option<usize>,
+    /// The number of 2^-16 counts of the word for one unit: rad, m or A.
+    pub scale: f64,
+    /// Bits of the word: of a current with its sign, else without.
+    pub bits: u32,
+    /// Clocks from a sample to the next, to the first one, and from a sample to its word.
+    pub period: u64,
+    /// Clocks to the first sample.
+    pub phase: u64,
+    /// Clocks from a sample to its word.
+    pub latency: u64,
+    /// Errors over all words, in 2^-16 counts.
+    pub inl: Vec<i64>,
+    /// The offset in 2^-16 counts.
+    pub offset: i64,
+    /// Each of the four terms of the noise is one of this number of values, 2^-16 counts apart; 1 is none.
+    pub noise: u64,
+    /// The number of readings whose mean is taken off.
+    pub zero_of: u32,
+}
+
+/// The fraction of a count in which words are computed: 2^-16.
+pub const FRACTION: u32 = 16;
+
+impl Sampled {
+    /// Returns the word of a reading, which is given in 2^-16 counts and rounded down, with the noise of `below`, which
+    /// returns a random number below its argument. A current has `zero` taken off.
+    pub fn word(&self, value: i64, zero: i64, mut below: impl FnMut(u64) -> u64) -> i64 {
+        let whole = self.bits + FRACTION;
+        let half = 1i64 << (whole - 1);
+        // The place among all words, the least at 0.
+        let place = match self.reading {
+            Some(_) => value & (2 * half - 1),
+            None => value.clamp(-half, half - 1) + half,
+        };
+        let noise = match self.noise {
+            1 => 0,
+            noise => (0..4).map(|_| below(noise) as i64).sum::<i64>() - 2 * (noise as i64 - 1),
+        };
+        let sum = place + self.error(place) + noise + self.offset;
+        match self.reading {
+            Some(_) => (sum >> FRACTION) & ((1 << self.bits) - 1),
+            None => {
+                let clamped = |word: i64| word.clamp(-(half >> FRACTION), (half >> FRACTION) - 1);
+                clamped(clamped((sum - half) >> FRACTION) - zero)
+            }
+        }
+    }
+
+    /// Returns the error of a place among all words, both in 2^-16 counts.
+    fn error(&self, place: i64) -> i64 {
+        let pieces = self.inl.len() - usize::from(self.reading.is_none() && !self.inl.is_empty());
+        if pieces == 0 {
+            return 0;
+        }
+        let shift = self.bits + FRACTION - pieces.ilog2();
+        let (piece, within) = ((place >> shift) as usize, place & ((1 << shift) - 1));
+        let (from, to) = (self.inl[piece], self.inl[(piece + 1) % self.inl.len()]);
+        from + ((i128::from(to - from) * i128::from(within)) >> shift) as i64
+    }
+}
+
+impl Sensor {
+    /// Returns its two pins: the name and the format of each.
+    pub fn pins(&self) -> [(&'static str, Format); 2] {
+        match &self.kind {
+            SensorKind::Encoder(..) => [("a", Format::BIT), ("b", Format::BIT)],
+            SensorKind::Sampled(Sampled { reading, bits, .. }) => {
+                let word = if reading.is_some() { Format::unsigned(*bits) } else { Format::signed(*bits) };
+                [("word", word), ("valid", Format::BIT)]
+            }
+            SensorKind::Modulator(_) => [("bit", Format::BIT), ("valid", Format::BIT)],
+        }
+    }
+}
+
+/// Returns the index of the body, or sensor, that a key names.
+pub(crate) fn one_of(s: &Section, key: &Key<Text>, what: &str, names: &[String]) -> Result<usize, SceneError> {
+    let name = s.read(key)?;
+    names.iter().position(|it| *it == name).ok_or_else(|| {
+        let all: Vec<&str> = names.iter().map(String::as_str).collect();
+        let near = did_you_mean(&name, &all);
+        s.error(key.name, format!("no {what} \"{name}\"; there are {}{near}", all.join(", ")))
+    })
+}
+
+/// Returns the names of the sections below one, each letters, digits, `_` and `-`.
+pub(crate) fn names_of(s: &Section, what: &str) -> Result<Vec<String>, SceneError> {
+    let is_plain =
+        |name: &str| name.len() <= 40 && name.chars().all(|it| it.is_ascii_alphanumeric() || it == '_' || it == '-');
+    if let Some(name) = s.keys().find(|name| !is_plain(name)) {
+        let reason = format!("not the name of a {what}; accepted: up to 40 letters, digits, _ and -");
+        return Err(s.key_error(name, reason));
+    }
+    Ok(s.keys().map(String::from).collect())
+}
+
+/// Reads an encoder on a body of this name, by its keys for the lines of a turn and for the length of a count.
+pub(crate) fn encoder(
+    s: &Section,
+    (lines, resolution): (&Key<Whole<u32>>, &Key<Quantity>),
+    (slides, name): (bool, &str),
+) -> Result<Encoder, SceneError> {
+    if slides && s.given(lines)?.is_some() {
+        return Err(s.error(lines.name, format!("{name} slides: write resolution")));
+    }
+    if !slides && s.given(resolution)?.is_some() {
+        return Err(s.error(resolution.name, format!("{name} turns: write lines")));
+    }
+    Ok(if slides {
+        Encoder::Linear { resolution_m: s.read(resolution)? }
+    } else {
+        Encoder::Rotary { lines: s.read(lines)? }
+    })
+}
+
+/// The keys of each kind of sensor, beside its kind.
+const KEYS: [(&str, &[&str]); 4] = [
+    ("encoder", &["on", "lines", "resolution"]),
+    ("absolute", &["on", "rate", "phase", "latency", "bus", "bits", "span", "corner", "noise", "inl"]),
+    (
+        "current",
+        &["rate", "phase", "latency", "bus", "bits", "gain", "range", "offset", "calibrated_zero", "noise", "inl"],
+    ),
+    ("sigma_delta", &["rate", "phase", "gain", "range"]),
+];
+
+/// The most sensors of a network.
+const MOST_SENSORS: usize = 16;
+/// The most samples whose words are still on their way.
+const MOST_WAITING: u64 = 1000;
+/// The most places of a table of errors.
+const MOST_PLACES: usize = (1 << 12) + 1;
+/// The greatest error of a table, in counts of the word.
+const MOST_COUNTS: f64 = (1u64 << 24) as f64;
+
+/// Reads a rate. Returns it with its period in clocks.
+fn rate(s: &Section, clock: Clock) -> Result<(f64, u64), SceneError> {
+    let (rate_hz, most_hz) = (s.read(&keys::sensor::rate)?, clock.frequency_hz() as f64);
+    if rate_hz > most_hz {
+        let most = number(most_hz);
+        return Err(s.error("rate", format!("faster than the clock; write its frequency, {most} Hz, at most")));
+    }
+    Ok((rate_hz, clock.edges(1.0 / rate_hz)))
+}
+
+/// Reads a modulator of the current.
+fn modulator(s: &Section, clock: Clock) -> Result<Modulator, SceneError> {
+    use keys::sensor as key;
+    let (_, period) = rate(s, clock)?;
+    let full_a = 0.5 * s.read(&key::range)? / s.read(&key::gain)?;
+    let charge_as = full_a * period as f64 * clock.period_s();
+    Ok(Modulator { period, phase: clock.edges(s.read(&key::phase)?), charge_as })
+}
+
+/// Reads a sensor that samples a word, on a body if it reads a position: with the index of that reading, and whether
+/// the body slides.
+fn sampled(s: &Section, of: Option<(usize, bool)>, clock: Clock) -> Result<Sampled, SceneError> {
+    use keys::sensor as key;
+    let (bits, (rate_hz, period)) = (s.read(&key::bits)?, rate(s, clock)?);
+    let bus_s = s.given(&key::bus)?.map_or(0.0, |bus_hz| f64::from(bits) / bus_hz);
+    if bus_s * rate_hz > 1.0 {
+        let most = number_below(1.0 / bus_s);
+        let reason = format!("faster than its bus, which brings a word of {bits} bits {most} times a second");
+        return Err(s.error("rate", reason));
+    }
+    let latency_s = s.read(&key::latency)? + bus_s;
+    if latency_s * rate_hz > MOST_WAITING as f64 {
+        return Err(s.error("latency", format!("accepted: {MOST_WAITING} periods of `rate` at most")));
+    }
+    let counts = f64::from(bits).exp2();
+    let scale = match of {
+        None => counts * s.read(&key::gain)? / s.read(&key::range)?,
+        Some((_, true)) if !s.has("span") => return Err(s.error("span", "missing; write the length of all words")),
+        Some(_) => counts / s.given(&key::span)?.unwrap_or(2.0 * PI),
+    };
+    let (noise, offset) = (s.read(&key::noise)?, if of.is_none() { scale * s.read(&key::offset)? } else { 0.0 });
+    for (key, own) in [("noise", noise), ("offset", offset.abs())] {
+        if own > counts {
+            let reason = format!("{} counts of the word, which has {counts}; write less", number_below(own));
+            return Err(s.error(key, reason));
+        }
+    }
+    let fine = |counts: f64| (counts * f64::from(FRACTION).exp2()).round() as i64;
+    Ok(Sampled {
+        reading: of.map(|(reading, _)| reading),
+        scale: scale * f64::from(FRACTION).exp2(),
+        bits,
+        period,
+        phase: clock.edges(s.read(&key::phase)?),
+        latency: clock.edges(latency_s),
+        inl: inl(s, bits, of.is_some())?.into_iter().map(fine).collect(),
+        offset: fine(offset),
+        // The variance of four numbers, each one of n, is (n^2 - 1) / 3.
+        noise: fine(noise * 3f64.sqrt()).unsigned_abs().max(1),
+        zero_of: s.given(&key::calibrated_zero)?.unwrap_or(0),
+    })
+}
+
+/// Reads the errors of words in counts.
+fn inl(s: &Section, bits: u32, is_round: bool) -> Result<Vec<f64>, SceneError> {
+    let Some(item) = s.get("inl") else { return Ok(Vec::new()) };
+    let Some(list) = item.as_array() else {
+        return Err(s.error("inl", "write a list of numbers, in counts of the word"));
+    };
+    let all = list.iter().enumerate().map(|(index, value)| {
+        let number = value.as_float().or(value.as_integer().map(|whole| whole as f64));
+        let number = number.filter(|number| number.abs() <= MOST_COUNTS);
+        number.ok_or_else(|| s.error(&format!("inl[{index}]"), "write a number, in counts of the word"))
+    });
+    let (pieces, more) = (list.len() - usize::from(!is_round && !list.is_empty()), if is_round { "" } else { " + 1" });
+    if !pieces.is_power_of_two() || list.len() > MOST_PLACES || pieces.ilog2() > bits {
+        let reason = format!("{} errors; accepted: 2^n{more} of them, n from 0 to {}", list.len(), bits.min(12));
+        return Err(s.error("inl", reason));
+    }
+    let all = all.collect::<Result<Vec<f64>, _>>()?;
+    let text = all.iter().map(|&it| number(it)).collect::<Vec<_>>().join(", ");
+    s.note("inl", ParameterValue::Text(format!("[{text}]")), "", Origin::Scene);
+    Ok(all)
+}
+
+/// Reads the sensors of bodies with these names, of which some slide. Returns them with the bodies that they read.
+pub(crate) fn sensors(
+    device: &Section,
+    (names, slides): (&[String], &[bool]),
+    clock: Clock,
+) -> Result<(Vec<Sensor>, Vec<Sensed>), SceneError> {
+    use keys::sensor as key;
+    let all = device.section("sensors")?;
+    let (mut sensors, mut sensed) = (Vec::new(), Vec::new());
+    let own = names_of(&all, "sensor")?;
+    if own.len() > MOST_SENSORS {
+        return Err(device.error("sensors", format!("{} sensors; accepted: {MOST_SENSORS}", own.len())));
+    }
+    for name in own {
+        if name == ENCODER {
+            return Err(all.key_error(&name, "the name of the scene's own encoder; write another one"));
+        }
+        let s = all.section(&name)?;
+        s.accept_as("device.sensors.SENSOR", &[])?;
+        let kind = s.read(&key::kind)?;
+        let own = KEYS.iter().find(|(of, _)| *of == kind).map_or(&[][..], |(_, keys)| keys);
+        if let Some(other) = s.keys().find(|key| *key != "kind" && !own.contains(key)) {
+            let reason = format!("not of a sensor of kind \"{kind}\", which takes {}", own.join(", "));
+            return Err(s.error(other, reason));
+        }
+        let of_current = ["current", "sigma_delta"].contains(&kind);
+        let body = if of_current { None } else { Some(one_of(&s, &key::on, "body", names)?) };
+        let kind = match body {
+            None if kind == "sigma_delta" => SensorKind::Modulator(modulator(&s, clock)?),
+            None => SensorKind::Sampled(sampled(&s, None, clock)?),
+            Some(body) if kind == "encoder" => {
+                let encoder = encoder(&s, (&key::lines, &key::resolution), (slides[body], &names[body]))?;
+                SensorKind::Encoder(sensed.len(), encoder)
+            }
+            Some(body) => {
+                let s = s.alike(if slides[body] { &RAIL } else { &SHAFT });
+                SensorKind::Sampled(sampled(&s, Some((sensed.len(), slides[body])), clock)?)
+            }
+        };
+        let corner_hz = s.given(&key::corner)?;
+        if corner_hz.is_some_and(|hz| hz > clock.frequency_hz() as f64) {
+            return Err(s.error("corner", "beyond the clock; leave the lag out"));
+        }
+        sensed.extend(body.map(|body| Sensed { body, lag_rad_per_s: corner_hz.map(|hz| 2.0 * PI * hz) }));
+        sensors.push(Sensor { name, kind });
+    }
+    Ok((sensors, sensed))
+}
