@@ -230,12 +230,13 @@ fn a_phantoms_rows_tell_means_and_extremes_of_its_motors() {
 
 #[test]
 fn both_drivers_tell_the_same_to_the_bit() {
-    let cases: [(&str, &[(&str, &str)]); 5] = [
+    let cases: [(&str, &[(&str, &str)]); 6] = [
         ("hybrid-wall", &LEANING),
         ("friction-wall", &LEANING),
         ("thrown-conventional", &[("run.duration", "4 ms")]),
         ("rail-drop", &[("device.initial_position", "2.01 cm"), ("run.duration", "8 ms")]),
         ("phantom-thrown", &[("run.duration", "4 ms")]),
+        ("two-encoder-joint", &[("run.duration", "4 ms")]),
     ];
     for (name, changes) in cases {
         for rate in ["10 kHz", "1 kHz", "2 MHz"] {

@@ -66,4 +66,5 @@ pub(crate) const AXIS: &[Shipped] = scenes![
     "capstan-wheel",
     "voice-coil-button",
     "heavy-hand",
+    "two-encoder-joint",
 ];
