@@ -151,7 +151,7 @@ impl Base {
     fn kinds(&self, section: &str) -> Vec<&'static str> {
         match section {
             "device" | "encoder" | "host" => vec![self.device],
-            "method" => vec![self.method],
+            "method" => vec![self.method, self.device],
             "hand" => vec![self.hand, self.device],
             "hand.file" | "target" => vec![self.hand],
             "" | "model" if self.scene == "axis" => vec![self.scene, self.device],
