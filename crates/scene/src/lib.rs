@@ -54,6 +54,7 @@
 //! | a voltage | 1e-6 | 1e5 | V |
 //! | a current | 1e-9 | 1e5 | A |
 //! | a resistance | 1e-6 | 1e6 | Ohm |
+//! | a gain of a current | 1e-6 | 1e6 | V/A |
 //! | an inductance | 1e-9 | 1e3 | H |
 //! | a torque constant | 1e-6 | 1e3 | N.m/A |
 //! | a force constant | 1e-6 | 1e6 | N/A |

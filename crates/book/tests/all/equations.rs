@@ -171,8 +171,9 @@ fn mathml_is_well_formed_and_no_markdown() {
 }
 
 /// Runs that stay text: the block, the begin of the run, and the reason.
-const TEXT: [(&str, &str, &str); 26] = [
+const TEXT: [(&str, &str, &str); 28] = [
     ("axis_front", "a_pin, b_pin -> sync", "a drawing"),
+    ("butterworth_difference", "position -+-> hold", "a drawing"),
     ("conventional_loop", "pins -> sync", "a drawing"),
     ("edge_timer", "d /= 0   a change", "cases in prose"),
     ("braking_pulse_loop", "pins -> front", "a drawing"),
@@ -191,6 +192,7 @@ const TEXT: [(&str, &str, &str); 26] = [
     ("phantom_io", "pins -> sync", "a drawing"),
     ("phantom_loop", "pins -> sync", "a drawing"),
     ("phantom_shared_loop", "pins -> sync", "a drawing"),
+    ("pid", "not BACK_CALCULATION", "a table of the two ways"),
     ("pwm", "1. held := command", "a numbered list with a table"),
     ("quadrature_decoder", "(a b)  00 -> 01", "a table of the transitions"),
     ("sampled_wall", "contact, penetration -> hold", "a drawing"),

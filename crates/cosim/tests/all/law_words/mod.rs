@@ -352,7 +352,7 @@ fn a_table_is_within_the_floors_of_its_lines_and_of_the_drag() {
         samples: 2_000,
     };
     let (mut tally, mut signs) = (Tally::default(), [0, 0]);
-    for seed in 0..20 {
+    for seed in 0..50 {
         let run = push.run(seed);
         // The table of the law is towards greater angles, that of the words against it.
         let torques = ["T0", "T1", "T2", "T3"].map(|name| -run.generic(name));

@@ -297,24 +297,23 @@ fn a_dead_time_longer_than_half_a_pwm_period_is_refused() {
 fn a_table_that_its_words_do_not_hold_is_refused_at_its_line() {
     let with = |keys: &str| refused("kind = \"hybrid\"", &format!("kind = \"table\"\n{keys}"));
     let form = "[torque, ...] with 2, 4, 8, 16 or 32 torques, as in [0, \"-2 mN.m\", 0, \"2 mN.m\"]";
-    says(with("spacing = 4"), &format!("7:1: method.torques: missing; write {form}"));
+    says(with("spacing = 4"), &format!("6:1: method.torques: missing; write {form}"));
     says(with("torques = 3"), &format!("8:11: method.torques: not a list; write {form}"));
     for length in [0, 1, 3, 33, 64, 100_000] {
         let told = format!("8:11: method.torques: {length} torques; accepted: 2, 4, 8, 16 or 32");
         says(with(&format!("torques = [{}]", "0, ".repeat(length))), &told);
     }
-    let told = "8:15: method.torques[1]: `\"1 N\"` is no torque";
     let found = with("torques = [0, \"1 N\"]");
-    assert!(found.contains("8:15: method.torques[1]: ") && found.contains("N.m"), "{found} {told}");
+    assert!(found.contains("8:15: method.torques[1]: ") && found.contains("N.m"), "{found}");
     // Full scale is 0.0259 N.m/A times 24 V over 2.3456603773584903 Ohm, 4095 of 4096 of it.
-    let told = "8:15: method.torques[1]: 0.3 is more than the bridge can show; accepted: -0.2649354 to 0.2649354";
+    let told = "8:15: method.torques[1]: 0.3 is more than the bridge can show; accepted: -0.2649353 to 0.2649353";
     says(with("torques = [0, 0.3]"), told);
     says(
         with("torques = [0, 0]\nspacing = 3"),
         "9:11: method.spacing: `3` is no power of two; accepted: 1, 2, 4 and on",
     );
-    let told = "9:11: method.spacing: 2 torques 4096 counts apart do not fit a counter of 12 bits; accepted: 2048 counts at \
-                most, or more position_bits";
+    let told = "9:11: method.spacing: 2 torques 4096 counts apart do not fit a counter of 12 bits; accepted: 2048 \
+                counts at most, or more position_bits";
     says(with("torques = [0, 0]\nspacing = 4096"), told);
     parse(&GOOD.replace("kind = \"hybrid\"", "kind = \"table\"\ntorques = [0, 0]\nspacing = 2048"), &[]).unwrap();
 }
