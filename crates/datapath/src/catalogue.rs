@@ -68,10 +68,10 @@ macro_rules! around_laws {
             VelocityRegister, ZeroOrderHold, TorqueSum, Saturator, CommandLimiter, Pwm, SequentialDivider, SquareRoot,
             Cordic, Biquad, Pid, FilteredDifference, ButterworthDifference, WindowDifference, Foaw, EdgeTimer,
             LevantDifferentiator, HybridLoop, ConventionalLoop, AxisFront, InputShaper, $(crate::$Law,)*
-            $(MethodLoop<crate::$Law>,)* TrigTable, TrigQuarter, TrigInterpolated, TrigCordic, SampleRegister, PhantomForward, CubeRoom, PhantomTorque,
-            CommandScaler, CommandRegister, PhantomEngine, PhantomLoop, PhantomSharedLoop, PhantomIo, GimbalInverse,
-            CrankTable, ServoControl, ImpedanceControl, ControlSwitch, FractionalDifference, SampleTimer, GimbalLoop,
-            GimbalShearLoop,
+            $(MethodLoop<crate::$Law>,)* TrigTable, TrigQuarter, TrigInterpolated, TrigCordic, SampleRegister,
+            PhantomForward, CubeRoom, PhantomTorque, CommandScaler, CommandRegister, PhantomEngine, PhantomLoop,
+            PhantomSharedLoop, PhantomIo, GimbalInverse, CrankTable, ServoControl, ImpedanceControl, ControlSwitch,
+            FractionalDifference, SampleTimer, GimbalLoop, GimbalShearLoop,
         }
     };
 }

@@ -31,7 +31,8 @@ pub trait Shown {
     fn told_in(&self) -> Option<(Units, f64)> {
         None
     }
-    /// Returns the position and the stiffness of an axis's wall, in the units of its trace. The stiffness is 0 where it is unknown.
+    /// Returns the position and the stiffness of an axis's wall, in the units of its trace. The stiffness is 0 where it
+    /// is unknown.
     fn wall(&self) -> Option<(f64, f64)> {
         None
     }

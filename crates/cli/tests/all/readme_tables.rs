@@ -466,6 +466,7 @@ pub const FIGURES: &[(&str, From, &str)] = &[
     ("this motion fits in 4 bits", From::Run(PAGE), "velocity_bits 12 4 4 -"),
     ("other motions of the same device use up to 10", From::Run(PAGE), "velocity (1,11,0) -4..8 -364..367"),
     ("| 224 kN/m | 5.3 |", From::Run(STUDENT), "linear loop, ideal drive \u{2026} to 223974.2 N/m"),
+    ("one count is 4.7124 um at the handle", From::Run("hpu run cable.toml"), "one count is 4.7124 um at the handle"),
     ("| 42 kN/m | 1 |", From::Run(KNOB), "linear loop, ideal drive \u{2026} to 41945.23 N/m"),
     ("| 75 kN/m | 1.8 |", From::Run(STUDENT_LATE), "linear loop, ideal drive \u{2026} to 75038.37 N/m"),
     ("| free motion, 20 ms | 1.56 | 2 304 000 |", SWEEP, "free motion, 20 ms 1.56 ms a point, 2304000 points"),
@@ -490,6 +491,7 @@ pub const FIGURES: &[(&str, From, &str)] = &[
 pub const EXCEPTED: &[(&str, &str)] = &[
     ("`HPU_NO_DUT=1`", "a switch"),
     ("`motor = \"vasudevan_2007\"`", "a name"),
+    ("`device.bodies.rotor.part = \"maxon-re25-118743\"`", "a name"),
     ("VHDL-93", "the name of a standard"),
     ("`1 - exp(-2 pi f T)`", "how the weight is defined"),
     ("nearest word of 16 bits", "how the weight is defined"),

@@ -71,11 +71,12 @@ fn every_sample_is_that_of_the_equations() {
                 }
             }
         }
-        assert!(limited > 20 && free > 20, "{config:?}: {limited} {free}");
+        assert!(limited > 10 && free > 10, "{config:?}: {limited} {free}");
     }
 }
 
-/// Returns the samples after the turn of the target until the command leaves the limit, `held` samples after it was met.
+/// Returns the samples after the turn of the target until the command leaves the limit, `held` samples after it was
+/// met.
 fn wound_up(back_calculation: bool, held: u32) -> u32 {
     let gain = Format::new(false, 4, 4).unwrap();
     let limit = 1000;

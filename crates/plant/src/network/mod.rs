@@ -355,8 +355,7 @@ impl Network {
         let stops: Vec<Stop> = stops.collect();
         for (stop, own) in stops.iter().zip(&self.stops) {
             if !(stop.low..=stop.high).contains(&bodies[stop.body].position) {
-                let reason = "starts inside its stop, where the start of a body that is joined to it rigidly puts it; start it \
-                              between both";
+                let reason = "starts inside its stop, where a body on a rigid joint puts it; start it between both";
                 return refused(Place::Body(own.body), reason);
             }
         }

@@ -114,8 +114,8 @@ keys! { drive: "device.drive" of [];
         Required);
     /// Body that it moves.
     on: Text = Text(BODY, Required);
-    /// Torque or force for one ampere, which is also the back-EMF constant.
-    torque_constant: Quantity = Quantity::along(|axis| axis.effort_per_a, Positive, Required);
+    /// Torque or force for one ampere, which is also the back-EMF constant; required but on a rotor that is a part.
+    torque_constant: Quantity = Quantity::along(|axis| axis.effort_per_a, Positive, Said("the motor's"));
     /// Resistance of the winding; required but for a current without a supply.
     resistance: Quantity = Quantity::new(&q::RESISTANCE, Positive, Said("none"));
     /// Inductance of the winding; required but for a current without a supply.

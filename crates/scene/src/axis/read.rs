@@ -57,6 +57,8 @@ pub(crate) fn scene(file: &str, source: &Source, kind: Kind, load: Load) -> Resu
     let clock = clock(&root.section("clock")?)?;
     let model = model(&root.section("model")?, &device)?;
     let words = model.datapath != Datapath::Linear;
+    let (encoder, amplifier) = (encoder(&root.section("encoder")?, &device, words)?, amplifier(&root, &device, words)?);
+    let bridge = bridge(&root.section("bridge")?)?;
     let method = method(&root.section("method")?, &[])?;
     let refused = match (&device, model.bridge) {
         _ if !words => Some("the linear law has model.delay; write that instead"),
@@ -71,9 +73,9 @@ pub(crate) fn scene(file: &str, source: &Source, kind: Kind, load: Load) -> Resu
     let host_clocks = host(&root, clock, Some(method.sample_rate_hz), (kind, refused))?;
     let mut parts = Scene {
         device,
-        encoder: encoder(&root.section("encoder")?, &device, words)?,
-        amplifier: amplifier(&root, &device, words)?,
-        bridge: bridge(&root.section("bridge")?)?,
+        encoder,
+        amplifier,
+        bridge,
         method,
         wall: wall(&root.section("wall")?)?,
         hand,

@@ -69,6 +69,7 @@ use crate::schema::source::SceneError;
 
 /// The wiring that closes the loop.
 #[derive(Clone, Copy, PartialEq, Debug)]
+#[allow(clippy::large_enum_variant, reason = "one of them exists a scene")]
 pub enum Loop {
     /// Spring path combinational, damping sampled.
     Hybrid,
@@ -87,6 +88,7 @@ macro_rules! methods {
 
         /// A law, with its parameters beyond the wall's, in SI units.
         #[derive(Clone, Copy, PartialEq, Debug)]
+        #[allow(clippy::large_enum_variant, reason = "one of them exists a scene")]
         pub enum LawMethod {
             $(#[doc = concat!("The parameters of `", stringify!($kind), "`.")] $Law($Method),)*
         }

@@ -26,8 +26,8 @@ pub(super) fn around(scene: &Scene) -> Vec<(&'static str, f64)> {
     stiffness.into_iter().filter(|_| k > 0.0).chain(places).collect()
 }
 
-/// Returns what can be left out of a network, which is flowed exactly and in words: its name as a contestant, what it is,
-/// and the key of `[model]` that leaves it out.
+/// Returns what can be left out of a network, which is flowed exactly and in words: its name as a contestant, what it
+/// is, and the key of `[model]` that leaves it out.
 fn of_network(scene: &Scene, compound: &Compound) -> Vec<(&'static str, &'static str, (&'static str, &'static str))> {
     let feed = compound.network.feed.kind;
     let lags = matches!(feed, FeedKind::Pi { .. })

@@ -19,7 +19,8 @@ use super::device::{Device, Switching};
 use crate::watch::limited;
 use crate::{Error, Kind};
 
-/// The result of a cell; positions in rad, of a mass or an arm in m, of a network in the units of its wall. Its keys as a row are the columns of a sweep.
+/// The result of a cell; positions in rad, of a mass or an arm in m, of a network in the units of its wall. Its keys as
+/// a row are the columns of a sweep.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Cell {
     /// The outcome of the motion.
