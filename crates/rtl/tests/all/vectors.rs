@@ -100,6 +100,8 @@ fn the_stimuli_of_every_configuration_move_every_output_bit_that_can_move() {
         ["virtual_coupling_loop" | "passive_spring_loop", "default" | "distinct", "b_high", _] => true,
         // A pulse is never negative.
         ["braking_pulse", _, "memory", bits] => bits == "100000" || bits == "4000",
+        // Nor is one of the eight torques of this table.
+        ["torque_table", "steps", "memory", "40"] => true,
         ["input_shaper", _, "shaped", bits] => bits == "2000" || bits == "80",
         // These loops have a shaper.
         [name, label, "b_high", _] if label.ends_with("8_bit") => name.ends_with("_loop"),
