@@ -142,8 +142,8 @@ fn a_row_of_two_words_of_which_one_is_no_register_is_proved() {
     assert!(matches!(found, Ok(Verdict::Proved(_))), "{found:?}");
 }
 
-/// An error in a block's VHDL: the block, its configuration, the text that is replaced, its replacement, and the signals
-/// that it spoils.
+/// An error in a block's VHDL: the block, its configuration, the text that is replaced, its replacement, and the
+/// signals that it spoils.
 type Sown = (&'static str, &'static str, &'static str, &'static str, &'static str);
 
 const ERRORS: &[Sown] = &[

@@ -126,8 +126,8 @@ impl Search<'_> {
         }
     }
 
-    /// Finds the files that a text may name behind a text with a folder, and returns whether there are any. Their places
-    /// are these names, because the design puts them together while it runs.
+    /// Finds the files that a text may name behind a text with a folder, and returns whether there are any. Their
+    /// places are these names, because the design puts them together while it runs.
     fn joined(&mut self, text: &str, from: &str) -> bool {
         if !is_plain(text) || !is_data(text) {
             return false;
