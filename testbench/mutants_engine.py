@@ -40,11 +40,14 @@ ENGINE = "crates/cosim/src/run/engine/mod.rs"
 RECURRENCE = "crates/cosim/src/run/engine/recurrence.rs"
 ROWS = "crates/cosim/src/run/engine/rows.rs"
 CIRCUIT = "crates/datapath/src/circuit/circuit_loop.rs"
+NET_ENDS = "crates/plant/src/network/ends.rs"
+NET_MOTION = "crates/plant/src/network/motion.rs"
+NET_ENERGY = "crates/plant/src/network/energy.rs"
 
 # Test binaries, filters, and seconds of processor time after which a mutant counts as endless, a multiple of what the
 # tests take; in the order in which they are asked: those that cost least first.
-QUICK = ["between_rows::", "bounded::", "contact::", "known_answers::", "law_scenes::", "less_model::", "rail::",
-         "recurrence::", "waiting_rows::"]
+QUICK = ["between_rows::", "bounded::", "contact::", "known_answers::", "law_scenes::", "less_model::", "networks::",
+         "rail::", "recurrence::", "waiting_rows::"]
 LEAPS = ["cruise::so_", "cruise::a_run", "drivers::they_agree", "drivers::watching", "faults::"]
 WHOLE = ["cruise::every_register", "drivers::leaping", "drivers::a_hundred", "energy::"]
 STAGES = [
@@ -708,6 +711,120 @@ PLACES = [
     ]),
     (RECURRENCE, "fn come_round<", "stride / common_divisor(period, stride)", [
         ("repeat: rows that do not come back to their places", "stride / stride"),
+    ]),
+    # networks: the order of ends, and what holds after one
+    (NET_ENDS, "fn soonest<", "0..=self.checks.len()", [
+        ("network, soonest: a single check is asked", "0..=0"),
+    ]),
+    (NET_ENDS, "fn soonest<", "side != Side::Inside", [
+        ("network, soonest: only ends above a limit", "side == Side::Above"),
+        ("network, soonest: only ends below a limit", "side == Side::Below"),
+    ]),
+    (NET_ENDS, "fn turn<", "self.slip_at_rest::<P>(r, x)", [
+        ("network, turn: a body never sticks", "outward"),
+        ("network, turn: a body always sticks", "0"),
+    ]),
+    (NET_ENDS, "fn turn<", "(Touch::Out, at)", [
+        ("network, turn: a body that leaves its stop is pressed", "(Touch::Pressed(at), at)"),
+    ]),
+    (NET_ENDS, "fn turn<", "if end < 0 { stop.low } else { stop.high }", [
+        ("network, turn: stops exchanged", "if end < 0 { stop.high } else { stop.low }"),
+    ]),
+    (NET_ENDS, "fn turn<", "if self.key.limited == 0 { outward } else { 0 }", [
+        ("network, turn: a limit is never left", "outward"),
+        ("network, turn: limits exchanged", "if self.key.limited == 0 { -outward } else { 0 }"),
+    ]),
+    (NET_ENDS, "fn press(", "if side < 0 { stop.low } else { stop.high }", [
+        ("network, press: stops exchanged", "if side < 0 { stop.high } else { stop.low }"),
+    ]),
+    (NET_ENDS, "fn slip_at_rest<", "stuck.slips[r] = 0;", [
+        ("network, slip at rest: asked in the mode before", ";"),
+    ]),
+    (NET_ENDS, "fn let_go(", "self.key.slips[r] == 0", [
+        ("network, let go: bodies that move are asked too", "true"),
+        ("network, let go: nobody is asked", "false"),
+    ]),
+    (NET_ENDS, "fn let_go(", "self.constants = self.laws.constants(&self.key, self.intent_per_s);", [
+        ("network, let go: constants of before", ";"),
+    ]),
+    (NET_ENDS, "fn let_go(", "self.set_limit(x);", [
+        ("network, let go: the drive's limit is not asked", ";"),
+    ]),
+    (NET_ENDS, "fn set_limit(", "-constant - supply.into()", [
+        ("network, set limit: low limit shifted the other way", "constant - supply.into()"),
+    ]),
+    (NET_ENDS, "fn set_limit(", "Double::from(supply) - constant", [
+        ("network, set limit: high limit not shifted", "Double::from(supply)"),
+    ]),
+    (NET_ENDS, "fn settle(", "speed == 0.0", [
+        ("network, settle: bodies that move are asked whether they stick", "true"),
+    ]),
+    # networks: checks
+    (NET_MOTION, "fn checks_now(", "self.hold(body)", [
+        ("network, checks: a body that sticks is held for ever", "Limits::ANY"),
+    ]),
+    (NET_MOTION, "fn checks_now(", "Limits::POSITIVE", [
+        ("network, checks: a body that moves forward never turns", "Limits::ANY"),
+    ]),
+    (NET_MOTION, "fn checks_now(", "Limits::NEGATIVE", [
+        ("network, checks: a body that moves backward never turns", "Limits::ANY"),
+    ]),
+    (NET_MOTION, "fn checks_now(", "(None, Some(beyond(side, force_at(side))))", [
+        ("network, checks: a stop pulls", "(None, None)"),
+    ]),
+    (NET_MOTION, "fn checks_now(", "Some(beyond(side, at(side).into()))", [
+        ("network, checks: a lifted body does not leave its stop", "None"),
+    ]),
+    (NET_MOTION, "fn checks_now(", "Some(beyond(-side, force_at(side)))", [
+        ("network, checks: a lifted body is not pressed again", "None"),
+    ]),
+    (NET_MOTION, "fn checks_now(", "beyond(1, high)", [
+        ("network, checks: a drive at its limit stays there", "Limits::ANY"),
+    ]),
+    (NET_MOTION, "fn hold(", "-stiction - constant", [
+        ("network, hold: low limit not shifted by what is constant", "-stiction"),
+        ("network, hold: a body lets go at half of its stiction", "0.5 * -stiction - constant"),
+    ]),
+    (NET_MOTION, "pub fn driven(", "self.let_go(&x);", [
+        ("network, driven: nobody lets go", ";"),
+    ]),
+    (NET_MOTION, "pub fn intend(", "self.let_go(&x);", [
+        ("network, intend: nobody lets go", ";"),
+    ]),
+    # networks: the audit
+    (NET_ENERGY, "fn flows(", "f64::from(slips) * net.bodies[body].coulomb * moved(body)", [
+        ("network, audit: Coulomb friction doubled", "2.0 * f64::from(slips) * net.bodies[body].coulomb * moved(body)"),
+        ("network, audit: Coulomb friction of one direction", "net.bodies[body].coulomb * moved(body)"),
+    ]),
+    (NET_ENERGY, "fn flows(", "f64::from(self.key.limited) * kind.supply_v() * charge", [
+        ("network, audit: a limited drive takes no power", "0.0 * charge"),
+        ("network, audit: both limits of one sign", "kind.supply_v() * charge"),
+    ]),
+    (NET_ENERGY, "fn flows(", "copper + (ends[1] - ends[0]) + laws.drive_constant() * squares[EMF]", [
+        ("network, audit: source without the coil's energy", "copper + laws.drive_constant() * squares[EMF]"),
+        ("network, audit: source without the power of the motion", "copper + (ends[1] - ends[0])"),
+    ]),
+    (NET_ENERGY, "fn flows(", "0.5 * (gap(to) - gap(from)) * (gap(to) + gap(from))", [
+        ("network, audit: hand's spring holds nothing", "0.0 * gap(to)"),
+    ]),
+    (NET_ENERGY, "fn flows(", "v * turned - squares[GRIP]", [
+        ("network, audit: hand's damper takes nothing", "v * turned"),
+    ]),
+    (NET_ENERGY, "fn stored_at(", "0.5 * stiffness * stretch * stretch", [
+        ("network, audit: joints hold nothing", "0.0 * stretch"),
+    ]),
+    (NET_ENERGY, "fn stored_at(", "position * (0.5 * body.spring * position - body.constant)", [
+        ("network, audit: return springs hold nothing", "0.0 * position"),
+        ("network, audit: a constant force gives nothing", "position * 0.5 * body.spring * position"),
+    ]),
+    (NET_ENERGY, "fn pressed_j(", "if side < 0 { stop.low } else { stop.high }", [
+        ("network, audit: stops exchanged", "if side < 0 { stop.high } else { stop.low }"),
+    ]),
+    (NET_ENERGY, "fn released(", "before - self.pressed_j(stop, x)", [
+        ("network, audit: what a stop still holds is lost", "0.0 * before"),
+    ]),
+    (NET_ENERGY, "fn jumped(", "self.stored_at(&still) - self.stored_at(before)", [
+        ("network, audit: springs take no part in a jump", "0.0 * before[0]"),
     ]),
 ]
 

@@ -127,7 +127,9 @@ fn every_method_stays_inside_its_bounds_and_comes_within_two_bits_but_for_sums_o
 
 #[test]
 fn a_table_of_torques_stays_inside_its_bounds_and_comes_within_two_bits() {
-    let scene = axis("detent-knob", &[SLOW, MEAN]);
+    // A hand, without which the angle has no limits.
+    let hand = "{ kind = 'spring_damper', stiffness = '50 mN.m/rad', damping = '1 mN.m.s/rad', path = [['0 s', 0]] }";
+    let scene = axis("detent-knob", &[SLOW, MEAN, ("hand", hand)]);
     let proof = axis_bounds(&scene).unwrap();
     assert_eq!(compared(&scene, &proof, &at_random(&scene, &proof, |_| ())), [""; 0]);
     assert!(of(&proof, "memory").never_overflows);
