@@ -1,7 +1,8 @@
 #!/bin/bash
 # What is too long for the test command: every test with checks of overflow and debug assertions, the tests marked
 # `ignore`, the whole `hpu check`, the explorer in Firefox, libhpu and the Python package under valgrind, stable sets of
-# 1000 random loops against numpy, then commands at random, on all cores. Its record is record/long.txt.
+# 1000 random loops against numpy, networks against 60 decimal places, then commands at random, on all cores. Its record
+# is record/long.txt.
 # One command in five is given files of somebody else (crates/cli/tests/all/fuzz/foreign.rs).
 # Usage: testbench/long.sh [COMMANDS [SEED]]: so many commands [100000] of a seed [1]; --update writes the record.
 # Exit codes: 0 every test passed and every command ended as the contract says, 1 one did not.
@@ -90,6 +91,10 @@ cat "$scratch/wheel"
 "$scratch/venv/bin/python" testbench/oracle/stable_set.py target/release/hpu 1000 "$seed" >"$scratch/sets" || failed=1
 cat "$scratch/sets"
 
+# Networks against an integration of their own, 10^8 clock edges each.
+"$scratch/venv/bin/python" testbench/oracle/network.py target/release/hpu >"$scratch/networks" || failed=1
+cat "$scratch/networks"
+
 pids=()
 for ((core = 0; core < cores; core++)); do
     (
@@ -119,6 +124,7 @@ grep -h "HPU_FUZZ_SEED" -A3 "$scratch"/*.err || true
     echo "explorer in $firefox"
     cat "$scratch/valgrind" "$scratch/wheel"
     tail -n 1 "$scratch/sets"
+    cat "$scratch/networks"
     # The same verb and exit of all shares in one line.
     awk '
         # A verb of 18 characters, which may have blanks, then its exit.

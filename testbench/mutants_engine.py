@@ -32,6 +32,7 @@ ROOT = Path(__file__).resolve().parent.parent
 RECORD = ROOT / "testbench" / "record" / "mutants-engine.txt"
 GUARD = "crates/plant/src/flow/guard.rs"
 DEVICE = "crates/plant/src/device/mod.rs"
+KNOWN = "crates/plant/src/device/known.rs"
 MODES = "crates/plant/src/device/modes.rs"
 REVERSAL = "crates/plant/src/flow/reversal.rs"
 CRUISE = "crates/plant/src/device/cruise.rs"
@@ -318,32 +319,33 @@ PLACES = [
         ("listen: noise of a 64th of the length",
          "dyadic(edges).saturating_sub(6).min(self.motion.system().dyadic() - 1)"),
     ]),
-    (DEVICE, "fn is_surely_within(", "angle_rad - low_rad > self.noise[0] && high_rad - angle_rad > self.noise[0]", [
+    (DEVICE, "fn is_surely_within(",
+     "angle_rad - low_rad > self.known.noise[0] && high_rad - angle_rad > self.known.noise[0]", [
         ("is_surely_within: decided on the f64 value", "angle_rad - low_rad > 0.0 && high_rad - angle_rad > 0.0"),
     ]),
-    (DEVICE, "pub fn next_event(", "to <= *known", [
-        ("next_event: known one edge further", "to <= *known + 1"),
+    (KNOWN, "fn holds(", "to <= self.until", [
+        ("next_event: known one edge further", "to <= self.until + 1"),
     ]),
-    (DEVICE, "pub fn next_event(", "band_rad == *known_rad", [
+    (KNOWN, "fn holds(", "band_rad == self.band_rad", [
         ("next_event: band not looked at", "true"),
     ]),
-    (DEVICE, "pub fn next_event(", "event.0 > from)", [
+    (KNOWN, "fn holds(", "event.0 > from)", [
         ("next_event: event at the start kept", "event.0 >= from)",
          "at an event the angle is outside of the band or the mode has ended: no search begins there with the band"),
         ("next_event: event kept behind itself", "true)"),
     ]),
-    (DEVICE, "pub fn next_event(", "*known != 0", [
+    (KNOWN, "fn holds(", "self.until != 0", [
         ("next_event: event of a motion that has ended kept", "true"),
     ]),
     (DEVICE, "fn look_for_with<", "to >= end", [
         ("look_for: end of a cruise at the last edge left out", "to > end"),
     ]),
-    (DEVICE, "fn look_for_with<", "*known >= from && *known_rad == band_rad && event.is_none()", [
-        ("look_for: start from before, whatever the band", "*known >= from && event.is_none()"),
-        ("look_for: start from before, whatever was found", "*known >= from && *known_rad == band_rad",
+    (DEVICE, "fn look_for_with<", "ahead.until >= from && ahead.band_rad == band_rad && ahead.event.is_none()", [
+        ("look_for: start from before, whatever the band", "ahead.until >= from && ahead.event.is_none()"),
+        ("look_for: start from before, whatever was found", "ahead.until >= from && ahead.band_rad == band_rad",
          "the point found is then the event's: before the event it counts as far (a debug build panics), and behind it "
          "the band is another"),
-        ("look_for: start from before, whatever is known", "*known_rad == band_rad && event.is_none()",
+        ("look_for: start from before, whatever is known", "ahead.band_rad == band_rad && ahead.event.is_none()",
          "a search that found nothing covers NEAR edges or more from its point, so that `from` is known"),
     ]),
     (DEVICE, "if forecast.edges < reach && far < most {", "self.hear(far);", [
@@ -353,10 +355,10 @@ PLACES = [
         ("look_for: ends of modes before a forecast not looked at", "true"),
         ("look_for: ends of modes over half of a forecast", "self.keeps_mode(&a, (a.edge + far) / 2)"),
     ]),
-    (DEVICE, "fn keeps_mode(", "last <= self.kept || self.checks.iter().all(Option::is_none)", [
-        ("keeps_mode: known to last for ever", "self.kept != 0 || self.checks.iter().all(Option::is_none)"),
-        ("keeps_mode: first check alone looked at", "last <= self.kept || self.checks[0].is_none()"),
-        ("keeps_mode: second check alone looked at", "last <= self.kept || self.checks[1].is_none()"),
+    (DEVICE, "fn keeps_mode(", "last <= self.known.kept || self.checks.iter().all(Option::is_none)", [
+        ("keeps_mode: known to last for ever", "self.known.kept != 0 || self.checks.iter().all(Option::is_none)"),
+        ("keeps_mode: first check alone looked at", "last <= self.known.kept || self.checks[0].is_none()"),
+        ("keeps_mode: second check alone looked at", "last <= self.known.kept || self.checks[1].is_none()"),
     ]),
     (DEVICE, "fn keeps_mode(", "self.hear(beyond);", [
         ("keeps_mode: noise up to the farther edge not asked for", ""),
@@ -365,8 +367,8 @@ PLACES = [
         ("keeps_mode: farther look over the way to the forecast alone",
          "self.ends_of_modes(from, edges) == [false; 2]"),
     ]),
-    (DEVICE, "fn listen(", "(self.heard, self.kept) = ((1 << dyadic) + 1, 0);", [
-        ("listen: mode of the motion before known to last", "self.heard = (1 << dyadic) + 1;"),
+    (DEVICE, "fn listen(", "(self.known.heard, self.known.kept) = ((1 << dyadic) + 1, 0);", [
+        ("listen: mode of the motion before known to last", "self.known.heard = (1 << dyadic) + 1;"),
     ]),
     (DEVICE, "fn look_for_with<", "Some(event).filter(|event| event.0 <= to)", [
         ("look_for: a confirmed event after the last edge returned", "Some(event)"),
@@ -375,30 +377,34 @@ PLACES = [
         ("look_for: quick look twice as far", "(1.5 * way).min(4.0 * FAR)",
          SPEED + "it is believed only where all functions stay"),
     ]),
-    (DEVICE, "fn look_for_with<", "(self.ahead, self.found) = ((self.anchor + far, band_rad, None), Some(a));", [
+    (DEVICE, "fn look_for_with<", "self.known.ahead = Ahead { until: self.anchor + far, band_rad, event: None };", [
         ("look_for: known one edge beyond the quick look",
-         "(self.ahead, self.found) = ((self.anchor + far + 1, band_rad, None), Some(a));"),
+         "self.known.ahead = Ahead { until: self.anchor + far + 1, band_rad, event: None };"),
         ("look_for: known a quarter beyond the quick look",
-         "(self.ahead, self.found) = ((self.anchor + far + far / 4, band_rad, None), Some(a));"),
+         "self.known.ahead = Ahead { until: self.anchor + far + far / 4, band_rad, event: None };"),
     ]),
     (DEVICE, "last = first + NEAR;", "self.hear(last);", [
         ("look_for: noise of the last search kept", ""),
     ]),
-    (DEVICE, "last = first + NEAR;", "self.ahead = (self.anchor + last, band_rad, event);", [
-        ("look_for: known one edge beyond the search", "self.ahead = (self.anchor + last + 1, band_rad, event);"),
-        ("look_for: event found not kept", "self.ahead = (self.anchor + last, band_rad, None);"),
+    (DEVICE, "last = first + NEAR;", "self.known.ahead = Ahead { until: self.anchor + last, band_rad, event };", [
+        ("look_for: known one edge beyond the search",
+         "self.known.ahead = Ahead { until: self.anchor + last + 1, band_rad, event };"),
+        ("look_for: event found not kept",
+         "self.known.ahead = Ahead { until: self.anchor + last, band_rad, event: None };"),
     ]),
-    (DEVICE, "self.ahead = (self.anchor + last, band_rad, event);", "event.filter(|event| event.0 <= to)", [
+    (DEVICE, "self.known.ahead = Ahead { until: self.anchor + last, band_rad, event };",
+     "event.filter(|event| event.0 <= to)", [
         ("look_for: an event after the last edge returned", "event"),
     ]),
-    (DEVICE, "fn ends_of_modes(", "!guard.stays(&self.motion, limits, self.noise[index + 1], from, edges)", [
-        ("ends_of_modes: second check not looked at",
-         "index == 0 && !guard.stays(&self.motion, limits, self.noise[index + 1], from, edges)"),
-        ("ends_of_modes: first check not looked at",
-         "index == 1 && !guard.stays(&self.motion, limits, self.noise[index + 1], from, edges)"),
-    ]),
-    (DEVICE, "fn watched(", "(check.guard, check.limits, self.noise[index + 1])", [
-        ("watched: noise of another function", "(check.guard, check.limits, self.noise[index])"),
+    (DEVICE, "fn ends_of_modes(",
+     "!guard.stays(&self.motion, limits, self.known.noise[index + 1], from, edges)", [
+         ("ends_of_modes: second check not looked at",
+          "index == 0 && !guard.stays(&self.motion, limits, self.known.noise[index + 1], from, edges)"),
+         ("ends_of_modes: first check not looked at",
+          "index == 1 && !guard.stays(&self.motion, limits, self.known.noise[index + 1], from, edges)"),
+     ]),
+    (DEVICE, "fn watched(", "(check.guard, check.limits, self.known.noise[index + 1])", [
+        ("watched: noise of another function", "(check.guard, check.limits, self.known.noise[index])"),
     ]),
     (DEVICE, "fn search<", "soonest = guard.exit(&mut watch, &a, &soonest).unwrap_or(soonest);", [
         ("search: other functions before an expected exit not looked at", "let _ = (guard, &mut watch);"),
@@ -469,12 +475,13 @@ PLACES = [
     (MODES, "fn shaft_at<", "low: -friction_nm, high: friction_nm, open: false", [
         ("shaft_at: torque equal to friction moves", "low: -friction_nm, high: friction_nm, open: true"),
     ]),
-    (MODES, "fn anchor_at<", "(self.heard, self.ahead.0, self.found, self.steady.until) = (0, 0, None, 0);", [
-        ("anchor_at: noise of the motion before kept", "(self.ahead.0, self.found, self.steady.until) = (0, None, 0);"),
-        ("anchor_at: events of the motion before kept", "(self.heard, self.found, self.steady.until) = (0, None, 0);"),
-        ("anchor_at: point of the motion before kept",
-         "(self.heard, self.ahead.0, self.steady.until) = (0, 0, 0);"),
-        ("anchor_at: direction of the motion before kept", "(self.heard, self.ahead.0, self.found) = (0, 0, None);"),
+    (KNOWN, "fn forget(", "(self.heard, self.ahead.until, self.found, self.steady.until) = (0, 0, None, 0);", [
+        ("forget: noise of the motion before kept",
+         "(self.ahead.until, self.found, self.steady.until) = (0, None, 0);"),
+        ("forget: events of the motion before kept", "(self.heard, self.found, self.steady.until) = (0, None, 0);"),
+        ("forget: point of the motion before kept",
+         "(self.heard, self.ahead.until, self.steady.until) = (0, 0, 0);"),
+        ("forget: direction of the motion before kept", "(self.heard, self.ahead.until, self.found) = (0, 0, None);"),
     ]),
     # reversals
     (MODES, "fn reverse_with<", "-sign * rest.slope < kick * (1.0 + 1e-9)", [
@@ -571,12 +578,9 @@ PLACES = [
     (CRUISE, "fn cruise_with<", "(self.checks, self.redecided) = (before.1, before.2);", [
         ("cruise: limits stay narrowed", "self.redecided = before.2;"),
     ]),
-    (CRUISE, "(self.checks, self.redecided) = (before.1, before.2);",
-     "(self.heard, self.ahead.0, self.found, self.steady.until) = (0, 0, None, 0);", [
-         ("cruise: events of the smooth motion kept", "(self.heard, self.found, self.steady.until) = (0, None, 0);"),
-         ("cruise: point of the smooth motion kept", "(self.heard, self.ahead.0, self.steady.until) = (0, 0, 0);"),
-         ("cruise: direction of the smooth motion kept", "(self.heard, self.ahead.0, self.found) = (0, 0, None);"),
-     ]),
+    (CRUISE, "(self.checks, self.redecided) = (before.1, before.2);", "self.known.forget();", [
+        ("cruise: what is known of the smooth motion kept", ""),
+    ]),
     (CRUISE, "fn narrowed(", "check.limits.narrowed(*margin)", [
         ("cruise: limits of modes not narrowed", "check.limits.narrowed(0.0 * *margin)"),
         ("cruise: limits of modes narrowed by half", "check.limits.narrowed(0.5 * *margin)"),

@@ -46,7 +46,6 @@ fn is_long(name: &str, label: &str) -> bool {
         | "energy_bounding_loop"
         | "passive_spring_loop"
         | "passivity_controller_loop"
-        | "torque_table_loop"
         | "virtual_coupling_loop" => label == "all_distinct",
         "servo_control" => label == "window_64",
         _ => false,
