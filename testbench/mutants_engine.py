@@ -787,7 +787,7 @@ PLACES = [
     ]),
     (NET_MOTION, "fn hold(", "-stiction - constant", [
         ("network, hold: low limit not shifted by what is constant", "-stiction"),
-        ("network, hold: a body lets go at half of its stiction", "0.5 * -stiction - constant"),
+        ("network, hold: a body lets go at half of its stiction", "Double::from(-0.5 * stiction.hi) - constant"),
     ]),
     (NET_MOTION, "pub fn driven(", "self.let_go(&x);", [
         ("network, driven: nobody lets go", ";"),
