@@ -93,7 +93,7 @@ pub struct Wires {
     count_rad: f64,
 }
 
-/// What the world's sensors show: the encoder, and the pins of the others.
+/// The values that the world's sensors show: the encoder's, and the pins of the others.
 pub(crate) type Sensed<'a> = (EncoderState, &'a [[i64; 2]]);
 
 /// The place of a line's port among the outputs, the number of bits to the line's right, and whether it is inverted.

@@ -337,7 +337,9 @@ fn random_loops(count: usize) {
     }
     let counts = (some, proved, ended, compared, inside);
     assert!(inside[1] > count / 5, "{counts:?}");
-    let enough = some > count * 9 / 10 && proved > count * 3 / 10 && ended > count / 4 && compared > count / 2;
+    // Of fewer loops the share is less certain.
+    let most = if count < 1000 { count * 9 / 10 } else { count };
+    let enough = some > most && proved > count * 3 / 10 && ended > count / 4 && compared > count / 2;
     assert!(enough && drives == [count / 4; 4], "{counts:?}");
 }
 

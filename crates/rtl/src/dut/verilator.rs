@@ -571,7 +571,7 @@ struct Translated {
     lines: String,
     /// Whether the model waits for times of its own.
     is_timed: bool,
-    /// What is told about its modules and its delays, one thing a line.
+    /// The notes about its modules and its delays, one a line.
     notes: String,
 }
 

@@ -134,7 +134,7 @@ pub(crate) fn numbers(version: &str) -> Option<(u32, u32)> {
     Some((parts.next()?.parse().ok()?, parts.next()?.parse().ok()?))
 }
 
-/// What GHDL says of an error of its own.
+/// The words by which GHDL tells an error of its own.
 const BUG: &str = "GHDL Bug occurred";
 
 /// The failure of a tool. Its `Debug` is its message, so that a test that needs a missing tool says which one.

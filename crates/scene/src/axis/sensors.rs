@@ -22,11 +22,11 @@ pub(crate) const ENCODER: &str = "encoder";
 pub struct Sensor {
     /// Its name.
     pub name: String,
-    /// What it reads, and how.
+    /// The quantity that it reads, and how.
     pub kind: SensorKind,
 }
 
-/// What a sensor reads, and how.
+/// The quantity that a sensor reads, and how.
 #[derive(Clone, PartialEq, Debug)]
 pub enum SensorKind {
     /// An incremental encoder on a body, the one of this index among those that sensors read.

@@ -53,7 +53,7 @@ pub enum Origin {
     Default,
     /// The part that the scene names.
     Part {
-        /// What it is: a motor, an encoder, an amplifier or a bridge.
+        /// The kind of the part: a motor, an encoder, an amplifier or a bridge.
         kind: &'static str,
         /// Its name.
         name: &'static str,
