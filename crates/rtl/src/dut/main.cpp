@@ -49,7 +49,13 @@ struct Place {
 };
 static constexpr Place FATAL[] = {@FATAL@{"", 0}};
 
-static void note(char kind, const std::string& line) { voice->lines.push_back(kind + (" " + line)); }
+// Whether any voice has a line.
+static bool has_said = false;
+
+static void note(char kind, const std::string& line) {
+  voice->lines.push_back(kind + (" " + line));
+  has_said = true;
+}
 
 static std::string at(const char* file, int line) { return std::string(file) + ":" + std::to_string(line); }
 
@@ -135,7 +141,7 @@ using Bits = std::vector<uint64_t>;
 void put(Vdut& top, const Bits& bits) {
 @PUTS@}
 
-void get(const Vdut& top, Bits& bits) {
+void get(const Vdut& top, uint64_t* bits) {
 @GETS@}
 
 // A signal inside: its place and its bytes.
@@ -243,11 +249,10 @@ bool speak(bool has_twin) {
   const bool is_over = edges == 0 && has_twin ? one.is_over && two.is_over : one.is_over || two.is_over;
   one.lines.clear();
   two.lines.clear();
-  one.is_over = two.is_over = false;
+  mute.lines.clear();
+  one.is_over = two.is_over = has_said = false;
   return is_over;
 }
-
-bool has_said() { return !voices[0].lines.empty() || !voices[1].lines.empty(); }
 
 // How Verilator fills a model's unset bits.
 enum Fill { ZEROS, ONES, RANDOM };
@@ -296,7 +301,6 @@ struct Model {
     top->eval();
     // What delays bring is shown up to the end of the edge's half cycle.
     if (TIMED) wait(half + 1);
-    else if (!KEEPS_TIME) context->timeInc(2);
   }
   Voice* own;
   // The halves for which the clocks have rested.
@@ -366,7 +370,7 @@ struct Past {
       std::copy(words.begin() + at + 1, words.begin() + at + 1 + all, bits.begin());
       for (uint64_t edge = 0; edge < words[at]; ++edge) one.cycle(bits, edge == 0, half += 2);
     }
-    get(*one.top, bits);
+    get(*one.top, bits.data());
     return bits[port];
   }
 };
@@ -449,7 +453,7 @@ int main(int count, char** arguments) {
     start(*others.back().model, bits);
   }
   start(model, bits);
-  bool is_over = has_said() && speak(!others.empty());
+  bool is_over = has_said && speak(!others.empty());
   uint64_t half = BEGIN, look = 1;
   Past past;
   past.first = bits;
@@ -458,7 +462,7 @@ int main(int count, char** arguments) {
   // The model in which an output differs, if one does: now, and when it was last told.
   std::vector<int> differs(all, 0), was(all, 0);
   const auto read = [&](const Model& one, const std::vector<Signal>& signals, Bits& to, size_t end) {
-    get(*one.top, to);
+    get(*one.top, to.data());
     if (end > PORTS)
       for (size_t signal = 0; signal < signals.size(); ++signal) to[PORTS + signal] = signals[signal].read();
   };
@@ -483,6 +487,15 @@ int main(int count, char** arguments) {
       answer.insert(answer.end(), {0, port, now[port], differs[port] == 0});
     }
   before = now;
+  // The bits of the outputs that drive. Once nothing is unknown and all of it is told, they alone can have news.
+  Bits driving(PORTS);
+  for (size_t port = 0; port < PORTS; ++port) driving[port] = is_told(port) && drives[port] != 0 ? ~uint64_t{0} : 0;
+  bool is_settled = others.empty();
+  const auto drives_anew = [now = now.data(), before = before.data(), driving = driving.data()] {
+    uint64_t anew = 0;
+    for (size_t port = 0; port < PORTS; ++port) anew |= (now[port] ^ before[port]) & driving[port];
+    return anew != 0;
+  };
   for (;;) {
     answer[1] = (answer.size() - 3) / 4;
     answer[2] = is_over;
@@ -497,15 +510,18 @@ int main(int count, char** arguments) {
     uint64_t done = 0;
     answer.assign(3, 0);
     for (bool changed = false; !changed && !is_over && done < wanted;) {
-      ++done;
-      ++edges;
-      half += 2;
-      model.cycle(bits, fresh, half);
-      for (const Other& each : others) each.model->cycle(bits, fresh, half);
-      fresh = false;
-      mute.lines.clear();
+      bool is_fresh;
+      do {
+        ++done;
+        ++edges;
+        half += 2;
+        is_fresh = std::exchange(fresh, false);
+        model.cycle(bits, is_fresh, half);
+        get(*model.top, now.data());
+      } while (is_settled && asked == 0 && done < wanted && !has_said && !drives_anew());
+      for (const Other& each : others) each.model->cycle(bits, is_fresh, half);
       look_at(end);
-      if (has_said()) is_over = speak(!others.empty());
+      if (has_said) is_over = speak(!others.empty());
       for (size_t port = 0; port < end; ++port) {
         if (!is_told(port)) continue;
         if (differs[port] != 0 && drives[port] != 0) {
@@ -520,6 +536,7 @@ int main(int count, char** arguments) {
         changed |= drives[port] != 0;
         answer.insert(answer.end(), {done, port, now[port], differs[port] == 0});
       }
+      is_settled = others.empty();
       if (!others.empty() && edges >= look) {
         look = edges + (edges < 4096 ? edges : 4096);
         const auto is_same = [&](const Other& each) { return same(*model.top, *each.model->top); };
