@@ -1,5 +1,7 @@
 //! Scenes on the command line: by path or by shipped name, with `--set`.
 
+use std::io;
+
 use clap::Args;
 use hpu_cosim::SceneFile;
 use hpu_cosim::scene::Experiment;
@@ -49,6 +51,15 @@ impl Loaded {
     /// Returns the scene for GHDL.
     pub fn in_vhdl(&self, edges: u64) -> LoopScene {
         LoopScene { source: self.source.clone(), overrides: self.overrides.clone(), edges }
+    }
+
+    /// Reads a data file that the scene names.
+    ///
+    /// # Errors
+    ///
+    /// As [`SceneFile::load`].
+    pub fn data(&self, file: &str) -> io::Result<Vec<u8>> {
+        self.source.load(file)
     }
 
     /// Returns the command that runs this scene.

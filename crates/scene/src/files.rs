@@ -9,8 +9,8 @@ use crate::schema::source::SceneError;
 /// The largest size of a file, in bytes.
 const MOST_BYTES: u64 = 256 << 20;
 
-/// Reads a file that a scene names. It must be an ordinary file of at most 256 MiB, because a device or a pipe might
-/// never end.
+/// Reads a file that a scene names, and unpacks one that gzip has packed. It must be an ordinary file, of at most
+/// 256 MiB packed and unpacked, because a device or a pipe might never end.
 ///
 /// # Errors
 ///
@@ -19,7 +19,12 @@ pub fn read_plain(path: &Path) -> io::Result<Vec<u8>> {
     if !fs::metadata(path)?.is_file() {
         return Err(Error::new(ErrorKind::InvalidInput, "not an ordinary file"));
     }
-    read(File::open(path)?)
+    let bytes = read(File::open(path)?)?;
+    #[cfg(not(target_family = "wasm"))]
+    if bytes.starts_with(b"\x1f\x8b") {
+        return read(flate2::read::MultiGzDecoder::new(&*bytes));
+    }
+    Ok(bytes)
 }
 
 /// Reads a file of at most 256 MiB as text; it may be a pipe.

@@ -119,7 +119,7 @@ pub use gimbal::{
     Servo, Shear, Target, TargetKind, Thresholds,
 };
 pub use head::accuracy::{Accuracy, Output};
-pub use head::expect::{Expect, Expectation, Metric};
+pub use head::expect::{Expect, Expectation, Log, Metric};
 pub use head::miss::Miss;
 pub use head::model::{BridgeModel, Datapath, EncoderModel, Friction, Model, Solver, Winding};
 pub use head::outcome::OutcomeKind;

@@ -93,7 +93,7 @@ fn observe<O: Observe, T>(
     let simulation = AnySimulation::new(&loaded.scene, &args.hdl.simulators(), Inside::Nothing)?;
     let mut observer = observed(&simulation)?;
     let engine = Engine::new(args, loaded, &simulation);
-    let ran = simulate(args, &loaded.scene, &simulation, &engine, Recorder::Other(&mut observer), watch)?;
+    let ran = simulate(args, loaded, &simulation, &engine, Recorder::Other(&mut observer), watch)?;
     if watch.is_stopped() {
         return Ok(None);
     }

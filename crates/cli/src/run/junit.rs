@@ -36,6 +36,12 @@ fn cases(ran: &Ran) -> Vec<Case> {
         let why = format!("expected {value} within {tolerance}, found {found}");
         case(expected.metric.name(), 0.0, (!met).then_some(why))
     }));
+    cases.extend(
+        ran.log
+            .as_ref()
+            .filter(|held| held.is_judged())
+            .map(|held| case("recording", 0.0, (!held.ok()).then(|| held.page().text()))),
+    );
     cases.extend(ran.held.as_ref().map(|held| {
         let said = held.page(ran.simulation.clock().period_s()).text();
         case("compare", 0.0, (!held.ok()).then_some(said))

@@ -1,5 +1,6 @@
 //! `hpu run`: runs a scene, and writes its summary and its files.
 
+mod against;
 mod axis;
 mod device;
 mod dut;
@@ -82,6 +83,10 @@ pub(crate) struct Args {
     /// Files of a design of your own in the place of the scene's dut.files, in the order of their compilation
     #[arg(long, value_name = "FILE", num_args = 1..)]
     dut: Vec<PathBuf>,
+    /// Hold the run beside this log of a real device, or of another simulator: a table with times and positions; the
+    /// scene's expect.recording says the rest
+    #[arg(long, value_name = "LOG", conflicts_with_all = ["compare", "beside"])]
+    against: Option<PathBuf>,
     /// Draw this scene's run beside, in one figure
     #[arg(long, value_name = "SCENE")]
     beside: Option<String>,
@@ -166,7 +171,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     }
     let command = loaded.command() + &engine.options();
     let recorder = folder.as_mut().map_or(Recorder::Nothing, |folder| Recorder::Folder(folder, &command));
-    let mut ran = match simulate(args, &loaded.scene, &simulation, &engine, recorder, interrupt::watch()) {
+    let mut ran = match simulate(args, &loaded, &simulation, &engine, recorder, interrupt::watch()) {
         Err(failure) if failure.exit() == Exit::Interrupted => return Ok(Exit::Interrupted),
         ran => ran?,
     };
@@ -228,14 +233,20 @@ fn write(
         let out = args.out.as_ref().map_or(String::new(), |out| out.display().to_string());
         let command = format!("{command} -o {out}");
         pictures::write(ran, &command, folder)?;
+        if let Some(held) = &ran.log {
+            folder.draw(&held.picture(&command))?;
+        }
         if let (Some(other), None) = (other, &ran.held) {
             let simulation = AnySimulation::new(&other.scene, &args.hdl.simulators(), Inside::Nothing)?;
             let command = format!("{command} --beside {}", other.scene.name);
             let engine = Engine::new(args, other, &simulation);
             let nothing = Recorder::Nothing;
-            let beside = simulate(args, &other.scene, &simulation, &engine, nothing, interrupt::watch())?;
+            let beside = simulate(args, other, &simulation, &engine, nothing, interrupt::watch())?;
             pictures::write_beside([ran, &beside], &command, folder)?;
         }
+    }
+    if let Some(held) = &ran.log {
+        folder.write("against.csv", held.csv())?;
     }
     ran.files = folder.places().map(PathBuf::from).chain([folder.place("summary.json")]).collect();
     folder.write("summary.json", format!("{:#}\n", page::page(ran).json()))

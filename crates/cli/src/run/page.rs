@@ -75,6 +75,10 @@ pub fn page(ran: &Ran) -> Page {
     work(&mut page, ran);
     page.table(nets(ran)).table(parameters::table(&ran.parameters));
     expectations(&mut page, ran);
+    page.data("log", ran.log.as_ref().map(|held| held.page().json()));
+    if let Some(held) = &ran.log {
+        page.section("", held.page());
+    }
     page.data("rtl", ran.rtl.as_ref().map(|(row, hdl)| of_rtl(row, hdl, simulation.clock())));
     if let Some((row, hdl)) = &ran.rtl {
         let mismatches = verdict(&format!("{} mismatches", row.mismatches), row.ok());

@@ -63,7 +63,7 @@ pub fn read(args: &Args, watch: Watch) -> Result<Option<Read>, Failure> {
         args.hdl.agree(&loaded.scene)?;
     }
     let expect = &loaded.scene.expect;
-    if args.expect && expect.outcome.is_none() && expect.numbers.is_empty() {
+    if args.expect && expect.outcome.is_none() && expect.numbers.is_empty() && expect.recording.is_none() {
         let said = "expects nothing; write [expect], or --set expect.outcome=settled";
         return Err(Failure::usage(format!("--expect: {} {said}", loaded.scene.name)));
     }

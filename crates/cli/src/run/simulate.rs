@@ -10,6 +10,7 @@ use hpu_rtl::{CheckRow, Hdl};
 use hpu_signal::{Cycle, Notation, Observe};
 use hpu_study::fit::Fit;
 
+use super::against::{Against, Held};
 use super::nets::NetComparison;
 use super::overflow::Overflows;
 use super::plan::{Advanced, Engine};
@@ -17,6 +18,7 @@ use super::rows::Rows;
 use super::suspect::{self, Suspect};
 use super::{Args, drawn_nets, table};
 use crate::parameters::Said;
+use crate::scene::Loaded;
 use crate::shell::{Exit, Failure, Folder, Watch, interrupt};
 use crate::waves::Waves;
 
@@ -41,6 +43,8 @@ pub struct Ran<'s> {
     pub parameters: Vec<Said>,
     /// The recording that the scene names.
     pub recording: Option<Recording>,
+    /// The run beside a log.
+    pub log: Option<Held>,
     /// The comparison of a design's ports with the nets of a scene of ours.
     pub held: Option<NetComparison>,
     /// The comparison with the VHDL, and the source of the VHDL.
@@ -68,6 +72,7 @@ impl Ran<'_> {
         let met = self.outcome_met.is_none_or(|(_, met)| met) && self.numbers.iter().all(|(.., met)| *met);
         Exit::when(
             met && holds
+                && self.log.as_ref().is_none_or(Held::ok)
                 && self.held.as_ref().is_none_or(NetComparison::ok)
                 && self.rtl.as_ref().is_none_or(|(row, _)| row.ok()),
         )
@@ -116,12 +121,14 @@ pub enum Recorder<'a> {
 /// Runs a scene, made ready as a simulation, by an engine.
 pub fn simulate<'s>(
     args: &Args,
-    scene: &Experiment,
+    loaded: &Loaded,
     simulation: &'s AnySimulation<'s>,
     engine: &Engine,
     recorder: Recorder,
     watch: Watch,
 ) -> Result<Ran<'s>, Failure> {
+    let scene = &loaded.scene;
+    let mut against = Against::open(args, loaded, simulation)?;
     // Without pictures the trace needs only what the verdict and the metrics are made of. The length of the run does
     // not change the memory.
     let is_drawn = match &recorder {
@@ -133,6 +140,8 @@ pub fn simulate<'s>(
     let mut trace = trace.bounded(Trace::USUAL, &simulation.judged());
     let control = watch.control();
     let mut advance = |observer: &mut dyn Observe| {
+        let mut watching = against.as_mut().map(|against| (&mut against.log, &mut *observer));
+        let observer: &mut dyn Observe = if let Some(both) = &mut watching { both } else { observer };
         watch.counted(simulation.edges(), "edges", || engine.advance(&mut trace, observer, control))
     };
     let Advanced { summary, rtl, held } = match recorder {
@@ -142,7 +151,8 @@ pub fn simulate<'s>(
             recorded(args, (scene, simulation), engine, (folder, command), &mut advance)?
         }
     };
-    let expected = scene.expect.outcome.is_some() || !scene.expect.numbers.is_empty();
+    let judges_log = against.as_ref().is_some_and(|against| against.rms.is_some());
+    let expected = scene.expect.outcome.is_some() || !scene.expect.numbers.is_empty() || judges_log;
     let unjudged = args.unjudged(summary.complete).filter(|_| expected);
     let expect = unjudged.is_none().then_some(&scene.expect);
     let outcome = expect.and_then(|expect| expect.outcome);
@@ -151,7 +161,9 @@ pub fn simulate<'s>(
         let met = got.is_some_and(|got| (got - expected.value).abs() <= expected.tolerance);
         (*expected, got, met)
     });
+    let log = against.filter(|_| summary.complete).map(|against| against.finish(&summary, unjudged.is_none()));
     Ok(Ran {
+        log: log.transpose()?,
         suspect: suspect::found(scene, &summary, &args.hdl.simulators(), control),
         driver: engine.name(),
         solver: scene.setup().solver().name(),

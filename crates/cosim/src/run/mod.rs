@@ -6,6 +6,7 @@ pub(crate) mod controller;
 pub(crate) mod direct;
 pub(crate) mod engine;
 pub(crate) mod law_loop;
+pub(crate) mod log_beside;
 pub(crate) mod look;
 pub(crate) mod simulation;
 pub(crate) mod simulation_error;

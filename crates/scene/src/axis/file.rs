@@ -3,16 +3,17 @@
 use hpu_signal::Cycle;
 
 use crate::head::Head;
+use crate::head::expect::Log;
 use crate::judged::{stride, window_start};
 use crate::replay::{Capture, Columns, PinEdge};
-use crate::schema::Otherwise::{Required, Said};
+use crate::schema::Otherwise::{Is, Required, Said};
 use crate::schema::parameter::{Origin, ParameterValue};
 use crate::schema::quantity as q;
-use crate::schema::quantity::Sense::Any;
+use crate::schema::quantity::Sense::{Any, NotNegative, Positive};
 use crate::schema::section::{Section, shown};
 use crate::schema::source::SceneError;
 use crate::schema::value::said;
-use crate::schema::{Group, Key, Otherwise, Quantity, Read, Shape, Takes, Text, keys};
+use crate::schema::{Group, Key, Otherwise, Quantity, Read, Shape, Takes, Text, Whole, keys};
 use crate::text::message::number;
 
 keys! { hand_file: "hand.file" of [];
@@ -34,6 +35,24 @@ keys! { hand_file: "hand.file" of [];
 keys! { hand_file_motion: "hand.file" of ["spring_damper", "prescribed"];
     /// Column of the angles, positions or counts, in the same way.
     angle: Text = Text("the name of a column, as in \"knob [deg]\"", Said("the one with a unit of the motion"));
+}
+
+keys! { expect_recording: "expect.recording" of [];
+    /// Table with the log, beside the scene, as the table of a hand's motion. Unless the file has an offset, its part
+    /// begins with the run.
+    file: OfFile = OfFile("the name of a table beside the scene (CSV)", Required);
+    /// What is held beside it: the device's position, or a net in counts, which counts from the run's start.
+    column: Text = Text(
+        "the name of a column of the trace, as in \"position\"",
+        Said("the device's position; beside counts the position counter"),
+    );
+    /// Greatest root mean square of the difference.
+    rms: Quantity = Quantity::along(|axis| axis.position, NotNegative, Said("not judged"));
+    /// Steps by which the log may be shifted, to either side, where it is not known when it began; the best of these
+    /// shifts is told.
+    shift: Whole<u32> = Whole::new(0, 100_000, Is(0));
+    /// One such step.
+    step: Quantity = Quantity::new(&q::TIME, Positive, Said("the least time between two rows"));
 }
 
 /// A file: a name alone, or a section. The fields are a description of the file, and the default.
@@ -62,7 +81,8 @@ impl Read for OfFile {
             return Err(s.error(name, format!("missing; write {}", self.0)));
         };
         if item.is_table_like() {
-            let kind = s.get("kind").and_then(|kind| kind.as_str()).unwrap_or_default();
+            // A log is read as a motion is.
+            let kind = s.get("kind").and_then(|kind| kind.as_str()).unwrap_or("prescribed");
             return file(&s.section(name)?, kind);
         }
         let path = item.as_str().filter(|path| !path.trim().is_empty());
@@ -91,6 +111,16 @@ fn file(s: &Section, kind: &str) -> Result<FileOfHand, SceneError> {
     }
     let columns = Columns { time: s.given(&key::time)?, position: s.given(&of_motion::angle)?, separator };
     Ok(FileOfHand { path: s.read(&key::path)?, columns, part })
+}
+
+/// Reads `[expect.recording]`.
+pub(crate) fn log(s: &Section) -> Result<Log, SceneError> {
+    use expect_recording as key;
+    s.accept(&[])?;
+    let FileOfHand { path: file, columns, part } = s.read(&key::file)?;
+    let Part { from_s, to_s, offset_s } = part;
+    let (column, step_s, rms) = (s.given(&key::column)?, s.given(&key::step)?, s.given(&key::rms)?);
+    Ok(Log { file, columns, from_s, to_s, offset_s, column, shift: s.read(&key::shift)?, step_s, rms })
 }
 
 /// The part of a recording that counts, in times of the recording, and the time that is added to them.

@@ -6,6 +6,7 @@ use hpu_plant::Bridge;
 use hpu_signal::Clock;
 
 use crate::axis::Scene;
+use crate::axis::file::log;
 use crate::axis::network;
 use crate::axis::network::Compound;
 use crate::axis::parts::{Device, Encoder, Hand, Ramp, Wall};
@@ -395,5 +396,6 @@ pub(crate) fn axis_expect(s: &Section) -> Result<Expect, SceneError> {
         (Metric::EncoderEdges, &key::encoder_edges),
         (Metric::ContactShare, &key::contact_share),
     ];
-    expect(s, &metrics, &key::outcome)
+    let recording = s.has(key::recording.name).then(|| log(&s.section(key::recording.name)?)).transpose()?;
+    Ok(Expect { recording, ..expect(s, &metrics, &key::outcome)? })
 }

@@ -7,7 +7,7 @@ pub(crate) use crate::axis::network_rows::*;
 pub(crate) use crate::head::rows::*;
 
 use crate::axis::file::OfFile;
-pub(crate) use crate::axis::file::{hand_file, hand_file_motion};
+pub(crate) use crate::axis::file::{expect_recording, hand_file, hand_file_motion};
 use crate::axis::library::{BRIDGES, ENCODERS, MOTORS, NamedPart, by_name};
 use crate::head::model::{BridgeModel, Datapath, EncoderModel, Friction, Solver, Winding};
 use crate::schema::Otherwise::{Is, Required, Said};

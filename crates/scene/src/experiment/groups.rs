@@ -97,7 +97,7 @@ static PARTS: &[Part] = &[
     Each(|keys| keys.record),
     Fixed(&[&record_all::GROUP, &expect::GROUP]),
     Each(|keys| keys.expect),
-    Fixed(&[&metric::GROUP, &accuracy::GROUP]),
+    Fixed(&[&metric::GROUP, &expect_recording::GROUP, &accuracy::GROUP]),
     Each(|keys| keys.accuracy),
     Fixed(&[&accuracy_all::GROUP]),
 ];

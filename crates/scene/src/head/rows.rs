@@ -119,6 +119,8 @@ keys! { expect: "expect" of ["axis", "dut"];
     encoder_edges: Expected = Expected::new(&q::RATIO, Any);
     /// Share of the judged window in which the device is in the wall.
     contact_share: Expected = Expected::new(&q::RATIO, Any);
+    /// The log of a real device, or of another simulator, that the run must follow.
+    recording: Own = Own::section(Said("none"));
 }
 
 keys! { metric: "expect.METRIC" of [];

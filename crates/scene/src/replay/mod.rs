@@ -71,7 +71,7 @@ pub struct ReplayError {
 }
 
 impl ReplayError {
-    fn new(line: u64, reason: impl Into<String>) -> Self {
+    pub(crate) fn new(line: u64, reason: impl Into<String>) -> Self {
         Self { line, reason: reason.into() }
     }
 }

@@ -27,9 +27,10 @@ const MOST_EPOCH_S: f64 = 1e11;
 /// (`pos [deg]`), behind the name (`time_us`) or in the row below; other columns are not read.
 ///
 /// Times are in min, s, ms, us, ns or ps; positions in rad, mrad, urad, deg, mdeg or turns, along a rail in m, cm, mm
-/// or um, or in counts of the scene's encoder. Columns are separated by tabs, semicolons, commas or blanks, a decimal
-/// comma is read, empty lines and lines that start with `#` are skipped. The text is UTF-8, UTF-16 or Latin-1. `most`
-/// holds the greatest accepted size of a time and of a position.
+/// or um, or in counts of the scene's encoder. A column may be in multiples of a unit: `tick [351 us]`. Columns are
+/// separated by tabs, semicolons, commas or blanks, a decimal comma is read, empty lines and lines that start with `#`
+/// are skipped. The text is UTF-8, UTF-16 or Latin-1. `most` holds the greatest accepted size of a time and of a
+/// position.
 ///
 /// Times since 1970 count from the first row, and counts of a counter that passes its end go on there; the result's
 /// notes tell so.

@@ -11,6 +11,16 @@ pub enum Unit {
     Length,
 }
 
+impl Unit {
+    /// Returns the size of a unit of positions in SI units, `deg` or `mm`; `None` for other units.
+    pub fn size(self, unit: &str) -> Option<f64> {
+        match position(unit, self) {
+            Some(Scale::Times(size)) => Some(size),
+            _ => None,
+        }
+    }
+}
+
 /// What the numbers of a column are.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) enum Scale {
@@ -60,9 +70,15 @@ const LENGTHS: Units = &[("m", 1.0), ("cm", 1e-2), ("mm", 1e-3), ("um", 1e-6), (
 /// The names of counts of an encoder.
 const COUNTS: [&str; 6] = ["count", "counts", "cnt", "cnts", "ticks", "steps"];
 
+/// Returns the size of a unit, or of a multiple of one, as `351 us`.
 fn size(units: Units, unit: &str) -> Option<Scale> {
     let unit = unit.to_lowercase();
-    units.iter().find(|(name, _)| *name == unit).map(|(_, size)| Scale::Times(*size))
+    let (multiple, unit) = match unit.split_once(' ') {
+        Some((multiple, unit)) => (multiple.parse().ok().filter(|multiple: &f64| multiple.is_normal())?, unit.trim()),
+        None => (1.0, &*unit),
+    };
+    let (_, size) = units.iter().find(|(name, _)| *name == unit)?;
+    Some(Scale::Times(multiple * size)).filter(|scale| matches!(scale, Scale::Times(size) if *size > 0.0))
 }
 
 /// Returns the size of a unit of time, in s.
