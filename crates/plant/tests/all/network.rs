@@ -266,6 +266,26 @@ fn a_button_bounces_between_its_stops() {
     close(device.state(middle)[2], 0.4731924402639614e-3, 1e-10);
 }
 
+/// Two bodies come to rest within one clock cycle, whichever of them is first: each at `v^2 / (2 a)`, where friction
+/// alone slows it down by `a` and then holds it.
+#[test]
+fn of_two_ends_within_an_edge_the_sooner_is_followed_first() {
+    let (inertia, coulomb) = ([5e-6, 1.08e-6], [3e-3, 1e-3]);
+    for rests_s in [[0.3e-3, 0.7e-3], [0.7e-3, 0.3e-3]] {
+        let mut pair = pair(coulomb, coulomb);
+        pair.joints[0].compliance = Some((0.0, 0.0));
+        let slows = [0, 1].map(|k| coulomb[k] / inertia[k]);
+        (0..2).for_each(|k| pair.bodies[k].speed = slows[k] * rests_s[k]);
+        let laws = NetworkLaws::<8>::new(reduced(&pair), 1e-3, 1 << 10);
+        let mut device = NetworkDevice::new(&laws, 0.0);
+        assert_eq!((flow(&mut device, 0, 5), device.mode_changes()), (vec![1], 2));
+        let rest = device.states(5);
+        assert_eq!((rest[1], rest[4]), (0.0, 0.0));
+        close(rest[2], slows[0] * rests_s[0] * rests_s[0] / 2.0, 1e-14);
+        close(rest[5], slows[1] * rests_s[1] * rests_s[1] / 2.0, 1e-14);
+    }
+}
+
 fn held(integral: Option<f64>) -> Network {
     let (supply_v, bandwidth_rad_per_s) = (24.0, 2.0 * PI * 2000.0);
     let kind = match integral {
@@ -308,6 +328,37 @@ fn a_step_of_the_current_is_limited_by_the_supply() {
     assert_eq!(left, 88_042);
     for (value, expected) in values.iter().zip([9.2003634671191, 12.900209910026, 12.093161139448]) {
         close(*value, expected, 1e-12);
+    }
+}
+
+/// A loop of the current that is slower than the winding asks for `I (R + (L w - R) exp(-w t))`, which grows to the
+/// supply's limit, the upper or the lower one; from then on the winding alone decides.
+#[test]
+fn a_slow_loop_comes_to_either_limit_of_the_supply() {
+    const EDGE_S: f64 = 1e-7;
+    let (reference_a, supply_v, resistance_ohm, inductance_h, bandwidth_rad_per_s) = (12.0, 6.0, 1.1, 0.2e-3, 1e3);
+    let current = FeedKind::Current { bandwidth_rad_per_s, supply_v };
+    // Its zero is the pole of the winding, so that the current is the same.
+    let pi = FeedKind::Pi {
+        proportional_ohm: inductance_h * bandwidth_rad_per_s,
+        integral_ohm_per_s: resistance_ohm * bandwidth_rad_per_s,
+        feeds_forward: false,
+        supply_v,
+    };
+    let (asked_ohm, limit_a) = (inductance_h * bandwidth_rad_per_s, supply_v / resistance_ohm);
+    let left = (resistance_ohm - supply_v / reference_a) / (resistance_ohm - asked_ohm);
+    let (at_s, at_a) = (-left.ln() / bandwidth_rad_per_s, reference_a * (1.0 - left));
+    for (kind, sign) in [(current, 1.0), (current, -1.0), (pi, 1.0), (pi, -1.0)] {
+        let mut net = held(None);
+        net.feed.kind = kind;
+        let laws = NetworkLaws::<8>::new(reduced(&net), EDGE_S, 1 << 20);
+        let mut device = NetworkDevice::new(&laws, 0.0);
+        device.driven(0, Drive::Current(sign * reference_a));
+        assert_eq!(flow(&mut device, 0, 20_000), [(at_s / EDGE_S).ceil() as u64]);
+        for edge in [5_000, 10_000, 20_000] {
+            let decay = ((at_s - edge as f64 * EDGE_S) * resistance_ohm / inductance_h).exp();
+            close(device.state(edge)[0], sign * (limit_a + (at_a - limit_a) * decay), 1e-12);
+        }
     }
 }
 
