@@ -1,8 +1,8 @@
 #!/bin/bash
 # What is too long for the test command: every test with checks of overflow and debug assertions, the tests marked
 # `ignore`, the whole `hpu check`, the explorer in Firefox, libhpu and the Python package under valgrind, stable sets of
-# 1000 random loops against numpy, networks against 60 decimal places, then commands at random, on all cores. Its record
-# is record/long.txt.
+# 1000 random loops against numpy, words against APyTypes, networks against 60 decimal places, then commands at random,
+# on all cores. Its record is record/long.txt.
 # One command in five is given files of somebody else (crates/cli/tests/all/fuzz/foreign.rs).
 # Usage: testbench/long.sh [COMMANDS [SEED]]: so many commands [100000] of a seed [1]; --update writes the record.
 # Exit codes: 0 every test passed and every command ended as the contract says, 1 one did not.
@@ -63,12 +63,13 @@ cat "$scratch/valgrind"
 # The wheel of the Python package by README's command, its tests, and every public name under valgrind. Python's own
 # memory at exit is not the package's: records count that have a frame of the extension.
 python3 -m venv "$scratch/venv"
-"$scratch/venv/bin/pip" install --quiet numpy==2.4.6 mpmath==1.4.1 polars==2.1.0 pandas==3.1.1 cocotb==2.1.0
+"$scratch/venv/bin/pip" install --quiet numpy==2.4.6 mpmath==1.4.1 polars==2.1.0 pandas==3.1.1 cocotb==2.1.0 \
+    apytypes==0.5.1
 "$scratch/venv/bin/pip" wheel --quiet ./crates/python --no-deps -w "$scratch/dist"
 "$scratch/venv/bin/pip" install --quiet "$scratch"/dist/*.whl
 cargo build --locked --release --quiet -p hpu
-HPU=$PWD/target/release/hpu LIBHPU=$PWD/target/release "$scratch/venv/bin/python" -B -m unittest discover \
-    -s crates/python/tests >"$scratch/python" 2>&1 || { failed=1 && cat "$scratch/python"; }
+HPU_MILLIONS=10 HPU=$PWD/target/release/hpu LIBHPU=$PWD/target/release "$scratch/venv/bin/python" -B \
+    -m unittest discover -s crates/python/tests >"$scratch/python" 2>&1 || { failed=1 && cat "$scratch/python"; }
 echo "wheel of the Python package: $(grep -E '^Ran ' "$scratch/python")" >"$scratch/wheel"
 # The library of the tests. In the release build `Characteristic::at` and `on` of hpu-prove, which are safe Rust,
 # compare the index in `Of::Slope` before they ask whether it is that variant; valgrind then reports an uninitialised
@@ -90,6 +91,12 @@ cat "$scratch/wheel"
 # Stable sets against eigenvalues by numpy, of 1000 random loops.
 "$scratch/venv/bin/python" testbench/oracle/stable_set.py target/release/hpu 1000 "$seed" >"$scratch/sets" || failed=1
 cat "$scratch/sets"
+
+# Rounding and overflow against APyTypes, in four times as many formats as the test command takes.
+cargo build --locked --release --quiet -p hpu-signal --example narrow
+"$scratch/venv/bin/python" testbench/oracle/narrowing.py target/release/examples/narrow 1 160 >"$scratch/narrowed" ||
+    failed=1
+cat "$scratch/narrowed"
 
 # Networks against an integration of their own, 10^8 clock edges each.
 "$scratch/venv/bin/python" testbench/oracle/network.py target/release/hpu >"$scratch/networks" || failed=1
@@ -124,6 +131,7 @@ grep -h "HPU_FUZZ_SEED" -A3 "$scratch"/*.err || true
     echo "explorer in $firefox"
     cat "$scratch/valgrind" "$scratch/wheel"
     tail -n 1 "$scratch/sets"
+    head -n 1 "$scratch/narrowed"
     cat "$scratch/networks"
     # The same verb and exit of all shares in one line.
     awk '

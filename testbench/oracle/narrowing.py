@@ -1,8 +1,9 @@
-"""narrowing.py NARROW [SEED]: holds the rounding and overflow of hpu's words against APyTypes.
+"""narrowing.py NARROW [SEED [FORMATS]]: holds the rounding and overflow of hpu's words against APyTypes.
 
 NARROW is the example `narrow` of crates/signal. First every word of up to 6 bits into every narrower format, in every
-rounding and overflow that hpu has; then random operations (cast, add, multiply) on random formats of 1 to 64
-bits, signed and unsigned, in all of these modes. An exact value has up to 127 bits and a sign.
+rounding and overflow that hpu has; then random operations (cast, add, multiply) on random formats of 1 to 64 bits,
+signed and unsigned, in all of these modes: in FORMATS [40] of them for each mode and operation.
+An exact value has up to 127 bits and a sign.
 APyTypes has no unsigned words: an unsigned operand gets one more bit; a result that wraps into an unsigned word is the
 bit pattern of the signed one; one that saturates there is rounded by APyTypes and clamped here, and counted apart.
 Every exact value is given more than 64 bits before it is narrowed: within 64, APyTypes 0.5.1 loses what its own steps
@@ -30,7 +31,6 @@ ROUNDINGS = {
 }
 OVERFLOWS = {"Wrap": OverflowMode.WRAP, "Saturate": OverflowMode.SAT}
 OPERATIONS = ("cast", "add", "multiply")
-GROUPS = 160  # formats a rounding, overflow and operation
 ROWS = 256  # operations a group
 WIDEST = (1, 0, 63), (1, -1, 64), (1, 63, 0)  # a product of 128 bits of which 127 are dropped
 
@@ -154,13 +154,13 @@ def answered(narrow, groups):
     return run.stdout.splitlines()
 
 
-def main(narrow, seed=1):
+def main(narrow, seed=1, formats_each=40):
     source = random.Random(int(seed))
     counts = Counter()
     # What differs at the beginning is told before the rest is made.
     for operation, rounding, overflow in itertools.product(("narrow", *OPERATIONS), ROUNDINGS, OVERFLOWS):
         groups = list(narrower(rounding, overflow)) if operation == "narrow" else []
-        for group in range(GROUPS if operation != "narrow" else 0):
+        for group in range(int(formats_each) if operation != "narrow" else 0):
             widest = operation == "multiply" and group == 0
             a, b, to = WIDEST if widest else formats(source, operation)
             rows = list(zip(operands(source, a), operands(source, b), strict=True))

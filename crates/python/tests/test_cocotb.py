@@ -12,7 +12,7 @@ import hpu
 from common import ROOT, digest
 
 # The hand is in the wall after 2 ms.
-OVERRIDES = {"run.duration": "8 ms", "hand.path": '[["0 s", 0], ["2 ms", 1.8]]', "wall.position": "0.1 rad"}
+OVERRIDES = {"run.duration": "3 ms", "hand.path": '[["0 s", 0], ["2 ms", 1.8]]', "wall.position": "0.1 rad"}
 
 
 class Designs(unittest.TestCase):
@@ -29,7 +29,7 @@ class Designs(unittest.TestCase):
         self.assertEqual(motion["energy"], run.summary["energy"])
         self.assertEqual(motion["states"], {state: last[state] for state in motion["states"]})
         rows = list(zip(*(run.trace[state] for state in motion["states"]), strict=True))
-        self.assertEqual(len(motion["rows"]), 81)
+        self.assertEqual(len(motion["rows"]), 31)
         self.assertEqual(digest(motion["rows"]), digest(rows))
         self.assertGreater(run.contact, 0.5)
         self.assertGreater(run.summary["output_changes"], 10)

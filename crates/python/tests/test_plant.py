@@ -227,8 +227,8 @@ def plant_edges(overrides):
 
 
 class Signals(unittest.TestCase):
-    def answered_s(self, call):
-        """Returns the time from Ctrl-C to the exception: the shortest of some, as the machine may have other work."""
+    def answers(self, call):
+        """Asserts that an exception comes within 0.1 s of Ctrl-C: in one of some tries, for other work's sake."""
         # Ignored in a job that a shell has begun in the background.
         signal.signal(signal.SIGINT, signal.default_int_handler)
         times, sent = [], []
@@ -237,18 +237,18 @@ class Signals(unittest.TestCase):
             sent.append(time.monotonic())
             os.kill(os.getpid(), signal.SIGINT)
 
-        for _ in range(5):
+        while len(times) < 5 and min(times, default=1) >= 0.1:
             threading.Timer(0.2, press).start()
             with self.assertRaises(KeyboardInterrupt):
                 call()
             times.append(time.monotonic() - sent[-1])
-        return min(times)
+        self.assertLess(min(times), 0.1)
 
     def test_ctrl_c_ends_an_advance_at_an_edge(self):
         overrides = {"run.duration": "10000000 s", "hand.path": [["0 s", 0], ["1000000 s", 1000]]}
         with hpu.Plant("hybrid-wall", overrides) as plant:
             for advance in (lambda: plant.advance(4 * 10**14), lambda: plant.advance(ns=10**18)):
-                self.assertLess(self.answered_s(advance), 0.1)
+                self.answers(advance)
             reached = plant.edge
             self.assertGreater(reached, 0)
             # The plant goes on, and is where one that was never stopped is.
@@ -261,11 +261,11 @@ class Signals(unittest.TestCase):
         # The quickest block on an array that takes long to copy, and one of the slowest.
         block = hpu.Block("truncating_multiplier")
         words = np.full(100_000_000, 60)
-        self.assertLess(self.answered_s(lambda: block.tick(words, b=70)), 0.1)
+        self.answers(lambda: block.tick(words, b=70))
         self.assertEqual(block.tick(60, 70), {"product": 4095})
         engine = hpu.Block("phantom_engine")
         words = {signal.name: np.broadcast_to(signal.max, 20_000_000) for signal in engine.inputs}
-        self.assertLess(self.answered_s(lambda: engine.tick(**words)), 0.1)
+        self.answers(lambda: engine.tick(**words))
 
 
 class Loops(unittest.TestCase):

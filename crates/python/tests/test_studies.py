@@ -41,8 +41,9 @@ class Studies(unittest.TestCase):
         self.assertEqual(list(study.pictures()), ["ranges"])
 
     def test_the_least_model_is_that_of_the_command(self):
-        study = hpu.fit("conventional-wall-100hz", within=0.02)
-        command = told("fit", "conventional-wall-100hz", "--within=0.02")
+        short = {"run.duration": "300 ms"}
+        study = hpu.fit("conventional-wall-100hz", short, within=0.02)
+        command = told("fit", "conventional-wall-100hz", *options(short), "--within=0.02")
         kept = ("scene", "within", "judged", "contact_share")
         self.assertEqual(study.summary.keys(), command.keys())
         self.assertEqual({key: study.summary[key] for key in kept}, {key: command[key] for key in kept})
