@@ -358,26 +358,41 @@ end;\n";
     assert_eq!((ended, signal), (1, "contact (their told[0])"));
 }
 
-#[test]
-fn an_output_that_may_be_unknown_is_no_more_equal_by_vectors_than_by_a_proof() {
-    let dir = scratch("unknown_blocks");
+/// Proves that each of these walls may be unknown, and finds it by vectors in every `nth` of them.
+fn tell_unknown(folder: &str, nth: usize) {
+    let dir = scratch(folder);
     let right = wall("assign contact = ~delta[W-1]; assign penetration = p;");
     assert_eq!(proved(&dir, "wall.v", &right, &[&WALL]).1, ["proved"]);
     let (ended, value) = checked(&dir, "wall.v", &right, &WALL);
     assert_eq!(ended, 0, "{value}");
     let engine = value["hdl"].as_str().expect("a text");
     assert!(engine.starts_with("Verilator") && engine.contains(" and Icarus Verilog"), "{engine}");
-    for (what, signal, body) in UNKNOWN {
+    for (index, (what, signal, body)) in UNKNOWN.into_iter().enumerate() {
         let (ended, verdicts, value) = proved(&dir, "wall.v", &wall(body), &[&WALL]);
         assert_eq!((ended, &verdicts[..]), (1, &["refuted".to_string()][..]), "{what}: {value}");
         let about = value["rows"][0]["why"]["about"].as_str().expect("what was asked");
         let says = format!("its inputs, where output {signal} is unknown (X, Z or driven by nothing)");
         assert_eq!(about, says, "{what}");
+        if !index.is_multiple_of(nth) {
+            continue;
+        }
         let (ended, value) = checked(&dir, "wall.v", &wall(body), &WALL);
         let first = &value["blocks"][0]["variants"][0]["first"];
         let is_unknown = first["got"].as_str().is_some_and(|got| got.starts_with("unknown bits"));
         assert!(ended == 1 && first["signal"] == signal && is_unknown, "{what}: {value}");
     }
+}
+
+/// A check by vectors builds a wall for two simulators, so it is of every third wall here.
+#[test]
+fn an_output_that_may_be_unknown_is_no_more_equal_by_vectors_than_by_a_proof() {
+    tell_unknown("unknown_blocks", 3);
+}
+
+#[test]
+#[ignore = "testbench/long.sh runs it"]
+fn no_output_that_may_be_unknown_is_equal_by_vectors_or_by_a_proof() {
+    tell_unknown("all_unknown_blocks", 1);
 }
 
 #[test]

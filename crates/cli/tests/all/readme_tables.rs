@@ -278,7 +278,7 @@ pub const COMMANDS: &[(&str, Form)] = &[
         ),
     ),
     (FIT, Form::AsIs),
-    ("hpu fit", Form::Begun("all scenes take two minutes; testbench/long.sh runs it and records it")),
+    ("hpu fit", Form::Begun("all scenes take two minutes; testbench/record/fit.txt is what it prints")),
     ("hpu run hybrid-wall", Form::AsIs),
     ("hpu run friction-wall", Form::AsIs),
     (RECURS_60_S, Form::AsIs),

@@ -12,7 +12,9 @@ use hpu_datapath::{Repeat, Wiring};
 use hpu_signal::{Cycle, Observe, Real, SignalUse};
 
 /// The most edges of a scene that are compared.
-const EDGES: u64 = 40_000_000;
+const EDGES: u64 = 20_000_000;
+/// The same in `testbench/long.sh`.
+const MANY: u64 = 40_000_000;
 
 thread_local! {
     /// Whether the worlds of this thread may coast and cruise.
@@ -160,12 +162,13 @@ fn parsed(name: &str, overrides: &[(&str, &str)]) -> Experiment {
     scene.parse(&overrides).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// Checks that cruising changes no register over the scene's first edges. Returns how often its world cruises.
+/// Checks that cruising changes no register over this many of the scene's first edges. Returns how often its world
+/// cruises.
 #[track_caller]
-fn agrees(scene: &Experiment) -> u64 {
+fn agrees(scene: &Experiment, edges: u64) -> u64 {
     let name = &scene.name;
     let simulation = WiredSimulation::new(scene).unwrap_or_else(|error| panic!("{name}: {error}"));
-    let end = scene.edges().min(EDGES);
+    let end = scene.edges().min(edges);
     let (mut one_by_one, mut cruising) = (Dense::default(), Dense::default());
     let (plain, _) = run(&simulation, Driver::Events, end, false, &mut one_by_one);
     let (watched, cruises) = run(&simulation, Driver::Events, end, true, &mut cruising);
@@ -189,11 +192,22 @@ fn agrees(scene: &Experiment) -> u64 {
     cruises
 }
 
-#[test]
-fn every_register_of_every_scene_is_what_gates_switched_one_by_one_make_it() {
-    let cruises: Vec<_> = shipped().iter().map(|scene| (scene.name, agrees(&parsed(scene.name, &[])))).collect();
+fn every_scene_agrees(edges: u64) {
+    let cruises: Vec<_> =
+        shipped().iter().map(|scene| (scene.name, agrees(&parsed(scene.name, &[]), edges))).collect();
     let cruising = cruises.iter().filter(|(_, count)| *count > 0).count();
     assert!(cruising >= 10, "{cruises:?}");
+}
+
+#[test]
+fn every_register_of_every_scene_is_what_gates_switched_one_by_one_make_it() {
+    every_scene_agrees(EDGES);
+}
+
+#[test]
+#[ignore = "testbench/long.sh runs it"]
+fn every_register_of_every_scene_is_for_longer_what_gates_switched_one_by_one_make_it() {
+    every_scene_agrees(MANY);
 }
 
 #[test]
@@ -206,7 +220,7 @@ fn so_it_is_in_antiphase_with_on_resistance_and_with_friction() {
         &[("wall.position", "0.05 rad"), ("method.sample_rate", "10 kHz")],
     ] {
         for name in ["hybrid-wall", "conventional-wall-1khz"] {
-            assert!(agrees(&parsed(name, changed)) > 0, "{name} {changed:?}");
+            assert!(agrees(&parsed(name, changed), EDGES) > 0, "{name} {changed:?}");
         }
     }
 }
@@ -274,8 +288,8 @@ impl<'s> LoopVisitor<'s> for Stops {
     }
 }
 
-#[test]
-fn a_run_may_stop_anywhere_between_changes_of_the_gates_and_go_on() {
+/// Runs some scenes with many stops, to a share of their ends.
+fn stop_anywhere(share: u64) {
     let resting = [("device.initial_angle", "1.55 rad"), ("hand.path", "[[0, 1.8]]")];
     let leaning = [("device.initial_angle", "1.58 rad"), ("hand.path", "[[\"0 s\", 1.9]]")];
     let stepped = [("model.solver", "rk4"), ("model.step", "1 us")];
@@ -290,6 +304,7 @@ fn a_run_may_stop_anywhere_between_changes_of_the_gates_and_go_on() {
         ("hybrid-wall", &[&leaning[..], &averaged, &settling].concat(), 1_000_000),
         ("energy-level-wall", &[&leaning[..], &averaged].concat(), 1_000_000),
     ] {
+        let end = end / share;
         let scene = parsed(name, changed);
         let simulation = WiredSimulation::new(&scene).unwrap_or_else(|error| panic!("{error}"));
         for (apart, least) in [(7919, end / 7919), (1231, end / 1231), (0, end / 500_000)] {
@@ -297,4 +312,15 @@ fn a_run_may_stop_anywhere_between_changes_of_the_gates_and_go_on() {
             assert!(stops >= least, "{name} {changed:?}, {apart} apart: {stops}");
         }
     }
+}
+
+#[test]
+fn a_run_may_stop_anywhere_between_changes_of_the_gates_and_go_on() {
+    stop_anywhere(2);
+}
+
+#[test]
+#[ignore = "testbench/long.sh runs it"]
+fn a_longer_run_may_stop_anywhere_between_changes_of_the_gates_and_go_on() {
+    stop_anywhere(1);
 }

@@ -28,8 +28,8 @@ impl Random {
     }
 }
 
-#[test]
-fn equations_tick_as_their_block_does() {
+/// Compares the equations of all variants with their blocks over this many edges each.
+fn tick_alike(edges: u64) {
     let mut compared = 0;
     for (label, mut block) in variants() {
         let name = block.name();
@@ -43,7 +43,7 @@ fn equations_tick_as_their_block_does() {
         if clocked {
             assert_eq!(of(&held, &words).1, shown, "{name} {label}: after the reset");
         }
-        for edge in 0..20_000 {
+        for edge in 0..edges {
             // The inputs stay for a while, then one of them changes, or all.
             match random.next() % 16 {
                 0..4 => {
@@ -64,4 +64,15 @@ fn equations_tick_as_their_block_does() {
         compared += 1;
     }
     assert!(compared >= 100, "{compared}");
+}
+
+#[test]
+fn equations_tick_as_their_block_does() {
+    tick_alike(5_000);
+}
+
+#[test]
+#[ignore = "testbench/long.sh runs it"]
+fn equations_tick_longer_as_their_block_does() {
+    tick_alike(20_000);
 }

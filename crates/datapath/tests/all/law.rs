@@ -103,7 +103,7 @@ fn leaps_and_ticks(histories: u32) {
 
 #[test]
 fn skipping_what_quiet_promises_equals_ticking() {
-    leaps_and_ticks(20);
+    leaps_and_ticks(10);
 }
 
 #[test]

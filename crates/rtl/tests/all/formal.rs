@@ -35,8 +35,8 @@ fn is_long(name: &str, label: &str) -> bool {
         "passivity_controller" => ["exact", "exact_credit", "wide_energy", "wide_torque"].contains(&label),
         "sampled_wall" => label == "foaw",
         "gimbal_inverse" => label != "short",
-        // Wirings with long tables: the small ones stand for them. Their defaults are in the tests of the command: it
-        // proves a scene of `phantom_loop`, and compares the wiring of `phantom_shared_loop`.
+        // Wirings with long tables: the small ones stand for them. The tests of the command compare the default wiring
+        // of `phantom_shared_loop`.
         "phantom_loop" | "phantom_shared_loop" => !["small", "all_distinct"].contains(&label),
         // Wirings with windows of 64 words: the short and the distinct words stand for them.
         "gimbal_loop" | "gimbal_shear_loop" => ["default", "plain", "all_distinct"].contains(&label),
