@@ -193,8 +193,7 @@ fn agrees(scene: &Experiment, edges: u64) -> u64 {
 }
 
 fn every_scene_agrees(edges: u64) {
-    let cruises: Vec<_> =
-        shipped().iter().map(|scene| (scene.name, agrees(&parsed(scene.name, &[]), edges))).collect();
+    let cruises: Vec<_> = shipped().iter().map(|scene| (scene.name, agrees(&parsed(scene.name, &[]), edges))).collect();
     let cruising = cruises.iter().filter(|(_, count)| *count > 0).count();
     assert!(cruising >= 10, "{cruises:?}");
 }

@@ -171,8 +171,7 @@ fn agree_under_every_fault(duration: &str) {
                 let simulation = WiredSimulation::new(&scene).expect("a scene");
                 let comparison = simulation.compare(scene.edges());
                 assert_eq!(comparison.mismatches, 0, "{name} {faults:?}: {:?}", comparison.first);
-                let run =
-                    simulation.run(Driver::Events, &mut simulation.brief_trace(), &mut (), &Control::default());
+                let run = simulation.run(Driver::Events, &mut simulation.brief_trace(), &mut (), &Control::default());
                 assert!(!run.faults.is_empty(), "{name} {faults:?}");
             }
         }

@@ -302,6 +302,23 @@ fn held(integral: Option<f64>) -> Network {
     Network { feed, hand: Hand::Prescribed, ..network(vec![body(1e-5)], Vec::new()) }
 }
 
+/// A hand that prescribes the angle of a body jumps to another angle and speed: it gives what its body's inertia and
+/// springs then hold more, `J v^2 / 2 + (k + K) d^2 / 2`.
+#[test]
+fn a_hand_that_jumps_loads_the_springs_of_its_body() {
+    let mut net = Network { hand: Hand::Prescribed, ..pair([0.0; 2], [0.0; 2]) };
+    net.bodies[0].spring = 0.1;
+    let laws = NetworkLaws::<8>::new(reduced(&net), EDGE_S, 1 << 20);
+    let mut device = NetworkDevice::new(&laws, 0.0);
+    device.intend(0, 0.02, 3.0);
+    close(device.energy(0).hand_j(), 0.5 * 5e-6 * 9.0 + 0.5 * (0.72 + 0.1) * 4e-4, 1e-14);
+    // Half a millisecond later it jumps back.
+    device.intend(25_000, 0.0, 0.0);
+    let (energy, stored) = (device.energy(100_000), device.stored_j(100_000));
+    let residual = energy.supplied_j() - energy.dissipated_j() - stored;
+    assert!(residual.abs() <= 1e-12 * energy.exchanged_j(), "{residual:e} of {:e}", energy.exchanged_j());
+}
+
 /// The known answer K6: a current asked for at once, first at the limit of the supply, then by the loop.
 #[test]
 fn a_step_of_the_current_is_limited_by_the_supply() {
