@@ -11,7 +11,7 @@ A run that was stopped goes on where it was; what is known is in results.json in
 Usage: testbench/mutants_engine.py [--only WORD] [--jobs J] [--update]
   --only WORD  mutants whose file or description contains the word; may be repeated
   --jobs J     mutants tested at a time [1]
-  --update     write testbench/record/mutants-engine.txt
+  --update     write testbench/record/mutants-engine.txt; with --only, the verdicts of other mutants stay on record
 Exit codes: 0 each mutant is killed or equivalent, 1 one survives or is wrongly called equivalent, 2 wrong usage,
 3 the mutants do not build or the tests fail without a mutant.
 """
@@ -982,24 +982,36 @@ class Known:
         return killer
 
 
+def recorded():
+    """The verdict and the lines below it on record, by the file and the description of a mutant."""
+    rows = re.findall(r"^(\S+):\d+ +(\w+) +(.*\n(?:    .*\n)*)", RECORD.read_text(), re.M)
+    return {(file, text.split("\n")[0]): (verdict, text) for file, verdict, text in rows}
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", metavar="WORD", action="append")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--update", action="store_true")
     options = parser.parse_args()
-    if options.only and options.update:
-        parser.error("--update needs all mutants")
     mutants, sources = sown()
-    binaries = built(sources)
-    known = Known(sources, binaries)
+    on_record = recorded() if options.only and options.update else {}
     words = options.only or [""]
     chosen = [mutant for mutant in mutants if any(word in f"{mutant.file} {mutant.what}" for word in words)]
+    if on_record:
+        missing = [mutant for mutant in mutants if mutant not in chosen and (mutant.file, mutant.what) not in on_record]
+        if missing:
+            sys.exit("not on record, so choose them too:\n" + "".join(f"{one.file} {one.what}\n" for one in missing))
+    binaries = built(sources)
+    known = Known(sources, binaries)
+
+    def head(mutant, verdict):
+        return f"{mutant.file}:{mutant.line:<5} {verdict:<10} "
 
     def judged(mutant):
         killer = known.killer(binaries, mutant.number, FEW if mutant.reason else len(STAGES))
         verdict = ("wrong" if mutant.reason else "killed") if killer else "equivalent" if mutant.reason else "survives"
-        row = f"{mutant.file}:{mutant.line:<5} {verdict:<10} {mutant.what}\n"
+        row = head(mutant, verdict) + f"{mutant.what}\n"
         if killer:
             row += f"    {killer}\n"
         else:
@@ -1010,20 +1022,23 @@ def main():
         return verdict, row
 
     with ThreadPoolExecutor(options.jobs) as pool:
-        rows = pool.map(judged, chosen)
+        judging = pool.map(judged, chosen)
         sound = pool.submit(known.killer, binaries, 0, len(STAGES))
-        rows = list(rows)
+        rows = dict(zip(chosen, judging))
     if sound.result():
         print(f"without a mutant: {sound.result()}", file=sys.stderr)
         sys.exit(3)
+    if on_record:
+        others = ((mutant, on_record[mutant.file, mutant.what]) for mutant in mutants if mutant not in rows)
+        rows |= {mutant: (verdict, head(mutant, verdict) + text) for mutant, (verdict, text) in others}
     count = {verdict: 0 for verdict in ("killed", "equivalent", "survives", "wrong")}
-    for verdict, _ in rows:
+    for verdict, _ in rows.values():
         count[verdict] += 1
     counts = ", ".join(f"{n} {what}" for what, n in count.items())
     text = "# testbench/mutants_engine.py\n"
     text += f"# {len(rows)} mutants of the searches for the next event: {counts}\n"
     text += "# killed: the first test that fails; equivalent: no result changes, by the reason given\n"
-    text += "".join(row for _, row in rows)
+    text += "".join(rows[mutant][1] for mutant in mutants if mutant in rows)
     print(text, end="")
     if options.update:
         RECORD.write_text(text)

@@ -13,6 +13,7 @@ import json
 import os
 import resource
 import shutil
+import signal
 import subprocess
 import sys
 import threading
@@ -147,6 +148,8 @@ class Queue:
 def main():
     update, text = "--update" in sys.argv, next((word for word in sys.argv[1:] if not word.startswith("--")), "")
     slow = recorded()
+    # A job that a shell has begun in the background ignores it, as would the commands that tests end by it.
+    signal.signal(signal.SIGQUIT, signal.SIG_DFL)
     begun = time.monotonic()
     binaries = list(built())
     built_s, building_s = time.monotonic() - begun, processor_s()

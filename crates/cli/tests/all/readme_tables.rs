@@ -178,7 +178,7 @@ pub const COMMANDS: &[(&str, Form)] = &[
     (
         "hpu check",
         short(
-            "hpu check truncating_multiplier displacement --rows 50 --scene hybrid-wall --edges 2000",
+            "hpu check saturator displacement --rows 50 --scene hybrid-wall --edges 2000",
             "all blocks and closed loops take a minute or two",
         ),
     ),
@@ -193,7 +193,13 @@ pub const COMMANDS: &[(&str, Form)] = &[
     ),
     ("gtkwave out/wave.fst.gtkw", Form::NotHere("it opens a window; the tests of hpu-wave read the save file")),
     ("echo 'a,b\n60,70' | hpu block truncating_multiplier --variant drop_upper --inputs -", Form::AsIs),
-    ("hpu run testbench/dut/knee.toml -o out", Form::AsIs),
+    (
+        "hpu run testbench/dut/knee.toml -o out",
+        short(
+            "hpu run testbench/dut/knee.toml -o out --edges 1000000",
+            "ten million clock edges with a picture take seconds; the tests of designs run them",
+        ),
+    ),
     (
         "hpu limits testbench/dut/knee.toml --range 50..600 --phases 4",
         short(
