@@ -43,6 +43,8 @@ impl Against {
         let named = args.against.as_ref();
         let log = match (&scene.expect.recording, named) {
             (None, None) => return Ok(None),
+            // The scene's log is of its whole duration.
+            (Some(_), None) if args.edges.is_some() => return Ok(None),
             (Some(log), _) => log.clone(),
             (None, Some(_)) => Log::default(),
         };
