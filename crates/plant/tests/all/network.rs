@@ -286,6 +286,52 @@ fn of_two_ends_within_an_edge_the_sooner_is_followed_first() {
     }
 }
 
+/// A hand whose intention jumps pulls a body loose and lets it go within the same clock cycle, as it moves back: with
+/// `A = p - c / k` and `w^2 = k / J` the body comes to rest after `2 / w atan(A w / v)`.
+#[test]
+fn a_hand_that_jumps_and_moves_back_pulls_a_body_loose_at_once() {
+    let (inertia, friction, stiffness, jump, back) = (5e-6, 3e-3, 0.05, 0.1, 100.0);
+    let hand = Hand::Spring(Push { stiffness_nm_per_rad: stiffness, damping_nm_s_per_rad: 0.0 });
+    let rubs = Body { coulomb: friction, stiction: friction, ..body(inertia) };
+    let net = Network { hand, ..network(vec![rubs], Vec::new()) };
+    let laws = NetworkLaws::<4>::new(reduced(&net), 1e-3, 1 << 10);
+    let mut device = NetworkDevice::new(&laws, 0.0);
+    device.intend(0, jump, -back);
+    flow(&mut device, 0, 1);
+    let (rest, w) = (jump - friction / stiffness, f64::sqrt(stiffness / inertia));
+    let turned = 2.0 * (rest * w / back).atan();
+    let [_, speed, angle, _] = device.state(1);
+    assert_eq!(speed, 0.0);
+    close(angle, rest * (1.0 - turned.cos()) - back / w * (turned - turned.sin()), 1e-10);
+}
+
+/// A body that leaves its stop faster than the stop follows, and is pushed back before it is out: the stop presses it
+/// again. By small steps of `J x'' = T - max(0, k d + c v)` beyond the stop.
+#[test]
+fn a_lifted_body_is_pressed_again() {
+    let (inertia, high, stiffness, damping) = (1e-5, 0.01, 10.0, 0.02);
+    let mass = Body { speed: 5.0, position: 0.0095, ..body(inertia) };
+    let mut net = network(vec![mass], Vec::new());
+    net.stops = vec![Stop { body: 0, low: -0.01, high, stiffness, damping }];
+    let laws = NetworkLaws::<4>::new(reduced(&net), EDGE_S, 1 << 20);
+    let mut device = NetworkDevice::new(&laws, 0.0);
+    let (pushed, end) = (125_000, 200_000);
+    // Touches the stop, and leaves it.
+    assert_eq!(flow(&mut device, 0, pushed).len(), 2);
+    device.driven(pushed, Drive::Current(0.1));
+    assert_eq!(flow(&mut device, pushed, end).len(), 1);
+    let (mut speed, mut angle, step_s) = (5.0, 0.0095, EDGE_S / 2.0);
+    for step in 0..2 * end {
+        let torque = if step < 2 * pushed { 0.0 } else { 0.1 };
+        let stop: f64 = if angle > high { stiffness * (angle - high) + damping * speed } else { 0.0 };
+        speed += (torque - stop.max(0.0)) / inertia * step_s;
+        angle += speed * step_s;
+    }
+    let [_, found, place, _] = device.state(end);
+    close(place - high, angle - high, 1e-3);
+    close(found, speed, 1e-3);
+}
+
 fn held(integral: Option<f64>) -> Network {
     let (supply_v, bandwidth_rad_per_s) = (24.0, 2.0 * PI * 2000.0);
     let kind = match integral {
