@@ -10,11 +10,11 @@ use hpu_datapath::{HybridLoop, LoopConfig, Wiring};
 use hpu_signal::{Clock, Cycle, Observe};
 use hpu_wave::{Fst, Layout, Vcd};
 
-/// Returns the shipped hybrid wall, so near that the hand is in it within a tenth of a second.
+/// Returns the shipped hybrid wall, so near that the hand is in it within hundredths of a second.
 fn scene() -> Scene {
     let text = include_str!("../../../../testbench/scenes/hybrid-wall.toml");
     let set = |key: &str, value: &str| (key.to_string(), value.to_string());
-    let overrides = [set("wall.position", "0.05 rad"), set("run.duration", "100 ms")];
+    let overrides = [set("wall.position", "0.01 rad"), set("run.duration", "30 ms")];
     let mut load = |_: &str| Err(std::io::ErrorKind::NotFound.into());
     Scene::parse("hybrid-wall.toml", text, &overrides, &mut load).expect("a shipped scene")
 }
