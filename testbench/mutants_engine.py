@@ -1038,6 +1038,8 @@ def main():
     text = "# testbench/mutants_engine.py\n"
     text += f"# {len(rows)} mutants of the searches for the next event: {counts}\n"
     text += "# killed: the first test that fails; equivalent: no result changes, by the reason given\n"
+    if on_record:
+        text += f"# asked now: {len(chosen)}; the verdicts of the others are those of the record before\n"
     text += "".join(rows[mutant][1] for mutant in mutants if mutant in rows)
     print(text, end="")
     if options.update:
