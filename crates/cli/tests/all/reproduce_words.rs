@@ -18,12 +18,14 @@ fn formats_and_sines_write_text_csv_and_pictures_and_print_the_text() {
         let written = fs::read_to_string(out.join(written)).expect("a text");
         assert!(stdout(&output).starts_with(&written));
         assert!(written.contains(&format!("$ hpu reproduce {study}\n")), "{written}");
+        if study == "phantom-formats" {
+            assert_summed_up(&stdout(&output));
+        }
     }
 }
 
-#[test]
-fn formats_end_with_what_plain_words_cannot_hold_and_a_summing_up() {
-    let said = stdout(&run(&["reproduce", "phantom-formats"]));
+/// Asserts that the text about formats ends with what plain words cannot hold, and a summing-up.
+fn assert_summed_up(said: &str) {
     let (found, summed) = said.split_once("\nSumming up: ").expect("a summing-up");
     assert!(found.trim_end().lines().last().expect("lines").starts_with("Plain (1,9,22) cannot hold the stiffness"));
     assert!(summed.contains("(a)   not confirmed") && summed.contains("wraps: stiffness\n"), "{summed}");

@@ -83,7 +83,7 @@ const COMMANDS: [(&str, &str); 25] = [
         "check-entity",
         "check --entity fast_mul --as truncating_multiplier --port x=a --port y=b --port p=product --clock clock \
          --latency 2 --generic N=A_WIDTH --generic KEEP=OUT_WIDTH --generic SATURATING=SATURATE --rows 20 \
-         testbench/dut/blocks/fast_mul.vhd --json",
+         --variant full --variant drop_upper testbench/dut/blocks/fast_mul.vhd --json",
     ),
     ("limits", "limits hybrid-wall --words 2 --phases 1 --json"),
     ("limits-gimbal", "limits gimbal-switch-held --json"),

@@ -23,16 +23,18 @@ const LONG_LIMIT: Duration = Duration::from_secs(600);
 fn is_long(name: &str, label: &str) -> bool {
     match name {
         "biquad" => ["high_pass", "extreme"].contains(&label),
-        "cube_room" => label == "plain_q22",
+        "cube_room" => ["default", "plain_q22"].contains(&label),
         "energy_bounding" => ["default", "least_conservative"].contains(&label),
         "foaw" => ["default", "loose", "eleven"].contains(&label),
         "input_shaper" => label == "shaping",
         "sequential_divider" | "window_difference" => label == "wide",
         "square_root" => label == "62_bit",
-        "trig_cordic" | "trig_quarter" | "trig_interpolated" => label != "narrow",
-        // 1 to 3 s each, and many: the default and the narrow ones stand for them.
-        "passive_spring" => ["fine", "no_revival", "one_and_a_half"].contains(&label),
-        "passivity_controller" => ["exact", "exact_credit", "wide_energy", "wide_torque"].contains(&label),
+        // The tests of the command prove the default of `trig_table`, in the wiring of a loop.
+        "trig_table" | "trig_cordic" | "trig_quarter" | "trig_interpolated" => label != "narrow",
+        // 1 to 8 s each, and many: those of 8 bits stand for them. The tests of the command prove `passive_spring` in
+        // the widths of a scene.
+        "passive_spring" => ["default", "fine", "no_revival", "one_and_a_half"].contains(&label),
+        "passivity_controller" => ["default", "exact", "exact_credit", "wide_energy", "wide_torque"].contains(&label),
         "sampled_wall" => label == "foaw",
         "gimbal_inverse" => label != "short",
         // Wirings with long tables: the small ones stand for them. The tests of the command compare the default wiring
