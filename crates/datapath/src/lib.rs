@@ -11,6 +11,7 @@ macro_rules! laws {
             passive_spring: PassiveSpring, SpringConfig;
             braking_pulse: BrakingPulse, PulseConfig;
             torque_table: TorqueTable, TableConfig;
+            position_pid: PositionPid, PositionPidConfig;
         }
     };
 }
@@ -65,8 +66,8 @@ pub use loops::loop_config::LoopConfig;
 pub use loops::{axis_front, conventional_loop, hybrid_loop};
 pub use methods::method_loop::{MethodLoop, MethodLoopConfig};
 pub use methods::{
-    braking_pulse, energy_bounding, method_loop, passive_spring, passivity_controller, sampled_wall, torque_table,
-    virtual_coupling,
+    braking_pulse, energy_bounding, method_loop, passive_spring, passivity_controller, position_pid, sampled_wall,
+    torque_table, virtual_coupling,
 };
 pub use pins::displacement::Displacement;
 pub use pins::position_counter::PositionCounter;

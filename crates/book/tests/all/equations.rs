@@ -171,7 +171,7 @@ fn mathml_is_well_formed_and_no_markdown() {
 }
 
 /// Runs that stay text: the block, the begin of the run, and the reason.
-const TEXT: [(&str, &str, &str); 28] = [
+const TEXT: [(&str, &str, &str); 29] = [
     ("axis_front", "a_pin, b_pin -> sync", "a drawing"),
     ("butterworth_difference", "position -+-> hold", "a drawing"),
     ("conventional_loop", "pins -> sync", "a drawing"),
@@ -181,6 +181,7 @@ const TEXT: [(&str, &str, &str); 28] = [
     ("passive_spring_loop", "pins -> front", "a drawing"),
     ("passivity_controller_loop", "pins -> front", "a drawing"),
     ("sampled_wall_loop", "pins -> front", "a drawing"),
+    ("position_pid_loop", "pins -> front", "a drawing"),
     ("torque_table_loop", "pins -> front", "a drawing"),
     ("virtual_coupling_loop", "pins -> front", "a drawing"),
     ("gimbal_loop", "timer -> sample -> inverse", "a drawing"),

@@ -1,7 +1,7 @@
 //! The PID controller compared with its equations in plain integers over all samples, and its two ways against windup
 //! with closed forms.
 
-use hpu_datapath::{Block, Pid, PidConfig, pid};
+use hpu_datapath::{Block, LawIn, LawWidths, Pid, PidConfig, PositionPid, PositionPidConfig, pid};
 use hpu_signal::Format;
 
 /// Returns a number of at most so many bits, with its sign.
@@ -75,6 +75,95 @@ fn every_sample_is_that_of_the_equations() {
     }
 }
 
+/// Returns torque and memory of a controller of a position after these samples, by [`expected`]: a target that is the
+/// position less the displacement, gains brought to one fraction, and the feed-forward of the target's motion.
+fn expected_torque(config: &PositionPidConfig, samples: &[LawIn<i64>]) -> (i64, i64) {
+    let LawWidths { width, stiffness, damping, torque_width, .. } = config.widths;
+    let fracs = [stiffness, damping, config.integral_format].map(Format::frac);
+    let frac = *fracs.iter().max().unwrap();
+    let int = [stiffness, damping, config.integral_format].map(Format::int).into_iter().max().unwrap();
+    let [kp, kd, ki] = fracs.map(|own| 1i64 << (frac - own));
+    let (turn, limit) = (1i64 << width, i64::from(config.limit));
+    let mut before = 0;
+    let mut given = Vec::new();
+    for sample in samples {
+        let target = (sample.position - sample.delta).rem_euclid(turn);
+        let motion = (target - before + turn / 2).rem_euclid(turn) - turn / 2;
+        before = target;
+        let ahead = (i64::from(config.feed_forward) * motion).div_euclid(1 << damping.frac()).clamp(-limit, limit);
+        given.push(pid::In {
+            target,
+            measured: sample.position,
+            feed_forward: ahead,
+            proportional: sample.stiffness * kp,
+            integral: i64::from(config.integral) * ki,
+            derivative: sample.damping * kd,
+            period: sample.period,
+        });
+    }
+    let controller = PidConfig {
+        width,
+        gain: Format::new(false, int, frac).unwrap(),
+        command_width: torque_width + 1,
+        limit: config.limit,
+        back_calculation: config.back_calculation,
+        back: config.back,
+        forwarded: true,
+        period_width: config.widths.period_width,
+    };
+    (-expected(&controller, &given), before)
+}
+
+#[test]
+fn every_sample_of_a_position_is_that_of_the_equations() {
+    let format = |int, frac| Format::new(false, int, frac).unwrap();
+    let widths = LawWidths {
+        width: 8,
+        stiffness: format(4, 2),
+        damping: format(3, 4),
+        torque_width: 9,
+        period_width: 6,
+        ..LawWidths::default()
+    };
+    let narrow = PositionPidConfig {
+        widths,
+        integral: 11,
+        integral_format: format(1, 5),
+        limit: 300,
+        back: 2,
+        ..PositionPidConfig::default()
+    };
+    let ways = [(false, 0), (true, 0), (false, 7), (true, 200)];
+    let ways =
+        ways.map(|(back_calculation, feed_forward)| PositionPidConfig { back_calculation, feed_forward, ..narrow });
+    for (seed, config) in ways.into_iter().enumerate() {
+        let (mut state, mut limited, mut free) = (seed as u64, 0, 0);
+        for _ in 0..40 {
+            let mut block = PositionPid::new(config).unwrap();
+            let formats = block.inputs().map(|port| port.format);
+            let mut samples: Vec<LawIn<i64>> = Vec::new();
+            for _ in 0..30 {
+                let period = 1 + (state >> 40) as i64 % 3;
+                let input = LawIn { period, ..formats.map(|format| draw(&mut state, format)) };
+                samples.push(input);
+                let (torque, memory) = expected_torque(&config, &samples);
+                if torque.unsigned_abs() == u64::from(config.limit) {
+                    limited += 1
+                } else {
+                    free += 1
+                }
+                for edge in 0..period {
+                    // Between samples other inputs are not seen.
+                    let input = if edge == 0 { input } else { LawIn { delta: !input.delta, ..input } };
+                    let out = block.tick(input);
+                    assert_eq!((out.torque, out.memory), (torque, memory), "{config:?} after {samples:?}");
+                }
+            }
+        }
+        assert!(limited > 10 && free > 10, "{config:?}: {limited} {free}");
+    }
+}
+
 /// Returns the samples after the turn of the target until the command leaves the limit, `held` samples after it was
 /// met.
 fn wound_up(back_calculation: bool, held: u32) -> u32 {
@@ -127,6 +216,28 @@ fn a_step_of_the_target_makes_no_kick_of_the_derivative_and_a_counter_may_wrap()
     // From 2047 to -2048 is one count.
     assert_eq!(block.tick(input(-2048, 2047)).command, 1 - 2 * 2042);
     assert_eq!(block.tick(input(-2048, 2047)).command, 1);
+}
+
+#[test]
+fn constants_of_a_position_beyond_the_data_sheet_are_refused() {
+    let with = |change: &dyn Fn(&mut PositionPidConfig)| {
+        let mut config = PositionPidConfig::default();
+        change(&mut config);
+        PositionPid::new(config).err().map(|error| error.to_string())
+    };
+    assert_eq!(with(&|_| ()), None);
+    let told = with(&|config| config.widths.damping = Format::new(false, 2, 13).unwrap()).unwrap();
+    let accepted = "24 bits for all three gains together";
+    assert_eq!(told, format!("position_pid: the gains need 12 integer and 13 fraction bits; accepted: {accepted}"));
+    for change in [
+        &(|config: &mut PositionPidConfig| config.integral = 4096) as &dyn Fn(&mut PositionPidConfig),
+        &|config| config.feed_forward = 1 << 24,
+        &|config| config.limit = 4096,
+        &|config| config.limit = 0,
+        &|config| config.back = 9,
+    ] {
+        assert!(with(change).is_some());
+    }
 }
 
 #[test]

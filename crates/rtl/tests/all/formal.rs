@@ -48,6 +48,7 @@ fn is_long(name: &str, label: &str) -> bool {
         | "energy_bounding_loop"
         | "passive_spring_loop"
         | "passivity_controller_loop"
+        | "position_pid_loop"
         | "virtual_coupling_loop" => label == "all_distinct",
         "servo_control" => label == "window_64",
         _ => false,
@@ -279,6 +280,7 @@ fn every_wiring_equals_its_vhdl_in_every_listed_configuration() {
             "phantom_io",
             "phantom_loop",
             "phantom_shared_loop",
+            "position_pid_loop",
             "sampled_wall_loop",
             "torque_table_loop",
             "virtual_coupling_loop",
@@ -300,6 +302,7 @@ fn wirings_that_take_longer_equal_their_vhdl() {
             "passivity_controller_loop",
             "phantom_loop",
             "phantom_shared_loop",
+            "position_pid_loop",
             "torque_table_loop",
             "virtual_coupling_loop",
         ],
