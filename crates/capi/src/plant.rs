@@ -290,7 +290,7 @@ pub(crate) fn no_index(index: usize, what: &str, count: usize) -> String {
 /// Joins the world of an axis whose method lends its words.
 fn of_axis(simulation: &'static AxisSimulation<'static>) -> Joint {
     let (scene, wiring) = (simulation.scene(), simulation.wiring());
-    let world = AxisWorld::new(simulation.plant(), 0, simulation.words().schedule);
+    let world = AxisWorld::new(simulation.plant(), 0, simulation.words().schedule.clone());
     let (inputs, outputs) = (wiring.block().inputs(), wiring.block().outputs());
     let is_switched = matches!(scene.device, Device::Motor(_)) && scene.model.bridge == BridgeModel::Switching;
     let outputs = if is_switched {

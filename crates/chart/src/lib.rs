@@ -194,6 +194,7 @@ fn dut_motion<'a>(
         clock: scene.clock,
         modulator: None,
         wall_rad: scene.wall_rad,
+        target: None,
         trace,
         faults: &summary.faults,
         contact: trace.words(dut_nets(simulation).len() - 1),
@@ -237,7 +238,7 @@ fn verdict(summary: &Summary, (units, scale): (Units, f64)) -> String {
         Some(Verdict::Diverged { amplitude_rad, .. }) => format!("diverged, to {amplitude_rad:.2} {unit}"),
         Some(Verdict::NoWallTorque { depth, .. }) => format!("{depth:.2} {unit} in the wall without its torque"),
         Some(Verdict::PositionLost { rms_rad, .. }) => format!("position lost, {:.2} m{unit} rms", 1e3 * rms_rad),
-        Some(Verdict::Tracking { rms_m, .. }) => format!("tracking, {:.2} mm rms", 1e3 * rms_m),
+        Some(Verdict::Tracking { rms_m, .. }) => format!("tracking, {:.2} m{unit} rms", 1e3 * rms_m),
         Some(Verdict::Passive { .. } | Verdict::NonPassive { .. } | Verdict::HighlyUnstable { .. }) => {
             unreachable!("the verdicts of a drop test")
         }

@@ -7,7 +7,7 @@ use crate::drawing::words::{COMMAND, PENETRATION};
 use crate::{Picture, Run, conditions, outcome, page};
 use std::ops::Range;
 
-use hpu_cosim::scene::{Compound, Device, Hand, Setup, Units};
+use hpu_cosim::scene::{AxisTarget, Compound, Device, Hand, Setup, Units};
 use hpu_cosim::{Mark, Pace, TORQUE_BETWEEN, Trace};
 use hpu_signal::{Clock, Cycle};
 
@@ -38,10 +38,12 @@ pub(crate) struct Motion<'a> {
     pub modulator: Option<u64>,
     /// Where the wall stands, in the units in which the motion is told.
     pub wall_rad: Option<f64>,
+    /// The target that the method follows.
+    pub target: Option<&'a AxisTarget>,
     pub trace: &'a Trace,
     /// The faults between device and logic.
     pub faults: &'a [Mark],
-    /// A word for each row, which is not 0 where the wall is touched.
+    /// A word for each row, which is not 0 where the wall is touched; none without a wall.
     pub contact: &'a [i64],
     /// The penetration as the datapath counts it: its words, and the value of one in mrad.
     pub counted: Option<(&'a [i64], f64)>,
@@ -64,14 +66,22 @@ impl<'a> Motion<'a> {
             motion_s: run.summary.motion_s,
             clock: run.scene.clock,
             modulator: run.scene.modulator_clocks(),
-            wall_rad: Some(run.words.realised.in_units(run.scene.scale()).wall_position_rad),
+            wall_rad: (run.scene.target.is_none())
+                .then(|| run.words.realised.in_units(run.scene.scale()).wall_position_rad),
+            target: run.scene.target.as_deref(),
             trace: run.trace,
             faults: &run.summary.faults,
-            contact: run.words_in(PENETRATION),
+            contact: if run.scene.target.is_some() { &[] } else { run.words_in(PENETRATION) },
             counted: Some((run.words_in(PENETRATION), 1e3 * run.words.realised.in_units(run.scene.scale()).count_rad)),
             // A positive command pushes against the positive direction, so its torque is negative, as in the trace.
             asked: Some((run.words_in(COMMAND), -1e3 * run.words.command_quantum_nm(run.scene) / run.scene.scale())),
         }
+    }
+
+    /// Returns the target in the rows of the trace.
+    fn targets(&self) -> impl Iterator<Item = (f64, f64)> + Clone + 'a {
+        let (scale, rows) = (self.told_in.1, self.trace.times_s());
+        self.target.into_iter().flat_map(move |target| rows.clone().map(move |t| (t, scale * target.at(t))))
     }
 
     /// Returns the factor from a torque of the trace to thousandths of the unit in which it is told.
@@ -146,8 +156,11 @@ impl<'a> Motion<'a> {
         let length_s = CLOSE_UP_S.min(0.25 * self.motion_s);
         let touch_s = self.contact().find(|(_, touching)| *touching).map(|(t, _)| t);
         let start_s = (touch_s.unwrap_or(0.0) - 0.1 * length_s).clamp(0.0, self.motion_s - length_s);
-        let label =
-            if touch_s.is_some() { "time in ms: the first contact" } else { "time in ms: the wall is not touched" };
+        let label = match touch_s {
+            Some(_) => "time in ms: the first contact",
+            None if self.target.is_some() => "time in ms: the beginning",
+            None => "time in ms: the wall is not touched",
+        };
         (1e3 * start_s..1e3 * (start_s + length_s), label)
     }
 }
@@ -180,7 +193,8 @@ pub(crate) fn position(run: &Motion) -> Picture {
     let hand = run.hand();
     let intended = hand.iter().flatten().map(|point| point.1);
     let angles = run.angles(1.0).map(|(_, angle)| angle);
-    let y = around(angles.chain(intended).chain(wall_rad), 0.06);
+    let targets = run.targets().map(|(_, target)| target);
+    let y = around(angles.chain(intended).chain(targets).chain(wall_rad), 0.06);
     let bottom = if wall_rad.is_some() { 800 } else { HEIGHT - 150 };
     let top = Panel { left: 170, top: 210, right: WIDTH - 200, bottom, x: x.clone(), y };
     let mut legend = vec![("device", Look::Line(BLUE))];
@@ -191,6 +205,9 @@ pub(crate) fn position(run: &Motion) -> Picture {
     if hand.is_some() {
         legend.push(("the hand's intention", Look::Line(PURPLE)));
     }
+    if run.target.is_some() {
+        legend.push(("target", Look::Line(ORANGE)));
+    }
     let faults = run.fault_names(&x, 1.0);
     legend.extend(faults.iter().map(|names| (names.as_str(), Look::Line(RUST))));
     top.frame(&mut canvas, &legend, Some("time in s"), &angle_label(run.told_in.0, run.body));
@@ -198,6 +215,7 @@ pub(crate) fn position(run: &Motion) -> Picture {
     if let Some(points) = hand {
         top.curve(&mut canvas, points.into_iter(), PURPLE, 3);
     }
+    top.curve(&mut canvas, run.targets(), ORANGE, 3);
     top.curve(&mut canvas, run.angles(1.0), BLUE, 4);
     if let Some(ratio) = run.wheel_ratio {
         top.right_axis(&mut canvas, 1.0 / ratio, "angle of the wheel in rad");
@@ -308,11 +326,10 @@ pub(crate) fn torque(run: &Motion) -> Picture {
         let y = around(asked.clone().chain(ends).filter(shown).map(|point| point.1), 0.08);
         let panel = Panel { left: 170, top, right: WIDTH - 200, bottom, x: x.clone(), y };
         panel.shade(&mut canvas, run.contact().map(|(t, touching)| (t * scale, touching)), SHADE);
-        let mut legend = vec![
-            (mean_label, Look::Line(BLUE)),
-            ("from its least to its greatest", Look::Area(SKY)),
-            ("contact, as counted", Look::Area(SHADE)),
-        ];
+        let mut legend = vec![(mean_label, Look::Line(BLUE)), ("from its least to its greatest", Look::Area(SKY))];
+        if run.target.is_none() {
+            legend.push(("contact, as counted", Look::Area(SHADE)));
+        }
         if run.asked.is_some() {
             legend.insert(0, ("commanded; negative pushes back", Look::Line(ORANGE)));
         }

@@ -47,7 +47,9 @@ pub fn side_by_side(title: &str, runs: &[Run], command: &str) -> Picture {
         let x = 0.0..run.summary.motion_s;
 
         let top = Panel { left, top: 280, right, bottom: 560, x: x.clone(), y: angle_range.clone() };
-        wall(run.words.realised.wall_position_rad, &top, &mut canvas);
+        if run.scene.target.is_none() {
+            wall(run.words.realised.wall_position_rad, &top, &mut canvas);
+        }
         let legend = [("device", Look::Line(BLUE)), ("inside the wall", Look::Area(SHADE))];
         top.frame(&mut canvas, &legend, None, &angle_label(run.scene.device.units(), None));
         top.curve(&mut canvas, run.reals_of(ANGLE, 1.0), BLUE, 4);

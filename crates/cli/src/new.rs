@@ -240,7 +240,9 @@ fn given(args: &Args, design: &str) -> Given {
     let counts = args.counts.unwrap_or(if args.device == "mass" { 50_000 } else { 4096 });
     let clock = args.clock.as_str();
     let text = |key: &str, value: &str| (key.to_string(), value.to_string());
-    let about = text("about", "A wall to begin with. Say here what to look for.");
+    let follows = method == "pid";
+    let what = if follows { "A target" } else { "A wall" };
+    let about = text("about", &format!("{what} to begin with. Say here what to look for."));
     let mut all = vec![about, text("clock.frequency", clock)];
     let mut give = |pairs: &[(&str, &str)]| all.extend(pairs.iter().map(|(key, value)| text(key, value)));
     if let Some(begin) = beginning(args) {
@@ -251,7 +253,10 @@ fn given(args: &Args, design: &str) -> Given {
         "mass" => (MASS, ("encoder.resolution", format!("{:?}", 1.0 / f64::from(counts)))),
         kind => (if kind == "network" { NETWORK } else { MOTOR }, ("encoder.lines", counts.div_ceil(4).to_string())),
     };
-    give(device);
+    // A controller that follows a target has no wall, and no hand beside it.
+    let is_apart = |key: &str| follows && (key.starts_with("wall.") || key.starts_with("hand."));
+    let device: Vec<_> = device.iter().filter(|(key, _)| !is_apart(key)).copied().collect();
+    give(&device);
     give(&[(encoder, &resolution)]);
     give(&[("run.duration", "1 s"), ("expect.outcome", "settled")]);
     if args.dut {
@@ -283,19 +288,25 @@ fn given(args: &Args, design: &str) -> Given {
     // Counts of the way that the hand goes: less than a revolution, or 6 cm.
     let way = if is_mass { counts.div_ceil(16) } else { counts };
     let bits = way.next_power_of_two().ilog2().max(12);
-    give(&[
-        ("method.kind", method),
-        ("method.sample_rate", "10 kHz"),
-        ("method.position_bits", &bits.to_string()),
-        ("wall.stiffness", stiffness),
-        ("wall.damping", if damped { damping } else { "0" }),
-    ]);
+    give(&[("method.kind", method), ("method.sample_rate", "10 kHz"), ("method.position_bits", &bits.to_string())]);
+    if !follows {
+        give(&[("wall.stiffness", stiffness), ("wall.damping", if damped { damping } else { "0" })]);
+    }
     match method {
         "virtual_coupling" => give(&[("method.coupling_stiffness", coupling)]),
         "energy_bounding" => give(&[("method.c1", c1)]),
         // A detent every 256 counts.
         "table" if is_mass => give(&[("method.torques", "[0, -1, 0, 1]"), ("method.spacing", "64")]),
         "table" => give(&[("method.torques", "[0, -0.002, 0, 0.002]"), ("method.spacing", "64")]),
+        "pid" => {
+            let place = match args.device.as_str() {
+                "mass" => "\"2 cm\"",
+                "network" => "\"2 mm\"",
+                _ => "\"1 rad\"",
+            };
+            let path = format!("[[\"100 ms\", 0], [\"200 ms\", {place}]]");
+            give(&[("hand.kind", "none"), ("method.kp", stiffness), ("method.kd", damping), ("target.path", &path)]);
+        }
         _ => {}
     }
     all

@@ -66,8 +66,11 @@ pub fn outcome(verdict: Verdict, unit: &str, [from_s, to_s]: [f64; 2]) -> (Strin
             json!({ "kind": "non_passive", "rms_m": rms_m }),
         ),
         Verdict::Tracking { rms_m, greatest_m } => (
-            format!("tracking: {} rms from the target, {} at most", si(rms_m, "m"), si(greatest_m, "m")),
-            json!({ "kind": "tracking", "rms_m": rms_m, "greatest_m": greatest_m }),
+            format!("tracking: {} rms from the target, {} at most", u(rms_m), u(greatest_m)),
+            match unit {
+                "rad" => json!({ "kind": "tracking", "rms_rad": rms_m, "greatest_rad": greatest_m }),
+                _ => json!({ "kind": "tracking", "rms_m": rms_m, "greatest_m": greatest_m }),
+            },
         ),
         Verdict::NotTold { rms_rad, amplitude_rad, frequency_hz, telling_s } => {
             let (range, rms) = (u(2.0 * amplitude_rad), u(rms_rad));

@@ -13,6 +13,7 @@
 //! | [`PassiveSpring`] | `passive_spring` | energy-level spring, power scaling |
 //! | [`BrakingPulse`] | `braking_pulse` | takes the momentum out at the wall's entry |
 //! | [`TableLaw`] | `torque_table` | torques over the angle: detents, textures |
+//! | [`PidLaw`] | `position_pid` | follows a target's path |
 //! | [`MidpointSpring`] | none: it needs the next position | lossless, for simulation |
 //! | [`InputShaper`] | `input_shaper` | the digital twin of the analog shaper |
 
@@ -20,6 +21,7 @@ pub use crate::method::braking_pulse::BrakingPulse;
 pub use crate::method::energy_bounding::{BoundingForm, EnergyBounding};
 pub use crate::method::passive_spring::{MidpointSpring, PassiveSpring};
 pub use crate::method::passivity_controller::{Observer, PassivityController};
+pub use crate::method::pid::PidLaw;
 pub use crate::method::shaper::{InputShaper, high_pass};
 pub use crate::method::table::TableLaw;
 pub use crate::method::virtual_coupling::VirtualCoupling;

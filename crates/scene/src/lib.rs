@@ -50,6 +50,7 @@
 //! | a torque | 1e-12 | 1e4 | N.m |
 //! | a torsional stiffness | 1e-12 | 1e6 | N.m/rad |
 //! | a torsional damping | 1e-15 | 1e3 | N.m.s/rad |
+//! | a torsional stiffness per time | 1e-12 | 1e9 | N.m/rad/s |
 //! | a moment of inertia | 1e-12 | 1e3 | kg.m2 |
 //! | a voltage | 1e-6 | 1e5 | V |
 //! | a current | 1e-9 | 1e5 | A |
@@ -65,6 +66,7 @@
 //! | a force | 1e-9 | 1e6 | N |
 //! | a stiffness | 1e-6 | 1e9 | N/m |
 //! | a damping | 1e-9 | 1e6 | N.s/m |
+//! | a stiffness per time | 1e-6 | 1e12 | N/m/s |
 //! | a mass | 1e-6 | 1e6 | kg |
 //! | a viscosity | 1e-9 | 1e12 | Pa.s |
 //! | an energy | 1e-15 | 1e9 | J |
@@ -85,6 +87,7 @@ pub mod joined;
 pub mod judged;
 pub mod law;
 pub mod method;
+mod path;
 mod phantom;
 mod random;
 pub mod replay;
@@ -98,7 +101,6 @@ pub use axis::Scene;
 pub use axis::library::{NamedPart, parts};
 pub use axis::network::{Compound, Dac};
 pub use axis::parts::{Amplifier, Device, Encoder, Hand, Method, Motor, PathPoint, Push, Ramp, Wall};
-pub use axis::path::{along, moves_until_s, positions_along};
 pub use axis::rows::{AnalogShaper, Mass};
 pub use axis::sensors::{Modulator, Sampled, Sensor, SensorKind};
 pub use axis::words::{COMMAND_BITS, LoopWords, Realised};
@@ -127,14 +129,15 @@ pub use head::setup::Setup;
 pub use head::shipped::{Begin, Shipped};
 pub use head::{Head, MOST_EDGES, Record, Run, Units};
 pub use method::rows::Pwm;
-pub use method::{AxisLoop, LawMethod, Loop, SampledWallMethod};
+pub use method::{AxisLoop, LawMethod, Loop, PidMethod, SampledWallMethod};
+pub use path::{AxisTarget, Sine, along, moves_until_s, positions_along};
 pub use phantom::{
     Direction, Drop, Irregularity, PhantomLaw, PhantomMethod, PhantomModel, PhantomScene, PhantomWords, Platform,
     Premium, Room,
 };
 pub use random::SplitMix64;
 pub use scene_file::SceneFile;
-pub use schedule::{Schedule, WordRamp};
+pub use schedule::{Schedule, TargetWords, WordRamp};
 pub use schema::identifier::{Identifier, Language};
 pub use schema::parameter::{Origin, Parameter, ParameterValue};
 pub use schema::source::SceneError;
@@ -147,5 +150,6 @@ pub use hpu_plant::Bridge;
 /// Every key of a scene, as data.
 pub mod keys {
     pub use crate::experiment::groups::{has_own_kind, kinds_of, markdown, rows};
+    pub use crate::method::FOLLOWS;
     pub use crate::schema::{KeyRow, Otherwise, Shape, Sizes, Takes, grouped, is_any_name};
 }

@@ -1,4 +1,10 @@
-//! Words of the wall that change while a scene runs.
+//! Words of the wall, or of a target, that change while a scene runs.
+
+use std::sync::Arc;
+
+use hpu_signal::Format;
+
+use crate::path::AxisTarget;
 
 /// A word that follows a straight line from one value to another: at every edge the nearest word, with halves rounded
 /// away from the start.
@@ -59,20 +65,62 @@ fn quotient(dividend: u128, divisor: u128) -> u64 {
     }
 }
 
+/// The word of a target: at every sample of the law, the count nearest to the target there.
+#[derive(Clone, PartialEq, Debug)]
+pub struct TargetWords {
+    /// The target.
+    pub target: Arc<AxisTarget>,
+    /// Clock edges of a sample period.
+    pub(crate) period: u64,
+    /// The time of a clock edge, in s.
+    pub(crate) edge_s: f64,
+    /// The position of one count.
+    pub(crate) count_rad: f64,
+    /// The count at the device's start.
+    pub(crate) start: i64,
+    /// The format of the word, which wraps; a law in floats has none.
+    pub(crate) word: Option<Format>,
+}
+
+impl TargetWords {
+    /// Returns the position of the target at the latest sample.
+    pub fn position(&self, edge: u64) -> f64 {
+        self.target.at((edge - edge % self.period) as f64 * self.edge_s)
+    }
+
+    /// Returns the word at an edge: counts from the device's start.
+    pub fn word(&self, edge: u64) -> i64 {
+        let counts = ((self.position(edge) / self.count_rad).round() as i64).saturating_sub(self.start);
+        self.word.map_or(counts, |word| word.wrap(counts.into()))
+    }
+
+    /// Returns the next edge after this one at which the word may change.
+    fn next(&self, edge: u64) -> Option<u64> {
+        let sample = edge - edge % self.period;
+        let from_s = self.target.moves_from_s(sample as f64 * self.edge_s)?;
+        // The sample before the motion begins is soon enough, whatever the division has rounded.
+        let before = ((from_s / self.edge_s / self.period as f64) as u64).saturating_sub(1);
+        Some(before.saturating_mul(self.period).max(sample.saturating_add(self.period)))
+    }
+}
+
 /// The scheduled words of a scene.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[derive(Clone, PartialEq, Debug, Default)]
 pub struct Schedule {
     /// The wall's stiffness.
     pub stiffness: Option<WordRamp>,
     /// The factor of the loop's forces or velocities.
     pub scale: Option<WordRamp>,
+    /// The target, in the place of the wall's surface.
+    pub target: Option<TargetWords>,
 }
 
 impl Schedule {
     /// Returns the first edge after this one at which a word changes.
     pub fn next(&self, edge: u64) -> Option<u64> {
-        let ramps = [self.stiffness, self.scale];
-        ramps.into_iter().flatten().filter_map(|ramp| ramp.next(edge)).min()
+        let ramps = [self.stiffness, self.scale].into_iter().flatten().filter_map(|ramp| ramp.next(edge));
+        let target = self.target.as_ref().and_then(|target| target.next(edge));
+        ramps.chain(target).min()
     }
 }
 

@@ -67,7 +67,8 @@ fn told(
     let (axis, wall) = match (simulation, experiment) {
         (WiredSimulation::Axis(simulation), Experiment::Axis(scene)) => {
             let wall = (scene.wall.position_rad, scene.wall.stiffness_nm_per_rad);
-            (Some(simulation), Some((wall, scene.device.units())))
+            let wall = scene.target.is_none().then_some((wall, scene.device.units()));
+            (Some(simulation), wall)
         }
         _ => (None, None),
     };

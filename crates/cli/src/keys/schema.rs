@@ -4,7 +4,9 @@
 //! The schema checks a quantity if it is a number. A text with a unit is checked by hpu.
 
 use hpu_cosim::scene::KINDS;
-use hpu_cosim::scene::keys::{KeyRow, Otherwise, Shape, Sizes, Takes, has_own_kind, is_any_name, kinds_of, rows};
+use hpu_cosim::scene::keys::{
+    FOLLOWS, KeyRow, Otherwise, Shape, Sizes, Takes, has_own_kind, is_any_name, kinds_of, rows,
+};
 use serde_json::{Map, Value, json};
 
 use crate::parameters::as_json;
@@ -18,18 +20,28 @@ struct Of {
 
 /// Returns the schema.
 pub fn schema() -> Value {
-    let of_kind = |&(scene, device): &(&'static str, &'static str)| {
+    let of_kind = |(scene, device, follows): (&'static str, &'static str, bool)| {
         let of = Of { scene, device };
         let device = json!({ "properties": { "kind": { "const": of.device } }, "required": ["kind"] });
         let mut case = json!({ "properties": { "device": device }, "required": ["device"] });
         match of.scene {
-            "axis" => case["not"] = json!({ "required": ["dut"] }),
+            "axis" => {
+                let method = json!({ "properties": { "kind": { "enum": FOLLOWS } }, "required": ["kind"] });
+                let target = json!({ "properties": { "method": method }, "required": ["method"] });
+                let own = if follows { target } else { json!({ "not": target }) };
+                case["allOf"] = json!([{ "not": { "required": ["dut"] } }, own]);
+            }
             "dut" => case["required"] = json!(["device", "dut"]),
             _ => {}
         }
-        json!({ "if": case, "then": object(of, "", &kinds_of("", of.scene, of.device, None)) })
+        let method = follows.then_some(FOLLOWS[0]);
+        json!({ "if": case, "then": object(of, "", &kinds_of("", of.scene, of.device, method)) })
     };
-    let cases = KINDS.iter().map(of_kind).collect::<Vec<_>>();
+    let both = |&(scene, device): &(&'static str, &'static str)| {
+        let follows = if scene == "axis" { &[false, true][..] } else { &[false] };
+        follows.iter().map(move |follows| (scene, device, *follows))
+    };
+    let cases = KINDS.iter().flat_map(both).map(of_kind).collect::<Vec<_>>();
     let kinds =
         options(&rows().find(|row| (row.section, row.key) == ("device", "kind")).expect("every device has a kind"));
     let device = json!({ "type": "object", "properties": { "kind": kinds }, "required": ["kind"] });

@@ -100,7 +100,7 @@ fn axes(report: &SceneReport) -> Result<[(&'static str, String); 2], Failure> {
     let Experiment::Axis(scene) = report.run.scene() else { return Err(refused()) };
     let wall = scene.written_wall();
     let (stiffness, damping) = (wall.stiffness_nm_per_rad, wall.damping_nm_s_per_rad);
-    if stiffness <= 0.0 || damping <= 0.0 {
+    if stiffness <= 0.0 || damping <= 0.0 || scene.target.is_some() {
         return Err(refused());
     }
     let units = scene.units();

@@ -1,6 +1,7 @@
 //! An axis whose words are hpu's own.
 
 use hpu_chart::{self as chart, Picture, run_pictures};
+use hpu_cosim::AxisLoop;
 use hpu_cosim::scene::{LawMethod, Loop, SampledWallMethod, Scene, Setup, Units};
 use hpu_cosim::{ANGLE, AxisSimulation, Simulation, Summary, Trace};
 use hpu_page::Page;
@@ -22,7 +23,7 @@ impl Shown for AxisSimulation<'_> {
             let scene = self.scene();
             let who = scene.network.as_deref().map_or(String::new(), |network| format!("{} ", network.wall_name()));
             let told_in = (scene.units(), scene.scale());
-            page.line("motion", motion(&who, told_in, Some(scene.wall.position_rad), &ran.trace));
+            page.line("motion", motion(&who, told_in, Shown::wall(self).map(|wall| wall.0), &ran.trace));
         }
         let missed = self.words().realised.stiffness_miss.as_ref();
         let missed = missed.map(|miss| parameters::missed(miss, Some("method.stiffness_format")));
@@ -57,8 +58,8 @@ impl Shown for AxisSimulation<'_> {
     }
 
     fn wall(&self) -> Option<(f64, f64)> {
-        let wall = &self.scene().wall;
-        Some((wall.position_rad, wall.stiffness_nm_per_rad))
+        let Scene { wall, target, .. } = self.scene();
+        target.is_none().then_some((wall.position_rad, wall.stiffness_nm_per_rad))
     }
 
     fn axis(&self) -> Option<&AxisSimulation<'_>> {
@@ -91,9 +92,13 @@ fn words(simulation: &AxisSimulation, notation: Notation) -> Vec<String> {
         None => ("a", String::new()),
     };
     let method = &scene.method;
+    let [spring, damper, surface] = match scene.target {
+        Some(_) => ["kp", "kd", "target begins"],
+        None => ["stiffness", "damping", "wall"],
+    };
     let mut lines = vec![
         format!(
-            "stiffness {} of {} is {}, asked {}: {}",
+            "{spring} {} of {} is {}, asked {}: {}",
             method.stiffness_format.value(words.stiffness),
             notation.of(method.stiffness_format),
             si(realised.stiffness_nm_per_rad, units.stiffness),
@@ -101,7 +106,7 @@ fn words(simulation: &AxisSimulation, notation: Notation) -> Vec<String> {
             error_percent(realised.stiffness_error)
         ),
         format!(
-            "damping {} of {} is {}, asked {}: {}",
+            "{damper} {} of {} is {}, asked {}: {}",
             method.damping_format.value(words.damping),
             notation.of(method.damping_format),
             si(realised.damping_nm_s_per_rad, units.damping),
@@ -109,7 +114,7 @@ fn words(simulation: &AxisSimulation, notation: Notation) -> Vec<String> {
             error_percent(realised.damping_error)
         ),
         format!(
-            "wall at {}, asked {}; {a} count is {}{at}, a PWM count {}",
+            "{surface} at {}, asked {}; {a} count is {}{at}, a PWM count {}",
             si(realised.wall_position_rad, units.position),
             si(asked.position_rad, units.position),
             si(realised.count_rad, units.position),
@@ -117,6 +122,7 @@ fn words(simulation: &AxisSimulation, notation: Notation) -> Vec<String> {
         ),
         format!("period {} clocks is {}", words.period, si(realised.sample_rate_hz, "Hz")),
     ];
+    lines.extend(controller(simulation, notation));
     lines.extend(filter(scene).map(|(wall, corner_hz)| {
         let of = match (wall.section(scene.sample_period_s()), wall.weight(scene.sample_period_s())) {
             (Some(([b0, a1, a2], _)), _) => format!("B0 {b0}, A1 {a1}, A2 {a2} / 2^30"),
@@ -125,6 +131,51 @@ fn words(simulation: &AxisSimulation, notation: Notation) -> Vec<String> {
         let asked = wall.corner_hz.map(|hz| format!(", asked {}", si(hz, "Hz"))).unwrap_or_default();
         format!("velocity filter of {of} is a corner of {}{asked}", si(corner_hz, "Hz"))
     }));
+    lines
+}
+
+/// Returns the lines on the words of a controller beside its proportional and its derivative gain.
+fn controller(simulation: &AxisSimulation, notation: Notation) -> Vec<String> {
+    let (Some(AxisLoop::PositionPid(wiring)), Loop::Law(LawMethod::PositionPid(asked))) =
+        (simulation.axis_loop(), &simulation.scene().method.kind)
+    else {
+        return Vec::new();
+    };
+    let (scene, config) = (simulation.scene(), wiring.law().config());
+    let (units, scale, realised) = (scene.units(), scene.scale(), &simulation.words().realised);
+    let (quantum, square) = (realised.torque_quantum_nm / scale.abs(), scale * scale);
+    let unit = realised.torque_quantum_nm / realised.count_rad / square;
+    let (format, period_s) = (config.integral_format, scene.sample_period_s());
+    let ki = format.to_f64(config.integral.into()) * unit / period_s;
+    let of = asked.integral_nm_per_rad_s / square;
+    let error = if of == 0.0 { 0.0 } else { ki / of - 1.0 };
+    let si_unit = format!("{}/s", units.stiffness);
+    let mut lines = vec![
+        format!(
+            "ki {} of {} is {}, asked {}: {}",
+            format.value(config.integral.into()),
+            notation.of(format),
+            si(ki, &si_unit),
+            si(of, &si_unit),
+            error_percent(error)
+        ),
+        format!(
+            "clamp {} PWM counts is {}; beyond it the sum {}",
+            config.limit,
+            si(f64::from(config.limit) * quantum, units.effort),
+            match config.back_calculation {
+                true => format!("gives back 2^-{} of what is cut off in a sample", config.back),
+                false => "stands still".into(),
+            }
+        ),
+    ];
+    if config.feed_forward > 0 {
+        let frac = scene.method.damping_format.frac();
+        let ahead = f64::from(config.feed_forward) * 0.5f64.powi(frac) * unit * period_s;
+        let of = asked.feed_forward_nm_s_per_rad / square;
+        let [ahead, of, error] = [si(ahead, units.damping), si(of, units.damping), error_percent(ahead / of - 1.0)];
+        lines.push(format!("feed_forward {} / 2^{frac} is {ahead}, asked {of}: {error}", config.feed_forward));
+    }
     lines
 }
 

@@ -124,6 +124,8 @@ pub const COMMANDS: &[(&str, Form)] = &[
     ("hpu vectors pwm --format json", short("hpu vectors pwm --format json --count 10", "its rows are 40000")),
     ("hpu run hybrid-wall --set wall.stiffness=2.5 --set method.pwm.bits=10", Form::AsIs),
     ("hpu run detent-knob", Form::AsIs),
+    ("hpu run following-motor", Form::AsIs),
+    ("hpu run following-motor --set method.feed_forward=0", Form::AsIs),
     ("hpu report hybrid-wall -o report.html", Form::AsIs),
     (
         "hpu limits conventional-wall-1khz",
@@ -458,9 +460,9 @@ pub const FIGURES: &[(&str, From, &str)] = &[
     (FITTED, From::Run(CHART), "averaged … 0.16 % 0.02 % 0.16 % right"),
     (FITTED, From::File("testbench/record/fit.txt"), "friction-wall 21.4 x 0.16 %"),
     (
-        "28 of 76 can be had at least five times as fast",
+        "29 of 77 can be had at least five times as fast",
         From::File("testbench/record/fit.txt"),
-        "28 of 76 at least 5 times as fast as written",
+        "29 of 77 at least 5 times as fast as written",
     ),
     ("426 to 472 |", RATIOS, "hybrid-wall,2s … 426 472"),
     ("61 to 73 |", RATIOS, "friction-wall,2s … 61 73"),

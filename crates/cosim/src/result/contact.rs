@@ -15,14 +15,14 @@
 
 use hpu_signal::Cycle;
 
+use hpu_scene::Experiment;
 use hpu_scene::judged::{stride, window_start};
-use hpu_scene::{Experiment, moves_until_s};
 
 /// Returns begin and end of the judged window of a scene's complete run, in seconds.
 pub fn judged_window_s(experiment: &Experiment) -> [f64; 2] {
     let clock = experiment.clock;
     let (edges, stride) = (experiment.edges(), stride(clock, experiment.record.plant_rate_hz));
-    let still = clock.edges(moves_until_s(&experiment.setup().hand_path()));
+    let still = clock.edges(experiment.setup().still_from_s());
     [window_start(edges, stride, still), edges].map(|edge| clock.seconds(Cycle(edge)))
 }
 

@@ -1,5 +1,7 @@
 //! The outline of a scene made ready: the facts that recordings, pictures and verdicts read.
 
+use std::sync::Arc;
+
 use hpu_plant::REALS;
 use hpu_signal::{Clock, Real, Signal};
 
@@ -7,9 +9,11 @@ use crate::result::columns::{AXIS_ROW, CURRENTS, RAIL_ROW, TORQUE_BETWEEN, with_
 use crate::result::summary::Summary;
 use crate::result::time_constants::TimeConstants;
 use crate::result::trace::{ANGLE, TORQUE, Trace};
-use crate::result::verdict::{Abort, Verdict, judge_drop, judge_following, judge_hand, judge_rest, without_torque};
+use crate::result::verdict::{
+    Abort, Verdict, judge_drop, judge_following, judge_hand, judge_rest, judge_target, without_torque,
+};
 use hpu_scene::judged::{is_enough, stride};
-use hpu_scene::{Compound, Device, Head, Push, Record, moves_until_s};
+use hpu_scene::{AxisTarget, Compound, Device, Head, Push, Record, moves_until_s};
 
 /// A net that commands an actuator, the column of the effort that it asks for, and the effort of one ulp of its word.
 pub(crate) type Command = (&'static str, &'static str, f64);
@@ -67,6 +71,8 @@ pub(crate) enum Rule {
     Hand((usize, f64), Vec<(f64, f64)>, f64),
     /// That of a drop test, with the column of the logged coordinate.
     Drop(usize),
+    /// The distance from a target that moves in the judged window, of the motion in this column.
+    Target(usize, Arc<AxisTarget>),
     /// The device follows its target, from which it is as far as this column says.
     Follow(usize),
 }
@@ -119,6 +125,20 @@ impl Outline {
         Self { still, rule, ..self }
     }
 
+    /// Returns the outline of a device that follows this target. A run whose target moves in the judged window is
+    /// judged by the distance to it, else by the motion after the last move of the target. There is no wall.
+    pub(crate) fn with_target(self, target: Option<&Arc<AxisTarget>>) -> Self {
+        let Some(target) = target else { return self };
+        let still = self.clock.edges(target.moves_until_s());
+        let stride = stride(self.clock, self.record.plant_rate_hz);
+        let is_judged = is_enough(self.edges / stride + 1, still.div_ceil(stride));
+        let rule = match self.rule {
+            Rule::Rest(column, _) | Rule::Hand((column, _), ..) if !is_judged => Rule::Target(column, target.clone()),
+            rule => rule,
+        };
+        Self { still: still.max(self.still), rule, wall: None, has_contact: false, ..self }
+    }
+
     /// Returns the outline with a column for each of these sensors.
     pub(crate) fn with_sensors(mut self, network: Option<&Compound>) -> Self {
         let own = self.row.len();
@@ -164,11 +184,12 @@ impl Outline {
     pub(crate) fn judge(&self, trace: &Trace, aborted: Option<Abort>) -> Verdict {
         let slowest_s = |position| self.slowest?.at(position);
         match (&self.rule, aborted) {
-            (Rule::Rest(..) | Rule::Follow(_) | Rule::Hand(..), Some(Abort { at_s, .. })) => {
+            (Rule::Rest(..) | Rule::Follow(_) | Rule::Hand(..) | Rule::Target(..), Some(Abort { at_s, .. })) => {
                 Verdict::Diverged { at_s, amplitude_rad: f64::INFINITY }
             }
             (Rule::Rest(column, count), None) => judge_rest(trace, *column, *count, slowest_s),
             (Rule::Hand(motion, path, until_s), None) => judge_hand(trace, *motion, (path, *until_s), slowest_s),
+            (Rule::Target(column, target), None) => judge_target(trace, *column, target),
             (Rule::Follow(distance), None) => judge_following(trace, *distance),
             (Rule::Drop(logged), aborted) => judge_drop(trace, *logged, aborted),
         }

@@ -222,7 +222,7 @@ pub fn metric(metric: Metric, experiment: &Experiment, summary: &Summary, trace:
         }
         Metric::EncoderEdges => summary.encoder_edges as f64,
         Metric::ContactShare => summary.contact_share?,
-        Metric::Rms => match summary.verdict? {
+        Metric::Rms => match summary.verdict?.in_units(scale) {
             Verdict::Passive { rms_m } | Verdict::NonPassive { rms_m } | Verdict::Tracking { rms_m, .. } => rms_m,
             _ => return None,
         },

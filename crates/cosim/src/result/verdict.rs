@@ -66,11 +66,12 @@
 //! A device that follows a target of its host is judged by the rule of an axis while the target stands still, with its
 //! motion by one position of its sensor in the place of a count. Whether it comes to rest does not depend on where the
 //! target is. If the target moves in the window, the verdict is **tracking**, with the rms and the greatest distance of
-//! tip and target.
+//! tip and target. An axis whose method follows a target is judged so too: after the last move of hand and target, or
+//! by its distance from a target that moves until less than the last 10 % of the run are left.
 
 use crate::result::trace::Trace;
 use crate::result::window::{PARTS, Streamed, part, passage, range, turns};
-use hpu_scene::{OutcomeKind, Push, positions_along};
+use hpu_scene::{AxisTarget, OutcomeKind, Push, positions_along};
 
 /// The verdict on a motion, with the numbers it was decided on.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -120,9 +121,9 @@ pub enum Verdict {
         /// rms about the steady value.
         rms_m: f64,
     },
-    /// A segment that follows a moving target.
+    /// A segment, or an axis, that follows a moving target.
     Tracking {
-        /// rms of the distance between tip and target.
+        /// rms of the distance from the target, in the unit of the motion.
         rms_m: f64,
         /// The greatest distance.
         greatest_m: f64,
@@ -189,8 +190,9 @@ impl Verdict {
                 (*rms_rad, *greatest_rad) = (*rms_rad * size, *greatest_rad * size);
             }
             Self::NoWallTorque { effort, depth } => (*effort, *depth) = (*effort / scale, *depth * scale),
-            // Verdicts of arms have one unit.
-            Self::Passive { .. } | Self::NonPassive { .. } | Self::Tracking { .. } | Self::HighlyUnstable { .. } => {}
+            Self::Tracking { rms_m, greatest_m } => (*rms_m, *greatest_m) = (*rms_m * size, *greatest_m * size),
+            // These verdicts of arms have one unit.
+            Self::Passive { .. } | Self::NonPassive { .. } | Self::HighlyUnstable { .. } => {}
         }
         self
     }
@@ -520,6 +522,25 @@ fn is_new(trace: &Trace, column: usize, ranges: &[[f64; 2]]) -> bool {
     low <= trace.least(column) || high >= trace.greatest(column)
 }
 
+/// Returns the root mean square and the greatest of the distances between positions and others. A run that does not
+/// hold all of its rows is compared at those that it holds.
+fn apart(positions: &[f64], others: impl Iterator<Item = f64>) -> [f64; 2] {
+    let away: Vec<f64> = positions.iter().zip(others).map(|(x, other)| (x - other).abs()).collect();
+    [mean_of(&away, |x| x * x).sqrt(), range(&away)[1]]
+}
+
+/// Judges how a device follows a target that moves in the judged window.
+pub(crate) fn judge_target(trace: &Trace, column: usize, target: &AxisTarget) -> Verdict {
+    let window = Window::of(trace, column);
+    if !window.is_finite() {
+        return Verdict::Diverged { at_s: trace.time_of_s(window.start(trace)), amplitude_rad: f64::INFINITY };
+    }
+    let rows = trace.held_from(window.start(trace))..trace.rows();
+    let targets = rows.clone().map(|row| target.at(trace.time_s(row)));
+    let [rms_m, greatest_m] = apart(&trace.real(column)[rows], targets);
+    Verdict::Tracking { rms_m, greatest_m }
+}
+
 /// Judges how a device follows a hand that moves, along this path, until too late for a judged window; `slowest_s`
 /// returns the greatest time constant of the device at a position, if it is known.
 pub(crate) fn judge_hand(
@@ -533,11 +554,9 @@ pub(crate) fn judge_hand(
     if !window.is_finite() {
         return Verdict::Diverged { at_s: from_s, amplitude_rad: f64::INFINITY };
     }
-    // A run that does not hold all of its rows is compared at those that it holds.
     let rows = trace.held_from(window.start(trace))..trace.rows();
     let positions = positions_along(path, rows.clone().map(|row| trace.time_s(row)));
-    let away: Vec<f64> = trace.real(column)[rows].iter().zip(positions).map(|(x, hand)| (x - hand).abs()).collect();
-    let (rms_rad, greatest_rad) = (mean_of(&away, |x| x * x).sqrt(), range(&away)[1]);
+    let [rms_rad, greatest_rad] = apart(&trace.real(column)[rows], positions);
     // When the hand stands still, the device is not farther from its rest than from the hand.
     let time_constant_s = trace.last(column).and_then(slowest_s).unwrap_or(0.0);
     let approach = Approach { left: greatest_rad, time_constant_s };

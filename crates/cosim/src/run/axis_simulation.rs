@@ -49,8 +49,10 @@ impl<'s> AxisSimulation<'s> {
         let wall = Some((words.realised.wall_position_rad, scene.wall_push(&words)));
         let closed_by = (wiring.name(), wiring.nets());
         let outline = Outline::of_axis(scene, device, wall, closed_by, commands, plant.has_device());
-        let outline = Outline { slowest: Some(TimeConstants::of(scene)), ..outline.with_hand(scene.hand_path()) };
-        let outline = outline.with_sensors(scene.network.as_deref());
+        // The time constants of a device with a wall are not those of one that an integral gain moves.
+        let slowest = scene.target.is_none().then(|| TimeConstants::of(scene));
+        let outline = Outline { slowest, ..outline.with_hand(scene.hand_path()) };
+        let outline = outline.with_target(scene.target.as_ref()).with_sensors(scene.network.as_deref());
         Ok(Self { scene, plant, words, closed, outline })
     }
 
@@ -66,7 +68,7 @@ impl<'s> AxisSimulation<'s> {
 
     /// Returns the world, whose averaged bridge or amplifier follows this wiring's command.
     fn world<W: AxisWiring>(&self, _: &W) -> AxisWorld<'_> {
-        AxisWorld::new(&self.plant, W::COMMAND, self.words.schedule).counted_by(self.outline.net("position"))
+        AxisWorld::new(&self.plant, W::COMMAND, self.words.schedule.clone()).counted_by(self.outline.net("position"))
     }
 
     /// Returns the loop in words; `None` for a law in floats.
@@ -146,7 +148,7 @@ impl Wired for AxisSimulation<'_> {
             wall_rad: [0, DEEP_COUNTS].map(|deep| realised.wall_position_rad + deep as f64 * realised.count_rad),
             plant: &self.plant,
             computed,
-            schedule: self.words.schedule,
+            schedule: self.words.schedule.clone(),
             method: stepping.method,
             step: stepping.edges,
             period: self.scene.period_clocks(),

@@ -75,7 +75,7 @@ impl<'d> FloatsLaw<'d> {
         }
     }
 
-    /// Sets stiffness and scale to the values of their ramps at an edge.
+    /// Sets stiffness, scale and target to their values at an edge.
     #[inline(always)]
     fn vary(&mut self, edge: u64) {
         if self.schedule != Schedule::default() {
@@ -85,6 +85,12 @@ impl<'d> FloatsLaw<'d> {
                 ramp.filter(|_| start != 0).map_or(1.0, |ramp| ramp.word(edge) as f64 / start as f64)
             });
             self.config.vary(&mut self.law, shares);
+        }
+        if let Some(target) = &self.schedule.target {
+            self.law.aim(match self.ideal_wall_rad {
+                Some(wall_rad) => target.position(edge) - wall_rad,
+                None => (target.word(edge) - self.config.surface) as f64 * self.config.count_m,
+            });
         }
     }
 }
@@ -179,6 +185,9 @@ impl<W: Loaded> LoadedLoop<W> {
             if let Some(ramp) = ramp {
                 *word = ramp.word(edge);
             }
+        }
+        if let Some(target) = &self.schedule.target {
+            self.input.reference = target.word(edge);
         }
     }
 

@@ -101,7 +101,7 @@ impl Direct for AxisDirect<'_> {
     ) -> (Summary, f64, Option<&'static str>) {
         match self.computed {
             Computed::Law(config, ideal) => {
-                let law = FloatsLaw::new(config, self.schedule, ideal);
+                let law = FloatsLaw::new(config, self.schedule.clone(), ideal);
                 self.close(law, window, stride, trace, observer, control)
             }
             Computed::Words(axis_loop, input, live) => hpu_scene::with_axis_loop!(axis_loop, wiring => {
@@ -133,7 +133,7 @@ impl AxisDirect<'_> {
                 unreachable!("scenes refuse it: without a clock nothing switches")
             }
         };
-        LoadedLoop::new(wiring.clone(), input, self.schedule, live, (quantum_n, duty))
+        LoadedLoop::new(wiring.clone(), input, self.schedule.clone(), live, (quantum_n, duty))
     }
 
     /// Closes the loop with a controller and runs it.

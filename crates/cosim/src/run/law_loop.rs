@@ -131,7 +131,7 @@ impl Block for LawLoop {
         LoopIn {
             a_pin: Signal::bit("a_pin", "Encoder line A"),
             b_pin: Signal::bit("b_pin", "Encoder line B"),
-            reference: Signal::new("reference", Format::signed(32), "count", "The wall's surface; fixed by the law"),
+            reference: Signal::new("reference", Format::signed(32), "count", "The target; a wall's surface is fixed"),
             stiffness: Signal::new("stiffness", stiffness, "PWM count/count", "Stiffness, as a share of the law's own"),
             damping: Signal::new("damping", damping, "PWM count/(count/sample)", "Ignored: the law has its own"),
             period: Signal::new("period", period, "clock", "Sample period; 0 acts as 1"),
@@ -168,6 +168,7 @@ impl Block for LawLoop {
             self.config.vary(&mut self.law, shares);
         }
         if sampled {
+            self.law.aim((input.reference - self.config.surface) as f64 * self.config.count_m);
             self.force_n = self.law.sample(self.position_m());
         }
         if self.config.live && (moved || sampled || varied) {

@@ -157,6 +157,11 @@ pub trait Simulation {
         self.outline().contact
     }
 
+    /// Returns whether the scene has something that its device can touch.
+    fn has_contact(&self) -> bool {
+        self.outline().has_contact
+    }
+
     /// Returns the column of an axis's position, and the position of its wall; `None` for other devices, and for a
     /// recording.
     fn wall(&self) -> Option<(usize, f64)> {

@@ -63,6 +63,7 @@ pub struct AxisWorld<'p> {
     /// Scheduled words in the place of the scene's constants.
     stiffness: Option<i64>,
     scale: Option<i64>,
+    reference: Option<i64>,
     /// Changes of recorded pins so far.
     recorded: u64,
     /// The count of recorded lines, from their first levels.
@@ -95,6 +96,7 @@ impl<'p> AxisWorld<'p> {
             next_due: 0,
             stiffness: None,
             scale: None,
+            reference: None,
             recorded: 0,
             recorded_count: 0,
         };
@@ -236,6 +238,7 @@ impl<'p> AxisWorld<'p> {
         let edge = self.edge;
         self.stiffness = self.schedule.stiffness.map(|ramp| ramp.word(edge));
         self.scale = self.schedule.scale.map(|ramp| ramp.word(edge));
+        self.reference = self.schedule.target.as_ref().map(|target| target.word(edge));
         if let (Some(shaping), Some(device)) = (&mut self.shaping, &mut self.device)
             && shaping.next <= edge
         {
@@ -450,6 +453,9 @@ impl World for AxisWorld<'_> {
         if let Some(scale) = self.scale {
             input.scale = scale;
         }
+        if let Some(reference) = self.reference {
+            input.reference = reference;
+        }
     }
 
     #[inline]
@@ -458,6 +464,7 @@ impl World for AxisWorld<'_> {
         (input.a_pin, input.b_pin) == (a, b)
             && self.stiffness.is_none_or(|stiffness| stiffness == input.stiffness)
             && self.scale.is_none_or(|scale| scale == input.scale)
+            && self.reference.is_none_or(|reference| reference == input.reference)
     }
 
     #[inline]

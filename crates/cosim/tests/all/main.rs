@@ -8,6 +8,7 @@ mod cruise;
 mod drivers;
 mod energy;
 mod faults;
+mod following;
 mod gallery;
 mod gimbal;
 mod gimbal_shear;

@@ -158,8 +158,8 @@ pub fn engine_beside_precise(scene: &Scene, ticks: u64) -> Outcome {
     let simulation = AxisSimulation::new(scene).unwrap_or_else(|error| panic!("{}: {error}", scene.name));
     let laws = Laws::<4>::new(scene);
     let command = command(&simulation);
-    let precise = PreciseWorld::new(&laws, command, simulation.words().schedule);
-    let shipped = AxisWorld::new(simulation.plant(), command, simulation.words().schedule);
+    let precise = PreciseWorld::new(&laws, command, simulation.words().schedule.clone());
+    let shipped = AxisWorld::new(simulation.plant(), command, simulation.words().schedule.clone());
     with_wiring!(simulation, wiring => {
         let (mut outcome, [mut before, precise], shipped) =
             beside(wiring, precise, shipped, simulation.input(), [scene.edges(), ticks]);
@@ -180,9 +180,9 @@ pub fn engine_beside_precise(scene: &Scene, ticks: u64) -> Outcome {
 pub fn precise_beside_twice_as_precise(scene: &Scene, ticks: u64) -> Outcome {
     let simulation = AxisSimulation::new(scene).unwrap_or_else(|error| panic!("{}: {error}", scene.name));
     let (laws, wide_laws) = (Laws::<4>::new(scene), Laws::<7>::new(scene));
-    let (command, schedule) = (command(&simulation), simulation.words().schedule);
+    let (command, schedule) = (command(&simulation), simulation.words().schedule.clone());
     let (precise, wide) =
-        (PreciseWorld::new(&laws, command, schedule), PreciseWorld::new(&wide_laws, command, schedule));
+        (PreciseWorld::new(&laws, command, schedule.clone()), PreciseWorld::new(&wide_laws, command, schedule));
     with_wiring!(simulation, wiring => {
         let (mut outcome, [_, wide], precise) =
             beside(wiring, wide, precise, simulation.input(), [scene.edges(), ticks]);
@@ -208,12 +208,12 @@ const LEAST: f64 = 1e-9;
 pub fn outputs_beside_precise(scene: &Scene, ticks: u64) -> (u64, [Ulps; 2]) {
     let simulation = AxisSimulation::new(scene).unwrap_or_else(|error| panic!("{}: {error}", scene.name));
     let laws = Laws::<4>::new(scene);
-    let (command, schedule, input) = (command(&simulation), simulation.words().schedule, simulation.input());
+    let (command, schedule, input) = (command(&simulation), simulation.words().schedule.clone(), simulation.input());
     let (mut values, mut off) = (0, [Ulps::default(); 2]);
     with_wiring!(simulation, wiring => {
-        let precise = PreciseWorld::new(&laws, command, schedule);
+        let precise = PreciseWorld::new(&laws, command, schedule.clone());
         let mut precise = ClosedLoop::new(wiring.clone(), precise, input, u64::MAX);
-        let shipped = AxisWorld::new(simulation.plant(), command, schedule);
+        let shipped = AxisWorld::new(simulation.plant(), command, schedule.clone());
         let mut shipped = ClosedLoop::new(wiring.clone(), shipped, input, u64::MAX);
         while precise.ticks() < ticks && precise.edge() < scene.edges() {
             let (mut before, mut own) = (precise.world.clone(), shipped.world.clone());

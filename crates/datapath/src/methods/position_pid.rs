@@ -129,9 +129,14 @@ impl PositionPid {
         &self.config
     }
 
+    /// Returns the format of the target.
+    fn memory(&self) -> Format {
+        Format::unsigned(self.config.widths.width)
+    }
+
     /// Returns the loop's reference.
     fn target<W: Word>(&self, input: &LawIn<W>) -> W {
-        (input.position - input.delta).wrap(Format::unsigned(self.config.widths.width))
+        (input.position - input.delta).wrap(self.memory())
     }
 
     /// Returns what the controller is given, with the target of the sample before.
@@ -177,10 +182,9 @@ impl PositionPid {
 
 impl Step for PositionPid {
     fn registers(&self) -> Vec<Register> {
-        let LawWidths { width, period_width, .. } = self.config.widths;
         let own = [
-            Register::new(Register::COUNTDOWN, Format::unsigned(period_width)),
-            Register::new("memory", Format::unsigned(width)),
+            Register::new(Register::COUNTDOWN, Format::unsigned(self.config.widths.period_width)),
+            Register::new("memory", self.memory()),
         ];
         own.into_iter().chain(Register::inside(CONTROLLER, &self.pid)).collect()
     }
@@ -212,7 +216,7 @@ impl Law for PositionPid {
 
 impl Block for PositionPid {
     const NAME: &'static str = "position_pid";
-    crate::base::law::law_ports!(self => Format::unsigned(self.config.widths.width), "count", "Target of the latest sample");
+    crate::base::law::law_ports!(self => self.memory(), "count", "Target of the latest sample");
 
     fn equations(&self) -> Option<&dyn AnyStep> {
         Some(self)

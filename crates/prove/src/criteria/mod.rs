@@ -114,11 +114,16 @@ pub fn all(scene: &Scene) -> Vec<Result<Criterion, Silent>> {
 /// Returns the answer of the criterion with this name for a scene; `None` if the criterion does not exist for its
 /// device.
 pub fn named(name: &str, scene: &Scene) -> Option<Result<Criterion, Silent>> {
-    if scene.network.is_some() {
+    let unlike = if scene.target.is_some() {
+        Some("not met: the criterion is one of a wall, and the method follows a target")
+    } else if scene.network.is_some() {
+        Some("not met: compliant. The criterion is one of a rigid body, and the device has bodies on joints")
+    } else {
+        None
+    };
+    if let Some(why) = unlike {
         let name = NAMES.into_iter().find(|it| *it == name)?;
-        let why =
-            "not met: compliant. The criterion is one of a rigid body, and the device has bodies on joints".into();
-        return Some(Err(Silent { name, why }));
+        return Some(Err(Silent { name, why: why.into() }));
     }
     let body = Rigid::new(scene);
     match (name, &scene.device) {

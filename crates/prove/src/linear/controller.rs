@@ -123,5 +123,6 @@ pub(super) fn controller(scene: &Scene, damping: Damping) -> Result<(Vec<Term>, 
         LawMethod::PassiveSpring(_) => nonlinear("an energy-level spring"),
         LawMethod::BrakingPulse(_) => nonlinear("a braking pulse"),
         LawMethod::TorqueTable(_) => nonlinear("a table of torques"),
+        LawMethod::PositionPid(_) => Err("no linear loop of a wall: its method follows a target".into()),
     }
 }

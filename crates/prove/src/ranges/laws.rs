@@ -9,6 +9,7 @@
 //! | `passive_spring` | with `alpha = 1` the extension never exceeds the penetration; the torque |
 //! | `braking_pulse` | the pulse of the fastest motion; the torque is between that of the wall and full scale |
 //! | `torque_table` | the torques of the table; the torque, whose limit may act |
+//! | `position_pid` | the clamp of the torque |
 //! | input shaper | its output is between 0 and the torque; the overflow of its filter is not proved |
 //!
 //! Errors against real numbers are proved for the sampled wall. The errors of the other laws circulate through their
@@ -83,6 +84,8 @@ pub(super) fn stated(
         AxisLoop::PassiveSpring(wiring) => of!(wiring, Seen::passive_spring),
         AxisLoop::BrakingPulse(wiring) => of!(wiring, Seen::braking_pulse),
         AxisLoop::TorqueTable(wiring) => of!(wiring, Seen::torque_table),
+        #[cfg(not(target_family = "wasm"))]
+        AxisLoop::PositionPid(wiring) => of!(wiring, Seen::position_pid),
     }
 }
 
@@ -279,6 +282,13 @@ impl Seen<'_> {
         let top = i128::from(self.widths.top());
         let bridge = Span::new(-top, top);
         ((within(sum.clamp(bridge), false), None), within(texture, true))
+    }
+
+    #[cfg(not(target_family = "wasm"))]
+    fn position_pid(&self, law: &hpu_datapath::PositionPid) -> Made {
+        let limit = i128::from(law.config().limit);
+        let target = Span::of(Format::unsigned(self.widths.width));
+        ((within(Span::new(-limit, limit), false), None), within(target, true))
     }
 
     fn passive_spring(&self, law: &PassiveSpring) -> Made {

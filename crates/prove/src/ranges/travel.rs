@@ -28,7 +28,10 @@ impl Settings {
         Self {
             turn: format!("{counts} counts ({:.6} {unit})", counts * words.realised.count_rad),
             config: words.config,
-            reference: Span::exact(words.reference.into()),
+            reference: match words.schedule.target {
+                Some(_) => Span::of(Format::unsigned(words.config.position_width)),
+                None => Span::exact(words.reference.into()),
+            },
             stiffness: ramped(words.stiffness, last(words.schedule.stiffness)),
             damping: Span::exact(words.damping.into()),
             period: words.period,
@@ -43,7 +46,7 @@ pub struct Travel {
     /// Counts since the start; `None` where they have no limit, or where the decoder may miss a count.
     pub counts: Option<Span>,
     /// Displacement from the wall's surface; `None` where it reaches half the counter's range and would be read with
-    /// the other sign.
+    /// the other sign, and of a target.
     pub delta: Option<Span>,
     /// Speed of the shaft in counts per clock cycle, upwards and downwards.
     per_clock: [f64; 2],
@@ -83,7 +86,7 @@ impl Travel {
         let surface = -i128::from(word.wrap(-i128::from(words.reference)));
         let delta = counts
             .map(|counts| Span::new(counts.min - surface, counts.max - surface))
-            .filter(|delta| delta.is_within(Span::of(word)));
+            .filter(|delta| delta.is_within(Span::of(word)) && words.schedule.target.is_none());
         Self { counts, delta, per_clock, decoded, reached }
     }
 

@@ -136,6 +136,17 @@ fn a_table_of_torques_stays_inside_its_bounds_and_comes_within_two_bits() {
 }
 
 #[test]
+fn a_controller_of_a_target_stays_inside_its_clamp() {
+    let scene = axis("following-motor", &[SLOW, MEAN]);
+    let proof = axis_bounds(&scene).unwrap();
+    compared(&scene, &proof, &at_random(&scene, &proof, |_| ()));
+    let torque = of(&proof, "torque");
+    // 40 mN.m of the 265 that 4096 counts give.
+    assert_eq!((torque.min, torque.max), (-618.0, 618.0));
+    assert!(of(&proof, "memory").never_overflows);
+}
+
+#[test]
 fn the_hybrid_walls_own_run_is_within_two_bits_but_where_no_command_pumps_the_shaft() {
     let scene = axis("hybrid-wall", &[]);
     let proof = axis_bounds(&scene).unwrap();

@@ -5,7 +5,6 @@ pub(crate) mod library;
 pub(crate) mod network;
 pub(crate) mod network_rows;
 pub(crate) mod parts;
-pub(crate) mod path;
 pub(crate) mod read;
 pub(crate) mod read_device;
 pub(crate) mod read_hand;
@@ -26,6 +25,7 @@ use crate::head::miss::Miss;
 use crate::head::model::{BridgeModel, Model, Solver};
 use crate::head::setup::Setup;
 use crate::head::{Head, Units, has_head};
+use crate::path::{AxisTarget, moves_until_s};
 use network::Compound;
 use parts::{Amplifier, Device, Encoder, Hand, Method, Wall};
 
@@ -55,8 +55,11 @@ pub struct Scene {
     pub amplifier: Option<Amplifier>,
     /// The method that closes the loop.
     pub method: Method,
-    /// The virtual wall.
+    /// The virtual wall; of a method that follows a target, a wall on both of its sides: where the target begins, with
+    /// the proportional and the derivative gain.
     pub wall: Wall,
+    /// The target, if the method follows one.
+    pub target: Option<Arc<AxisTarget>>,
     /// Clocks from a command to the converter that takes it: those of a host between both.
     pub host_clocks: u64,
     /// The hand, which moves the device.
@@ -135,6 +138,11 @@ impl Setup for Scene {
 
     fn hand_path(&self) -> Vec<(f64, f64)> {
         self.hand.path()
+    }
+
+    fn still_from_s(&self) -> f64 {
+        let target_s = self.target.as_ref().map_or(0.0, |target| target.moves_until_s());
+        target_s.max(moves_until_s(&self.hand.path()))
     }
 
     fn stiffness_error(&self) -> Option<f64> {

@@ -11,7 +11,7 @@ use crate::axis::network;
 use crate::axis::network::Compound;
 use crate::axis::parts::{Device, Encoder, Hand, Ramp, Wall};
 use crate::axis::read_device::{Kind, amplifier, bridge, device, encoder};
-use crate::axis::read_hand::{Load, Recorded, hand};
+use crate::axis::read_hand::{Load, Recorded, hand, path};
 use crate::axis::read_method::{PWM_FREQUENCY, method};
 use crate::axis::read_model::{agree_on_model, model, model_of_network};
 use crate::axis::rows as keys;
@@ -19,7 +19,9 @@ use crate::faults::read::{Pins, agree_on_faults, faults};
 use crate::head::expect::{Expect, Metric, expect};
 use crate::head::model::{BridgeModel, Datapath, EncoderModel};
 use crate::head::{Own, about, clock};
-use crate::method::{LOOPS, Loop, SCALED};
+use crate::method::pid::pid;
+use crate::method::{FOLLOWS, LOOPS, LawMethod, Loop, SCALED, WALLED};
+use crate::path::{AxisTarget, Sine};
 use crate::schema::quantity::Axis;
 use crate::schema::quoted;
 use crate::schema::section::Section;
@@ -42,7 +44,8 @@ pub(crate) fn scene(file: &str, source: &Source, kind: Kind, load: Load) -> Resu
         let asked = root.section("pwm").is_ok_and(|pwm| pwm.has("frequency"));
         return Err(root.unknown("pwm", if asked { PWM_FREQUENCY } else { "the PWM's keys stand in [method.pwm]" }));
     }
-    root.accept(&["axis", kind.name()])?;
+    let follows = follows(&root);
+    root.accept(&["axis", kind.name(), if follows { FOLLOWS[0] } else { WALLED[0] }])?;
     if !root.has("method") {
         return Err(root.error("method", NO_METHOD));
     }
@@ -61,6 +64,7 @@ pub(crate) fn scene(file: &str, source: &Source, kind: Kind, load: Load) -> Resu
     let (encoder, amplifier) = (encoder(&root.section("encoder")?, &device, words)?, amplifier(&root, &device, words)?);
     let bridge = bridge(&root.section("bridge")?)?;
     let method = method(&root.section("method")?, &[])?;
+    let (wall, target) = if follows { followed(&root)? } else { (wall(&root.section("wall")?)?, None) };
     let refused = match (&device, model.bridge) {
         _ if !words => Some("the linear law has model.delay; write that instead"),
         _ if !model.solver.is_exact() => {
@@ -78,7 +82,8 @@ pub(crate) fn scene(file: &str, source: &Source, kind: Kind, load: Load) -> Resu
         amplifier,
         bridge,
         method,
-        wall: wall(&root.section("wall")?)?,
+        wall,
+        target: target.map(Arc::new),
         hand,
         faults: faults(&root, clock)?,
         model,
@@ -102,14 +107,19 @@ fn scene_of_network(
     let about = about(root)?;
     let clock = clock(&root.section("clock")?)?;
     let Built { device, compound, encoder, bridge, hand, recorded, seen, at_wall } = built(root, clock, load)?;
-    let wall = wall(&root.section("wall")?.along(at_wall))?.in_units_of(compound.wall_ratio);
+    let (outside, ratio, follows) = (&root.alike(at_wall), compound.wall_ratio, follows(root));
+    let (wall, target) = if follows { followed(outside)? } else { (wall(&outside.section("wall")?)?, None) };
+    let (wall, target) = (wall.in_units_of(ratio), target.map(|target| Arc::new(target.in_units_of(ratio))));
     let root = &Section::root(source).along(seen);
     let mut model = model_of_network(&root.section("model")?)?;
     if compound.dac.is_some() {
         // There are no gates to switch.
         model.bridge = BridgeModel::Averaged;
     }
-    let method = method(&root.section("method")?, &["network"])?;
+    let mut method = method(&if follows { outside } else { root }.section("method")?, &["network"])?;
+    if let Loop::Law(LawMethod::PositionPid(pid)) = &mut method.kind {
+        *pid = pid.seen_by(ratio);
+    }
     let late_clocks = host(root, clock, Some(method.sample_rate_hz), (kind, no_converter(&compound)))?;
     let host_clocks = if root.section("model")?.read(&keys::model_network::host)? { 0 } else { late_clocks };
     let mut parts = Scene {
@@ -120,6 +130,7 @@ fn scene_of_network(
         method,
         host_clocks,
         wall,
+        target,
         hand,
         faults: faults(root, clock)?,
         model,
@@ -284,6 +295,9 @@ fn agree(scene: &Scene) -> Result<(), SceneError> {
         let reason = format!("less than half a clock; write at least {} s", number_above(scene.clock.period_s()));
         return Err(scene.places.error("amplifier.shaper.hold", reason));
     }
+    if scene.target.is_some() {
+        agree_on_target(scene)?;
+    }
     scene.check_period()?;
     if linear {
         return Ok(());
@@ -327,6 +341,19 @@ fn agree_on_speeds(scene: &Scene) -> Result<(), SceneError> {
     Ok(())
 }
 
+/// Refuses expectations of a wall that is not there.
+fn agree_on_target(scene: &Scene) -> Result<(), SceneError> {
+    let of_a_wall = [Metric::PeakPenetration, Metric::ContactShare, Metric::SpringOverflowShare];
+    match scene.expect.numbers.iter().find(|number| of_a_wall.contains(&number.metric)) {
+        Some(number) => {
+            let reason = "a method that follows a target has no wall; accepted: rms, final_angle, peak_angle, \
+                          amplitude, frequency, peak_torque, encoder_edges";
+            Err(scene.places.error(&format!("expect.{}", number.metric.name()), reason))
+        }
+        None => Ok(()),
+    }
+}
+
 fn agree_on_ramp(scene: &Scene, ramp: &Ramp) -> Result<(), SceneError> {
     let refused = |key: &str, reason: String| Err(scene.places.error(key, reason));
     if scene.model.datapath == Datapath::Linear {
@@ -354,6 +381,37 @@ fn agree_on_ramp(scene: &Scene, ramp: &Ramp) -> Result<(), SceneError> {
         return refused("wall.ramp.to", reason);
     }
     Ok(())
+}
+
+/// Returns whether the scene's method follows a target.
+fn follows(root: &Section) -> bool {
+    let method = root.section("method");
+    method.is_ok_and(|s| s.get("kind").and_then(|kind| kind.as_str()).is_some_and(|kind| FOLLOWS.contains(&kind)))
+}
+
+/// Reads the target of a method that follows one. Its gains stand in the place of those of a wall that is where the
+/// target begins.
+fn followed(root: &Section) -> Result<(Wall, Option<AxisTarget>), SceneError> {
+    use keys::target as key;
+    let (gains, s) = (root.section("method")?, root.section("target")?);
+    s.accept(&["axis"])?;
+    if !s.has(key::path.name) {
+        return Err(s.error(key::path.name, format!("missing; write {}", keys::PATH)));
+    }
+    let path = path(&s)?.into_iter().map(|point| (point.time_s, point.angle_rad)).collect();
+    let sine = match s.given(&key::amplitude)?.zip(s.given(&key::frequency)?) {
+        Some((amplitude, frequency_hz)) => Some(Sine { amplitude, frequency_hz, from_s: s.read(&key::from)? }),
+        None => None,
+    };
+    let target = AxisTarget { path, sine };
+    let wall = Wall {
+        position_rad: target.at(0.0),
+        stiffness_nm_per_rad: gains.read(&pid::kp)?,
+        damping_nm_s_per_rad: gains.read(&pid::kd)?,
+        wraps: false,
+        ramp: None,
+    };
+    Ok((wall, Some(target)))
 }
 
 fn wall(s: &Section) -> Result<Wall, SceneError> {
@@ -395,6 +453,7 @@ pub(crate) fn axis_expect(s: &Section) -> Result<Expect, SceneError> {
         (Metric::SpringOverflowShare, &key::spring_overflow_share),
         (Metric::EncoderEdges, &key::encoder_edges),
         (Metric::ContactShare, &key::contact_share),
+        (Metric::Rms, &key::rms),
     ];
     let recording = s.has(key::recording.name).then(|| log(&s.section(key::recording.name)?)).transpose()?;
     Ok(Expect { recording, ..expect(s, &metrics, &key::outcome)? })

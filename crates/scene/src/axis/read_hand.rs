@@ -118,7 +118,8 @@ fn behind(recording: &[(f64, i64)], count_rad: f64, most_rad: f64) -> Result<Vec
     Ok(recording.iter().zip(positions).map(|((time_s, _), counts)| (*time_s, counts * count_rad)).collect())
 }
 
-fn path(s: &Section) -> Result<Vec<PathPoint>, SceneError> {
+/// Reads the points of `path` of a hand or of a target.
+pub(crate) fn path(s: &Section) -> Result<Vec<PathPoint>, SceneError> {
     let accepted = format!("write {}", keys::PATH);
     let points = s.get("path").and_then(|item| item.as_array()).filter(|points| !points.is_empty());
     let points = points.ok_or_else(|| s.error("path", format!("not a path; {accepted}")))?;

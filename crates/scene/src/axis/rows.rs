@@ -10,16 +10,27 @@ use crate::axis::file::OfFile;
 pub(crate) use crate::axis::file::{expect_recording, hand_file, hand_file_motion};
 use crate::axis::library::{BRIDGES, ENCODERS, MOTORS, NamedPart, by_name};
 use crate::head::model::{BridgeModel, Datapath, EncoderModel, Friction, Solver, Winding};
+use crate::method::{FOLLOWS, WALLED};
 use crate::schema::Otherwise::{Is, Required, Said};
 use crate::schema::quantity as q;
 use crate::schema::quantity::Sense::{Any, NotNegative, Positive, Within};
 use crate::schema::{Choice, Flag, Group, Key, Own, Quantity, Shape, Takes, Text, Whole, keys, named, scene};
 
-/// The form of `hand.path`.
+/// The form of `hand.path` and of `target.path`.
 pub(crate) const PATH: &str = "[[time, angle], ...] with at least one point, as in [[0, 0], [\"50 ms\", \"30 deg\"]]";
 
 /// The default of what a named motor brings.
 const MOTORS_OWN: &str = "the motor's";
+
+keys! { top_wall: "" of WALLED;
+    /// The virtual wall.
+    wall: Own = Own::section(Required);
+}
+
+keys! { top_target: "" of FOLLOWS;
+    /// The motion that the method follows.
+    target: Own = Own::section(Required);
+}
 
 keys! { motor: "device" of ["motor"];
     /// Motor whose data are known; a key beside it replaces one of its data.
@@ -141,6 +152,18 @@ keys! { wall_ramp: "wall.ramp" of [];
     from: Quantity = Quantity::new(&q::TIME, NotNegative, Required);
     /// Time at which the ramp ends.
     to: Quantity = Quantity::new(&q::TIME, Positive, Required);
+}
+
+keys! { target: "target" of ["axis"];
+    /// Motion of the target as points in the order of time, straight between two and constant after the last; two
+    /// points a clock apart are a step.
+    path: Own = Own::new(|| Takes::Own(Shape::List, PATH), Required);
+    /// Amplitude of a sine that is added to the path.
+    amplitude beside frequency: Quantity = Quantity::along(|axis| axis.position, Positive, Said("no sine"));
+    /// Frequency of the sine.
+    frequency beside amplitude: Quantity = Quantity::new(&q::FREQUENCY, Positive, Said("no sine"));
+    /// Time at which the sine begins, at 0.
+    from beside amplitude: Quantity = Quantity::new(&q::TIME, NotNegative, Is(0.0));
 }
 
 keys! { hand: "hand" of [];

@@ -25,6 +25,7 @@ pub(crate) const AXIS: &[Shipped] = scenes![
     "levant-chatter",
     "braking-pulse",
     "detent-knob",
+    "following-motor",
     "energy-level-wall",
     "shaped-wall",
     "stiff-hybrid",

@@ -1,17 +1,24 @@
 //! Computes the words of a scene's datapath from the scene's SI values.
 
+use std::sync::Arc;
+
 use hpu_datapath::{LawWidths, LoopConfig, PwmConfig};
 use hpu_signal::Format;
 
 use crate::axis::Scene;
 use crate::axis::parts::{Device, Push};
+use crate::head::Units;
 use crate::head::miss::{Miss, relative_error};
 use crate::head::model::{Datapath, EncoderModel};
 use crate::head::setup::Setup;
 use crate::method::{AxisLoop, Loop, Setting, Unmade, gain};
-use crate::schedule::{Schedule, WordRamp};
+use crate::path::AxisTarget;
+use crate::schedule::{Schedule, TargetWords, WordRamp};
 use crate::schema::source::SceneError;
 use crate::text::message::{number, number_above, number_below};
+
+/// The keys of a wall's gains.
+const WALL_GAINS: [&str; 2] = ["wall.stiffness", "wall.damping"];
 
 /// Bits of the magnitude of the command of a law in floats.
 pub const COMMAND_BITS: u32 = 40;
@@ -135,7 +142,10 @@ impl Scene {
             Some(_) => method.scale_format.to_f64(scale) * period_s / reference_period_s,
         };
 
-        let schedule = self.schedule(stiffness, stiffness_unit, units.stiffness, scale)?;
+        let schedule = match &self.target {
+            Some(target) => Schedule { target: Some(self.target_words(target)?), ..Schedule::default() },
+            None => self.schedule(stiffness, stiffness_unit, units.stiffness, scale)?,
+        };
         let from_start = self.wall_from_start();
         self.check_wall(from_start)?;
         let position = Format::unsigned(method.position_bits);
@@ -143,7 +153,8 @@ impl Scene {
         let damping_nm_s_per_rad = method.damping_format.to_f64(damping) * damping_unit * scale_share;
         Ok(LoopWords {
             config: self.loop_config()?,
-            reference: position.wrap(from_start.into()),
+            // A law in floats reads the target as it is.
+            reference: schedule.target.as_ref().map_or(position.wrap(from_start.into()), |target| target.word(0)),
             stiffness,
             damping,
             period,
@@ -177,7 +188,10 @@ impl Scene {
     /// to the wall fits its width as two's complement. `None` for a law in floats, whose counts do not wrap.
     pub fn reach(&self) -> Option<[i64; 2]> {
         let (half, wall) = (1 << (self.method.position_bits - 1), self.wall_from_start());
-        let is_counted = self.model.datapath == Datapath::Words && self.model.encoder != EncoderModel::Ideal;
+        let is_counted = self.model.datapath == Datapath::Words
+            && self.model.encoder != EncoderModel::Ideal
+            // The distance to a target that moves is no place.
+            && self.target.is_none();
         is_counted.then(|| [wall.saturating_sub(half), wall.saturating_add(half - 1)])
     }
 
@@ -203,7 +217,7 @@ impl Scene {
     fn check_wall(&self, from_start: i64) -> Result<(), SceneError> {
         let holds = |bits: u32| (1 - (1i64 << (bits - 1))..=1 << (bits - 1)).contains(&from_start);
         let bits = self.method.position_bits;
-        if self.wall.wraps || self.model.datapath != Datapath::Words || holds(bits) {
+        if self.wall.wraps || self.target.is_some() || self.model.datapath != Datapath::Words || holds(bits) {
             return Ok(());
         }
         let (unit, count_rad) = (self.units().position, self.scale() * self.encoder.count_rad());
@@ -221,6 +235,46 @@ impl Scene {
             from_start.unsigned_abs(),
         );
         Err(self.places.error("wall.position", reason))
+    }
+
+    /// Returns the words of a target. The error wraps as the position counter does, so a target that goes half of the
+    /// counter's range or more between two samples is refused.
+    fn target_words(&self, target: &Arc<AxisTarget>) -> Result<TargetWords, SceneError> {
+        let bits = self.method.position_bits;
+        let count_rad = self.encoder.count_rad();
+        let half = (1i64 << (bits - 1)) as f64;
+        let most_hz = 0.5 / self.sample_period_s();
+        if let Some(sine) = target.sine.filter(|sine| sine.frequency_hz > most_hz) {
+            let reason = format!(
+                "{} Hz; accepted: half of the sample rate at most, {} Hz",
+                number(sine.frequency_hz),
+                number_below(most_hz)
+            );
+            return Err(self.places.error("target.frequency", reason));
+        }
+        let is_word = self.model.datapath == Datapath::Words;
+        let ((piece, index), swing) = target.fastest(self.sample_period_s());
+        let first = self.wall_from_start().unsigned_abs() as f64;
+        let steps = [(piece / count_rad, format!("target.path[{index}]")), (first, "target.path[0]".into())];
+        let steps = steps.into_iter().chain([(swing / count_rad, "target.amplitude".into())]);
+        if let Some((counts, key)) = steps.into_iter().find(|(counts, _)| is_word && *counts >= half) {
+            let wider = (bits..=32).find(|bits| counts < (1i64 << (bits - 1)) as f64);
+            let wider = wider.map_or("a coarser encoder".into(), |bits| format!("method.position_bits = {bits}"));
+            let reason = format!(
+                "the target steps by {} counts in a sample, and {bits} bits hold less than {half} to either side; \
+                 write {wider}, or points farther apart in time",
+                number(counts.round())
+            );
+            return Err(self.places.error(&key, reason));
+        }
+        Ok(TargetWords {
+            target: target.clone(),
+            period: self.period_clocks().max(1),
+            edge_s: self.clock.period_s(),
+            count_rad,
+            start: self.encoder.count(self.initial_angle_rad()),
+            word: is_word.then(|| Format::unsigned(bits)),
+        })
     }
 
     /// Returns the scene with the words of `nominal`, of which it is a copy in a changed world. Every value given in
@@ -305,7 +359,8 @@ impl Scene {
         let formats = (self.method.stiffness_format, self.method.scale_format);
         let last = ramp.stiffness_nm_per_rad.map(|k| self.gain("wall.ramp.stiffness", k, unit, si, formats.0));
         let shown = ramp.scale.map(|scale| self.gain("wall.ramp.scale", scale, 1.0, "", formats.1));
-        Ok(Schedule { stiffness: to(stiffness, last.transpose()?), scale: to(scale, shown.transpose()?) })
+        let (stiffness, scale) = (to(stiffness, last.transpose()?), to(scale, shown.transpose()?));
+        Ok(Schedule { stiffness, scale, target: None })
     }
 
     fn loop_config(&self) -> Result<LoopConfig, SceneError> {
@@ -366,6 +421,8 @@ impl Scene {
     pub fn setting(&self, words: &LoopWords, [stiffness_n_per_m, damping_n_s_per_m]: [f64; 2]) -> Setting<'_> {
         let LoopWords { config, realised: Realised { torque_quantum_nm, count_rad, .. }, .. } = words;
         let surface = self.surface(words);
+        let Units { stiffness, damping, effort, .. } = self.device.units();
+        let units = [stiffness, damping, effort];
         Setting {
             stiffness_n_per_m,
             damping_n_s_per_m,
@@ -393,6 +450,7 @@ impl Scene {
                 torque_width: config.pwm.width,
             },
             shaper_hz: self.method.shaper_hz,
+            units,
             places: &self.places,
         }
     }
@@ -408,10 +466,9 @@ impl Scene {
     /// Returns keys and values of the stiffness and the damping that the loop's words hold: those of the wall, or of
     /// the method.
     pub fn gains(&self) -> [(&'static str, f64); 2] {
-        self.method.kind.features().gains.unwrap_or([
-            ("wall.stiffness", self.wall.stiffness_nm_per_rad),
-            ("wall.damping", self.wall.damping_nm_s_per_rad),
-        ])
+        let own = self.method.kind.features().gains;
+        let [stiffness, damping] = if self.target.is_some() { ["method.kp", "method.kd"] } else { WALL_GAINS };
+        own.unwrap_or([(stiffness, self.wall.stiffness_nm_per_rad), (damping, self.wall.damping_nm_s_per_rad)])
     }
 
     /// Refuses words that make no datapath.

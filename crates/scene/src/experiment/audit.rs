@@ -42,6 +42,11 @@ fn kind<'a>(s: &Section<'a>) -> Option<&'a str> {
     s.get("kind").and_then(|kind| kind.as_str())
 }
 
+/// Returns the kind of a section, of the scene itself that of its method.
+pub(crate) fn own_kind<'a>(s: &Section<'a>) -> Option<&'a str> {
+    if s.path().is_empty() { kind(&s.section("method").ok()?) } else { kind(s) }
+}
+
 struct Audit<'a> {
     scene: &'a str,
     device: &'a str,
@@ -59,7 +64,7 @@ impl<'a> Audit<'a> {
     /// Checks every key of a section and of the sections below. A key is reported as missing only if no unknown key
     /// stands around it, because that key may be the missing one, misspelt.
     fn section(&mut self, s: &Section, name: &str, misses: bool) {
-        let kinds = kinds_of(name, self.scene, self.device, kind(s));
+        let kinds = kinds_of(name, self.scene, self.device, own_kind(s));
         if has_own_kind(name, self.scene)
             && let Some(Err(error)) = schema().kind_of(name).map(|key| key.check(s))
         {

@@ -5,6 +5,7 @@ use std::sync::LazyLock;
 use super::devices::{KEYS, device};
 use crate::dut::rows::*;
 use crate::faults::rows::faults;
+use crate::method::{FOLLOWS, WALLED};
 use crate::schema::{DeviceKeys, Group, KeyRow, Schema};
 
 /// A part of the list.
@@ -25,6 +26,7 @@ static PARTS: &[Part] = &[
         &top_method::GROUP,
         &top_dut::GROUP,
         &top_wall::GROUP,
+        &top_target::GROUP,
         &top_wall_dut::GROUP,
         &top_hand::GROUP,
     ]),
@@ -79,6 +81,7 @@ static PARTS: &[Part] = &[
         &wall_axis::GROUP,
         &wall_dut::GROUP,
         &wall_ramp::GROUP,
+        &target::GROUP,
         &hand::GROUP,
         &hand_torque::GROUP,
         &hand_grip::GROUP,
@@ -135,13 +138,17 @@ pub fn has_own_kind(section: &str, scene: &str) -> bool {
 }
 
 /// Returns the kinds of a section in a scene of this kind with this device, by which rows are chosen; `own` is the
-/// section's `kind`.
+/// section's `kind`, of the scene itself that of its method.
 pub fn kinds_of<'a>(section: &str, scene: &'a str, device: &'a str, own: Option<&'a str>) -> Vec<&'a str> {
     match section {
         "device" | "encoder" | "host" => vec![device],
         "hand" | "method" if has_own_kind(section, scene) => own.into_iter().chain([device]).collect(),
         _ if has_own_kind(section, scene) => own.into_iter().collect(),
-        "" | "model" if scene == "axis" => vec![scene, device],
+        "" if scene == "axis" => {
+            let method = own.filter(|own| FOLLOWS.contains(own)).unwrap_or(WALLED[0]);
+            vec![scene, device, method]
+        }
+        "model" if scene == "axis" => vec![scene, device],
         "" if scene == "dut" => vec![scene, device],
         _ => vec![scene],
     }

@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use toml_edit::{Item, TableLike, Value};
 
 use crate::experiment::Experiment;
-use crate::experiment::audit::kinds;
+use crate::experiment::audit::{kinds, own_kind};
 use crate::experiment::groups::{kinds_of, schema};
 use crate::schema::parameter::{Origin, Parameter, ParameterValue};
 use crate::schema::section::Section;
@@ -91,7 +91,7 @@ struct Resolving<'a> {
 impl Resolving<'_> {
     /// Returns the keys of a section and of the sections below.
     fn section(&self, s: &Section, name: &str) -> Vec<Resolved> {
-        let own = s.get("kind").and_then(Item::as_str).map(str::to_string);
+        let own = own_kind(s).map(str::to_string);
         let own = own.or_else(|| Some(self.parameter(&join(name, "kind"))?.value.to_string()));
         let kinds = kinds_of(name, self.of, self.device, own.as_deref());
         let mut all = Vec::new();

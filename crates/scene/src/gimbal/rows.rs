@@ -153,7 +153,7 @@ keys! { shear: "shear" of [];
     memory: Whole<u32> = Whole::new(2, 254, Is(254));
 }
 
-keys! { target: "target" of [];
+keys! { target: "target" of ["path", "sines", "random"];
     /// Kind of the motion: along points, a sum of sines, or random points with a smooth motion between them.
     kind: Choice<TargetKind> = Choice::new(|| named(&TargetKind::ALL, TargetKind::name), Required);
 }

@@ -111,7 +111,7 @@ pub enum Metric {
     EncoderEdges,
     /// Share of the judged window in which the wall sees penetration, 0 to 1.
     ContactShare,
-    /// rms about the steady value at the end of a drop test, or of the distance between tip and target, m.
+    /// rms about the steady value at the end of a drop test, or of the distance from a target, m or rad.
     Rms,
 }
 
@@ -128,7 +128,7 @@ impl Metric {
             Self::SpringOverflowShare => keys::expect::spring_overflow_share.name,
             Self::EncoderEdges => keys::expect::encoder_edges.name,
             Self::ContactShare => keys::expect::contact_share.name,
-            Self::Rms => "rms",
+            Self::Rms => keys::expect::rms.name,
         }
     }
 }

@@ -39,11 +39,6 @@ keys! { top_dut: "" of ["dut"];
     dut: Own = Own::section(Required);
 }
 
-keys! { top_wall: "" of ["axis"];
-    /// The virtual wall.
-    wall: Own = Own::section(Required);
-}
-
 keys! { top_wall_dut: "" of ["dut"];
     /// The virtual wall that the design renders.
     wall: Own = Own::section(Said("none"));
@@ -96,10 +91,12 @@ keys! { record_all: "record" of [];
 
 keys! { expect: "expect" of ["axis", "dut"];
     /// Verdict that the run must reach: the motion settles, keeps a limit cycle, diverges, or is inside a wall that
-    /// gives no torque; the run is too short to tell (`not_told`), or the hand moves nearly to its end (`hand_moves`).
+    /// gives no torque; the run is too short to tell (`not_told`), or the hand, or the target, moves nearly to its end
+    /// (`hand_moves`, `tracking`).
     outcome: Choice<OutcomeKind> = Choice::new(|| {
-        use OutcomeKind::{Diverged, HandMoves, LimitCycle, NoWallTorque, NotTold, PositionLost, Settled};
-        named(&[Settled, LimitCycle, Diverged, NoWallTorque, PositionLost, NotTold, HandMoves], OutcomeKind::name)
+        use OutcomeKind::{Diverged, HandMoves, LimitCycle, NoWallTorque, NotTold, PositionLost, Settled, Tracking};
+        let all = [Settled, LimitCycle, Diverged, NoWallTorque, PositionLost, NotTold, HandMoves, Tracking];
+        named(&all, OutcomeKind::name)
     }, Said("not judged"));
     /// Angle or position at the end.
     final_angle: Expected = Expected::along(|axis| axis.position);
@@ -119,6 +116,8 @@ keys! { expect: "expect" of ["axis", "dut"];
     encoder_edges: Expected = Expected::new(&q::RATIO, Any);
     /// Share of the judged window in which the device is in the wall.
     contact_share: Expected = Expected::new(&q::RATIO, Any);
+    /// Distance from a target that moves nearly to the end: its root mean square over the judged window.
+    rms: Expected = Expected::along(|axis| axis.position);
     /// The log of a real device, or of another simulator, that the run must follow.
     recording: Own = Own::section(Said("none"));
 }

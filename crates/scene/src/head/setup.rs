@@ -4,6 +4,7 @@ use crate::head::Units;
 use crate::head::accuracy::Output;
 use crate::head::miss::Miss;
 use crate::head::model::Solver;
+use crate::path::moves_until_s;
 
 /// A `Setup` is a scene of one kind, asked without knowing the kind: summaries, maps and messages read it. Implemented
 /// by the scene of each kind of device. [`Experiment::setup`](crate::Experiment::setup) returns it.
@@ -34,6 +35,11 @@ pub trait Setup {
     /// a path.
     fn hand_path(&self) -> Vec<(f64, f64)> {
         Vec::new()
+    }
+    /// Returns the time from which on the hand stands still, and the target of a method that follows one; infinity if
+    /// they never do.
+    fn still_from_s(&self) -> f64 {
+        moves_until_s(&self.hand_path())
     }
     /// Returns the relative error of the stiffness that the words realise; `None` without such words.
     fn stiffness_error(&self) -> Option<f64> {

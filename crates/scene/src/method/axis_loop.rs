@@ -1,15 +1,25 @@
-//! The wirings of an axis: a type for each method.
+//! The wirings of an axis, a type for each method, and the reference laws in floats.
 
 use hpu_datapath::{AnyWiring, ConventionalLoop, HybridLoop, Law, LoopConfig, MethodLoop, MethodLoopConfig, Shaping};
 use hpu_signal::Format;
 
+use crate::method::braking_pulse::BrakingPulse;
+use crate::method::energy_bounding::EnergyBounding;
+use crate::method::passive_spring::PassiveSpring;
+use crate::method::passivity_controller::PassivityController;
+use crate::method::pid::PidLaw;
 use crate::method::published::Published;
+use crate::method::sampled_law::SampledLaw;
 use crate::method::setting::{Setting, Unmade};
+use crate::method::shaper::InputShaper;
 use crate::method::shaper::high_pass;
+use crate::method::table::TableLaw;
+use crate::method::virtual_coupling::VirtualCoupling;
+use crate::method::wall::Wall;
 use crate::method::{LawMethod, Loop};
 
 macro_rules! axis_loop {
-    (($d:tt) $($kind:ident: $Law:ident, $Method:ident, $float:ident;)*) => {
+    (($d:tt) $($(#[$on:meta])? $kind:ident: $Law:ident, $Method:ident, $float:ident;)*) => {
         /// The wiring of an axis, whatever its method.
         #[derive(Clone)]
         #[allow(clippy::large_enum_variant, reason = "one of them exists a run")]
@@ -19,6 +29,7 @@ macro_rules! axis_loop {
             /// Both sampled and held.
             Conventional(ConventionalLoop),
             $(#[doc = concat!("The loop around the law of `", stringify!($kind), "`.")]
+            $(#[$on])?
             $Law(MethodLoop<hpu_datapath::$Law>),)*
         }
 
@@ -29,7 +40,7 @@ macro_rules! axis_loop {
                 match $d axis_loop {
                     $d crate::AxisLoop::Hybrid($d wiring) => $d call,
                     $d crate::AxisLoop::Conventional($d wiring) => $d call,
-                    $($d crate::AxisLoop::$Law($d wiring) => $d call,)*
+                    $($(#[$on])? $d crate::AxisLoop::$Law($d wiring) => $d call,)*
                 }
             };
         }
@@ -40,9 +51,14 @@ macro_rules! axis_loop {
                 Ok(match method {
                     Loop::Hybrid => Self::Hybrid(HybridLoop::new(config)?),
                     Loop::Conventional => Self::Conventional(ConventionalLoop::new(config)?),
-                    $(Loop::Law(LawMethod::$Law(law)) => {
+                    $($(#[$on])? Loop::Law(LawMethod::$Law(law)) => {
                         Self::$Law(around(law.block(setting)?, setting, config)?)
                     })*
+                    #[cfg(target_family = "wasm")]
+                    Loop::Law(law) => {
+                        let reason = format!("a page in a browser has no {}; use hpu itself", law.name());
+                        return Err(setting.places.error("method.kind", reason).into());
+                    }
                 })
             }
 
@@ -51,7 +67,7 @@ macro_rules! axis_loop {
             pub fn latency(&self) -> u64 {
                 match self {
                     Self::Hybrid(_) | Self::Conventional(_) => 0,
-                    $(Self::$Law(wiring) => u64::from(wiring.law().latency()),)*
+                    $($(#[$on])? Self::$Law(wiring) => u64::from(wiring.law().latency()),)*
                 }
             }
         }
@@ -87,4 +103,49 @@ fn around<L: Law>(law: L, setting: &Setting, config: LoopConfig) -> Result<Metho
         Shaping { phase: law.latency() + 1, b: [b0, b1, b2], a: [a1, a2] }
     });
     Ok(MethodLoop::new(law, MethodLoopConfig { pwm: config.pwm, shaping })?)
+}
+
+macro_rules! any_law {
+    (($d:tt) $($(#[$on:meta])? $kind:ident: $Law:ident, $Method:ident, $float:ident;)*) => {
+        /// Any of the reference laws that a scene can ask for.
+        #[derive(Clone, PartialEq, Debug)]
+        pub enum AnyLaw {
+            /// The plain wall of the two loops.
+            Wall(Wall),
+            $(#[doc = concat!("The law of `", stringify!($kind), "`.")] $Law($float),)*
+            /// Another law with the input shaper behind it.
+            Shaped(Box<InputShaper<AnyLaw>>),
+        }
+
+        macro_rules! with_law {
+            ($d any:expr, $d law:ident => $d call:expr) => {
+                match $d any {
+                    AnyLaw::Wall($d law) => $d call,
+                    $(AnyLaw::$Law($d law) => $d call,)*
+                    AnyLaw::Shaped($d law) => $d call,
+                }
+            };
+        }
+    };
+}
+laws!(any_law);
+
+impl SampledLaw for AnyLaw {
+    #[inline]
+    fn sample(&mut self, x_m: f64) -> f64 {
+        with_law!(self, law => law.sample(x_m))
+    }
+
+    fn vary(&mut self, stiffness_n_per_m: f64, scale: f64) {
+        with_law!(self, law => law.vary(stiffness_n_per_m, scale));
+    }
+
+    fn aim(&mut self, target_m: f64) {
+        with_law!(self, law => law.aim(target_m));
+    }
+
+    #[inline]
+    fn live_n(&self, x_m: f64) -> Option<f64> {
+        with_law!(self, law => law.live_n(x_m))
+    }
 }

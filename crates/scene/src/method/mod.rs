@@ -12,7 +12,7 @@
 //! here, which implements `Published`. The compiler asks for the lines that name it elsewhere:
 //!
 //! 1. `datapath/src/lib.rs`: the module, and a line in `laws!`.
-//! 2. `scene/src/method/mod.rs`: the module, and a line in `laws!`; in `any_law.rs`, the use of its law in floats.
+//! 2. `scene/src/method/mod.rs`: the module, and a line in `laws!`; in `axis_loop.rs`, the use of its law in floats.
 //! 3. `prove/src/linear`: its linear controller, or the reason why it has none.
 //! 4. `prove/src/ranges/laws.rs`: the words that its invariant allows.
 //!
@@ -21,7 +21,8 @@
 //! (`scene/tests/all/keys.rs`), and the error of its words against its law in floats (`cosim/tests/all/law_words`).
 
 /// Calls a macro with the list of laws: of each its `method.kind`, which is the name of its file, its block, its
-/// parameters, and its reference law in floats.
+/// parameters, and its reference law in floats. A condition says where its loop is compiled: a page in a browser, which
+/// has to be loaded, leaves loops out that have nothing to do with a wall.
 macro_rules! laws {
     ($with:ident) => {
         $with! {
@@ -33,6 +34,8 @@ macro_rules! laws {
             passive_spring: PassiveSpring, SpringMethod, PassiveSpring;
             braking_pulse: BrakingPulse, PulseMethod, BrakingPulse;
             table: TorqueTable, TableMethod, TableLaw;
+            #[cfg(not(target_family = "wasm"))]
+            pid: PositionPid, PidMethod, PidLaw;
         }
     };
 }
@@ -41,13 +44,13 @@ pub mod braking_pulse;
 pub mod energy_bounding;
 pub mod passive_spring;
 pub mod passivity_controller;
+pub mod pid;
 pub mod sampled_wall;
 pub mod shaper;
 pub mod table;
 pub mod virtual_coupling;
 pub mod wall;
 
-mod any_law;
 #[macro_use]
 mod axis_loop;
 mod published;
@@ -55,8 +58,7 @@ pub(crate) mod rows;
 mod sampled_law;
 mod setting;
 
-pub use any_law::AnyLaw;
-pub use axis_loop::AxisLoop;
+pub use axis_loop::{AnyLaw, AxisLoop};
 use published::Published;
 pub use published::{Features, Layer, PASSIVE};
 pub use sampled_law::SampledLaw;
@@ -83,7 +85,7 @@ pub enum Loop {
 pub(crate) const LOOPS: [&str; 2] = ["hybrid", "conventional"];
 
 macro_rules! methods {
-    (($d:tt) $($kind:ident: $Law:ident, $Method:ident, $float:ident;)*) => {
+    (($d:tt) $($(#[$on:meta])? $kind:ident: $Law:ident, $Method:ident, $float:ident;)*) => {
         $(pub use $kind::$Method;)*
 
         /// A law, with its parameters beyond the wall's, in SI units.
@@ -139,6 +141,16 @@ macro_rules! methods {
     };
 }
 laws!(methods);
+
+/// The name of the method that follows a target; all others render a wall.
+pub const FOLLOWS: [&str; 1] = ["pid"];
+
+/// The names of the methods that render a wall.
+pub(crate) const WALLED: &[&str] = {
+    let (walled, follows) = METHODS.split_at(METHODS.len() - FOLLOWS.len());
+    assert!(follows[0].len() == FOLLOWS[0].len(), "it is the last of the list");
+    walled
+};
 
 /// The names of the laws in `method.kind`.
 pub(crate) const LAWS: &[&str] = METHODS.split_at(LOOPS.len()).1;

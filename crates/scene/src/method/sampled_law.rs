@@ -29,6 +29,12 @@ pub trait SampledLaw {
     /// Sets the stiffness, and the scale of a force that has one, from now on, as a ramp changes them.
     fn vary(&mut self, stiffness_n_per_m: f64, scale: f64);
 
+    /// Sets the position that the law leads to, as far beyond the surface, from now on. Only laws that follow a target
+    /// have one.
+    fn aim(&mut self, target_m: f64) {
+        let _ = target_m;
+    }
+
     /// Returns the force at a position between two samples, if the law has a spring that can read it at once.
     #[inline]
     fn live_n(&self, x_m: f64) -> Option<f64> {

@@ -66,6 +66,8 @@ pub struct Setting<'a> {
     pub(crate) widths: LawWidths,
     /// The cutoff of the input shaper behind the law, if there is one.
     pub(crate) shaper_hz: Option<f64>,
+    /// The units of stiffness, damping and effort of the encoder's body.
+    pub(crate) units: [&'static str; 3],
     pub(crate) places: &'a Places,
 }
 

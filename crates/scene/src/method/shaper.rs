@@ -53,4 +53,8 @@ impl<L: SampledLaw> SampledLaw for InputShaper<L> {
     fn vary(&mut self, stiffness_n_per_m: f64, scale: f64) {
         self.law.vary(stiffness_n_per_m, scale);
     }
+
+    fn aim(&mut self, target_m: f64) {
+        self.law.aim(target_m);
+    }
 }

@@ -66,6 +66,7 @@ dimensions! {
     TORSIONAL_STIFFNESS = "a torsional stiffness", "N.m/rad", 1e-12 to 1e6,
         [si("N.m/rad"), unit("N.m/deg", 180.0 / PI, 0)];
     TORSIONAL_DAMPING = "a torsional damping", "N.m.s/rad", 1e-15 to 1e3, [si("N.m.s/rad")];
+    TORSIONAL_INTEGRAL = "a torsional stiffness per time", "N.m/rad/s", 1e-12 to 1e9, [si("N.m/rad/s")];
     INERTIA = "a moment of inertia", "kg.m2", 1e-12 to 1e3,
         [unit("kg.m2", 1.0, 0), unit("g.m2", 1.0, -3), unit("g.cm2", 1.0, -7)];
     VOLTAGE = "a voltage", "V", 1e-6 to 1e5, [si("V")];
@@ -83,6 +84,7 @@ dimensions! {
     FORCE = "a force", "N", 1e-9 to 1e6, [si("N")];
     STIFFNESS = "a stiffness", "N/m", 1e-6 to 1e9, [si("N/m"), unit("N/mm", 1.0, 3)];
     DAMPING = "a damping", "N.s/m", 1e-9 to 1e6, [si("N.s/m")];
+    INTEGRAL = "a stiffness per time", "N/m/s", 1e-6 to 1e12, [si("N/m/s")];
     MASS = "a mass", "kg", 1e-6 to 1e6, [unit("kg", 1.0, 0), si("g").thousandth()];
     VISCOSITY = "a viscosity", "Pa.s", 1e-9 to 1e12, [si("Pa.s")];
     ENERGY = "an energy", "J", 1e-15 to 1e9, [si("J"), si("N.m")];
@@ -97,6 +99,7 @@ pub(crate) struct Axis {
     pub effort: &'static Dimension,
     pub stiffness: &'static Dimension,
     pub damping: &'static Dimension,
+    pub integral: &'static Dimension,
     pub effort_per_a: &'static Dimension,
 }
 
@@ -108,6 +111,7 @@ pub(crate) static SHAFT: Axis = Axis {
     effort: &TORQUE,
     stiffness: &TORSIONAL_STIFFNESS,
     damping: &TORSIONAL_DAMPING,
+    integral: &TORSIONAL_INTEGRAL,
     effort_per_a: &TORQUE_CONSTANT,
 };
 
@@ -119,6 +123,7 @@ pub(crate) static RAIL: Axis = Axis {
     effort: &FORCE,
     stiffness: &STIFFNESS,
     damping: &DAMPING,
+    integral: &INTEGRAL,
     effort_per_a: &FORCE_CONSTANT,
 };
 

@@ -26,6 +26,7 @@ const NETWORK: &str = "kind = 'network'\nbodies.rotor = { inertia = 1e-6 }\n\
                        drive = { kind = 'pi', on = 'rotor', torque_constant = 0.02, resistance = 2, inductance = 1e-3, \
                        bandwidth = 500, dac = { full_scale = 1 } }\n[encoder]\non = 'rotor'";
 const METHOD: &str = "[method]\nkind = 'hybrid'\nsample_rate = '1 kHz'\n[wall]\nposition = 0.01\nstiffness = 0";
+const FOLLOWS: &str = "[method]\nkind = 'pid'\nsample_rate = '1 kHz'\nkp = 0.1\n[target]\npath = [[0, 0]]";
 const DUT: &str = "[dut]\nfiles = ['a.v']\ntop = 'a'\nclock = 'clk'\nreset = { port = 'rst' }\n\
                    ports = { a = 'encoder.a', o = 'DRIVE' }\n[wall]\nposition = 1";
 
@@ -44,7 +45,7 @@ fn bases() -> Vec<Base> {
             "network" => NETWORK,
             _ => MOTOR,
         };
-        let text = on_an_axis(of, METHOD);
+        let text = on_an_axis(of, if method == "pid" { FOLLOWS } else { METHOD });
         let (scene, mut all) = ("axis", vec![("method.kind", method), ("hand.kind", hand)]);
         all.extend(set);
         Base { text, set: all, scene, device, method, hand }
@@ -86,6 +87,14 @@ fn bases() -> Vec<Base> {
         axis("motor", "passive_spring", "none", &[]),
         axis("motor", "braking_pulse", "none", &[]),
         axis("motor", "table", "none", &[("method.torques", "[0, 0]")]),
+        axis("motor", "pid", "none", &[]),
+        axis(
+            "motor",
+            "pid",
+            "none",
+            &[("method.anti_windup", "back_calculation"), ("target.amplitude", "0.1"), ("target.frequency", "1")],
+        ),
+        axis("mass", "pid", "none", &[("method.kp", "1e4")]),
         axis("motor", "hybrid", "none", &[("model.datapath", "linear")]),
         axis("motor", "hybrid", "constant_torque", &[("hand.torque", "0")]),
         axis(
@@ -153,8 +162,12 @@ impl Base {
             "device" | "encoder" | "host" => vec![self.device],
             "method" => vec![self.method, self.device],
             "hand" => vec![self.hand, self.device],
-            "hand.file" | "target" => vec![self.hand],
-            "" | "model" if self.scene == "axis" => vec![self.scene, self.device],
+            "hand.file" => vec![self.hand],
+            "target" if self.scene == "gimbal" => vec![self.hand],
+            "" if self.scene == "axis" => {
+                vec![self.scene, self.device, if self.method == "pid" { "pid" } else { "hybrid" }]
+            }
+            "model" if self.scene == "axis" => vec![self.scene, self.device],
             _ => vec![self.scene],
         }
     }
@@ -205,6 +218,10 @@ fn every_key_is_accepted_by_its_kinds_and_by_no_other() {
                 continue;
             }
             let name = path(section, key);
+            // Without its method the target has no reader.
+            if base.method == "pid" && name == "method" {
+                continue;
+            }
             let said = base.read(&vec![(&name, "1".into())]).err().unwrap_or_default();
             let is_refused = said.contains("unknown key") || OWN_WORDS.iter().any(|words| said.contains(words));
             let should = base.should_take(section, key);
@@ -246,7 +263,12 @@ fn every_default_is_the_value_of_a_scene_without_the_key() {
 }
 
 /// Keys that are read only beside another.
-const BESIDE: [(&str, &str, &str); 15] = [
+const BESIDE: [(&str, &str, &str); 20] = [
+    ("method.back_shift", "method.anti_windup", "back_calculation"),
+    ("target.amplitude", "target.frequency", "1"),
+    ("target.frequency", "target.amplitude", "0.1"),
+    ("target.from", "target.amplitude", "0.1"),
+    ("target.from", "target.frequency", "1"),
     ("method.filter_shift", "method.estimator", "filtered"),
     ("method.velocity_filter", "method.estimator", "filtered"),
     ("method.velocity_filter.order", "method.velocity_filter.corner", "30"),
@@ -299,7 +321,7 @@ fn said(base: &Base, row: &KeyRow, value: &str) -> Option<String> {
 
 /// Whether a scene reads the key: a prescribed hand overrules a start, a mass has no bridge and a motor no amplifier,
 /// the drive of this network is neither and it takes no steps, a hand with a path has no file, and a velocity that is
-/// not rescaled has no scale, and a filter by its corner takes no keys of others.
+/// not rescaled has no scale, a filter by its corner takes no keys of others, and another method has no target.
 fn reads(base: &Base, row: &KeyRow) -> bool {
     let is_overruled = base.hand == "prescribed" && row.key.starts_with("initial_")
         || base.method == "hybrid" && row.key == "scale_format"
@@ -308,7 +330,8 @@ fn reads(base: &Base, row: &KeyRow) -> bool {
         || row.section == "hand.file" && base.set.iter().all(|(key, _)| *key != "hand.file")
         || ["mass", "network"].contains(&base.device) && row.section == "bridge"
         || ["motor", "network"].contains(&base.device) && row.section.starts_with("amplifier")
-        || base.device == "network" && row.section == "model" && ["step", "friction_speed"].contains(&row.key);
+        || base.device == "network" && row.section == "model" && ["step", "friction_speed"].contains(&row.key)
+        || base.method == "pid" && (row.section, row.key) == ("method", "kind");
     base.takes(row) && base.should_take(row.section, row.key) && !is_overruled
 }
 

@@ -39,9 +39,9 @@ fn as_a_type(name: &str) -> String {
 }
 
 /// Returns the name of the block of a law, or of the loop around it: that of the method, but `table` is a word of
-/// Verilog.
+/// Verilog, and `pid` a block that every loop may have.
 fn as_a_block(name: &str) -> String {
-    name.replace("table", "torque_table")
+    name.replace("table", "torque_table").replace("pid", "position_pid")
 }
 
 #[test]

@@ -75,11 +75,13 @@ impl widths::Device for Scene {
         let Ok(words) = self.words() else { return Vec::new() };
         let count_rad = words.realised.count_rad;
         let surface = (self.wall.position_rad / count_rad).round();
-        vec![
-            ("reference", Asked::Is(surface - (self.initial_angle_rad() / count_rad).floor())),
+        let reference = Asked::Is(surface - (self.initial_angle_rad() / count_rad).floor());
+        let gains = [
             ("stiffness", Asked::Share(1.0 / (1.0 + words.realised.stiffness_error))),
             ("damping", Asked::Share(1.0 / (1.0 + words.realised.damping_error))),
-        ]
+        ];
+        // A target is what its word says.
+        self.target.is_none().then_some(("reference", reference)).into_iter().chain(gains).collect()
     }
 
     fn law(&self, wiring: &TheLoop) -> Option<(LawConfig, u64)> {
@@ -129,6 +131,10 @@ impl Device for Scene {
     }
 
     fn limited(&self) -> Result<&Scene, Error> {
+        if self.target.is_some() {
+            let how = "hpu map --x method.kp=A..B --y method.kd=C..D varies its gains";
+            return Err(Error::new(format_args!("limits are those of a wall, and the method follows a target; {how}")));
+        }
         Ok(self)
     }
 

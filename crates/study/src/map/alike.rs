@@ -97,12 +97,26 @@ fn sharing(experiment: &Experiment) -> Option<(&Scene, LoopWords)> {
 /// Returns whether two scenes differ in nothing but the wall's stiffness and damping. A new part of a scene has to be
 /// named here.
 fn is_same_world(a: &Scene, b: &Scene) -> bool {
-    let Scene { head, device, encoder, bridge, amplifier, method, wall, hand, faults, model, network, host_clocks } = a;
+    let Scene {
+        head,
+        device,
+        encoder,
+        bridge,
+        amplifier,
+        method,
+        wall,
+        target,
+        hand,
+        faults,
+        model,
+        network,
+        host_clocks,
+    } = a;
     let Wall { position_rad, stiffness_nm_per_rad: _, damping_nm_s_per_rad: _, wraps, ramp } = wall;
     (position_rad, wraps, ramp) == (&b.wall.position_rad, &b.wall.wraps, &b.wall.ramp)
         && (device, encoder, bridge, amplifier) == (&b.device, &b.encoder, &b.bridge, &b.amplifier)
         && (method, hand, faults, model) == (&b.method, &b.hand, &b.faults, &b.model)
-        && (network, host_clocks) == (&b.network, &b.host_clocks)
+        && (network, host_clocks, target) == (&b.network, &b.host_clocks, &b.target)
         && (head.clock, head.run, head.record) == (b.clock, b.run, b.record)
 }
 

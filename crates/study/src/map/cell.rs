@@ -190,7 +190,7 @@ impl Cell {
         let (rms, amplitude, frequency_hz) = numbers(verdict.in_units(scale));
         let wall = match (experiment, verdict) {
             (Experiment::Axis(scene), Verdict::Settled { .. }) => {
-                Some((scene.wall.position_rad, scene.wall.stiffness_nm_per_rad))
+                scene.target.is_none().then_some((scene.wall.position_rad, scene.wall.stiffness_nm_per_rad))
             }
             (Experiment::Dut(scene), Verdict::Settled { .. }) => scene.wall_rad.map(|wall_rad| (wall_rad, 0.0)),
             _ => None,

@@ -9,8 +9,8 @@ use hpu_datapath::Instance;
 pub(super) struct Method {
     config: LawConfig,
     law: AnyLaw,
-    /// Nets of the position, stiffness, scale and period.
-    inputs: [usize; 4],
+    /// Nets of the position, stiffness, scale, period and displacement.
+    inputs: [usize; 5],
     /// The nets that show its torque.
     pub torques: Vec<usize>,
     /// The next edge at which it samples.
@@ -34,12 +34,12 @@ impl Method {
             of?.connections.iter().find(|connection| connection.port.name == name).map(|connection| connection.net)
         };
         let (torque, shaped) = (net(law, "torque")?, net(shaper, "shaped")?);
-        let [position, stiffness, scale, period] =
-            ["position", "stiffness", "scale", "period"].map(|name| net(law, name));
+        let [position, stiffness, scale, period, delta] =
+            ["position", "stiffness", "scale", "period", "delta"].map(|name| net(law, name));
         Some(Self {
             law: config.law.clone(),
             quantum: config.full_scale_n - config.limit_n,
-            inputs: [position?, stiffness?, scale?, period?],
+            inputs: [position?, stiffness?, scale?, period?, delta?],
             // With a shaper, the law shows no torque before it.
             torques: if config.is_shaped() { vec![shaped] } else { vec![torque, shaped] },
             config,
@@ -61,8 +61,8 @@ impl Method {
     /// Samples or shows a torque at the edge that is due. Returns the torque that shows from that edge on, if it
     /// changes.
     ///
-    /// `nets` are the values of the law, `values` those of the words. From `values` the law reads how far a ramp has
-    /// come.
+    /// `nets` are the values of the law, `values` those of the words. From `values` the law reads how far a ramp or a
+    /// target has come.
     pub fn load(&mut self, nets: &[f64], values: &[f64]) -> Option<f64> {
         let edge = self.due();
         if self.next == edge {
@@ -71,6 +71,9 @@ impl Method {
                 share(self.inputs[1 + index], self.config.formats[format].to_f64(self.config.start[index]))
             });
             self.config.vary(&mut self.law, shares);
+            // The surface that the words see, which a target moves.
+            let seen = values[self.inputs[0]] - values[self.inputs[4]] - self.config.surface as f64;
+            self.law.aim(seen * self.config.count_m);
             let force_n = self.law.sample(self.position_m(nets));
             self.coming = Some((edge + self.latency, force_n / self.quantum));
             self.next += nets[self.inputs[3]].max(1.0) as u64;

@@ -8,8 +8,8 @@
 mod recorded;
 
 use hpu_cosim::law::{
-    BoundingForm, BrakingPulse, EnergyBounding, InputShaper, Observer, PassiveSpring, PassivityController, SampledLaw,
-    TableLaw, VirtualCoupling, Wall, high_pass,
+    BoundingForm, BrakingPulse, EnergyBounding, InputShaper, Observer, PassiveSpring, PassivityController, PidLaw,
+    SampledLaw, TableLaw, VirtualCoupling, Wall, high_pass,
 };
 
 use recorded::{Push, Recorded, TOP, Tally};
@@ -370,6 +370,43 @@ fn a_table_is_within_the_floors_of_its_lines_and_of_the_drag() {
     }
     assert!(signs.iter().all(|&samples| samples > 1000), "{signs:?}");
     tally.done("table");
+}
+
+#[test]
+fn a_controller_is_within_the_floors_of_its_sum_and_of_its_feed_forward() {
+    let push = Push {
+        method: "kind = \"pid\"\nstiffness_format = \"(0,8,4)\"\ndamping_format = \"(0,8,4)\"\n\
+                 integral_format = \"(0,2,16)\"\nkp = \"0.2 N.m/rad\"\nki = \"0.3 N.m/rad/s\"\n\
+                 kd = \"0.5 mN.m.s/rad\"\nfeed_forward = \"0.3 mN.m.s/rad\"\n\
+                 [target]\npath = [[0, 0.1], [0.2, 0.1], [0.3, 0.25]]\namplitude = 0.05\nfrequency = 7",
+        wall: "",
+        rate_hz: 2_000,
+        samples: 2_000,
+    };
+    let mut tally = Tally::default();
+    for seed in 0..50 {
+        let run = push.run(seed);
+        let mut law = PidLaw {
+            gains: [run.stiffness, run.generic("INTEGRAL") * 0.5f64.powi(16), run.damping],
+            feed_forward_n_s_per_m: run.generic("FEED_FORWARD") / 16.0,
+            limit_n: TOP,
+            back: None,
+            period_s: 1.0,
+            target_m: 0.0,
+            before_m: [run.start; 2],
+            sum_n: 0.0,
+        };
+        for sample in &run.samples {
+            // Beyond the first target: the memory is the target in counts from the start.
+            let target = sample.memory + run.start;
+            law.aim(target);
+            let force = law.sample(sample.delta + target);
+            assert!(force.abs() < TOP && law.sum_n.abs() < TOP);
+            // Sums and products are exact; one floor is that of all three together, one that of the feed-forward.
+            tally.hold(sample, sample.torque, force, 2.0);
+        }
+    }
+    tally.done("pid");
 }
 
 #[test]

@@ -16,7 +16,7 @@ pub const FLOATS: f64 = 5e-5;
 pub struct Push {
     /// The lines of `[method]`.
     pub method: &'static str,
-    /// The wall's stiffness and damping.
+    /// The wall's stiffness and damping; none where the method has no wall.
     pub wall: &'static str,
     /// The sample rate in Hz.
     pub rate_hz: u32,
@@ -107,12 +107,16 @@ impl Push {
             write!(path, ", [{}, {}]", f64::from(point) * 0.02, random.below(300) as f64 * 1e-3)
                 .expect("a string grows");
         }
+        let wall = match *wall {
+            "" => String::new(),
+            gains => format!("[wall]\nposition = \"0.1 rad\"\n{gains}\n"),
+        };
         format!(
             "about = \"A motor pushed about\"\n[device]\nkind = \"motor\"\nmotor = \"vasudevan_2007\"\n\
              [clock]\nfrequency = \"5 MHz\"\n\
              [hand]\nkind = \"spring_damper\"\nstiffness = \"0.3 N.m/rad\"\ndamping = \"0.1 mN.m.s/rad\"\n\
              path = [{path}]\n\
-             [wall]\nposition = \"0.1 rad\"\n{wall}\n[run]\nduration = \"{duration_s} s\"\n\
+             {wall}[run]\nduration = \"{duration_s} s\"\n\
              [method]\nsample_rate = \"{rate_hz} Hz\"\n{method}\n"
         )
     }

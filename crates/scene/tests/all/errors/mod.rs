@@ -118,8 +118,8 @@ fn an_unknown_metric_is_refused_with_the_metrics_there_are() {
     says(
         parse(&format!("{GOOD}[expect]\npeek_angle = {{ value = 1, tolerance = 1 }}\n"), &[]).unwrap_err(),
         "17:1: expect.peek_angle: unknown key; accepted here: outcome, final_angle, peak_angle, peak_penetration, \
-         amplitude, frequency, peak_torque, spring_overflow_share, encoder_edges, contact_share; \
-         did you mean peak_angle?",
+         amplitude, frequency, peak_torque, spring_overflow_share, encoder_edges, contact_share, \
+         rms; did you mean peak_angle?",
     );
 }
 
@@ -293,6 +293,114 @@ fn a_dead_time_longer_than_half_a_pwm_period_is_refused() {
     );
 }
 
+/// A scene whose motor follows a target.
+const FOLLOWING: &str = r#"about = "A target."
+[device]
+kind = "motor"
+[clock]
+frequency = "50 MHz"
+[method]
+kind = "pid"
+sample_rate = "1 kHz"
+kp = 0.1
+[target]
+path = [[0, 0], [0.1, 1]]
+[hand]
+kind = "none"
+[run]
+duration = "1 s"
+"#;
+
+#[test]
+fn a_controller_or_a_target_that_cannot_be_is_refused() {
+    let with = |from: &str, to: &str| {
+        assert_eq!(FOLLOWING.matches(from).count(), 1, "{from}");
+        parse(&FOLLOWING.replace(from, to), &[]).expect_err(to)
+    };
+    parse(FOLLOWING, &[]).unwrap();
+    let form = "[[time, angle], ...] with at least one point, as in [[0, 0], [\"50 ms\", \"30 deg\"]]";
+    let path = "path = [[0, 0], [0.1, 1]]";
+    let gains = "kp = 0.1";
+    for (from, to, told) in [
+        (path, "", &format!("10:1: target.path: missing; write {form}")[..]),
+        (path, "path = 1", &format!("11:8: target.path: not a path; write {form}")),
+        (path, "path = [[0, 0], [0, 1]]", "11:18: target.path[1][0]: times must increase: 0 s follows 0 s"),
+        (
+            path,
+            "path = [[0, \"1 m\"]]",
+            "11:13: target.path[0][1]: `1 m` is not an angle: write rad, mrad, deg, rev or a \
+         number in rad",
+        ),
+        (
+            path,
+            "path = [[0, 0], [1e-6, 4]]",
+            "11:17: target.path[1]: the target steps by 2608 counts in a sample, and 12 \
+         bits hold less than 2048 to either side; write method.position_bits = 13, or points farther apart in time",
+        ),
+        (
+            path,
+            "path = [[0, 4]]",
+            "11:9: target.path[0]: the target steps by 2608 counts in a sample, and 12 bits hold \
+         less than 2048 to either side; write method.position_bits = 13, or points farther apart in time",
+        ),
+        (
+            path,
+            &format!("{path}\namplitude = 1"),
+            "12:13: target.amplitude: without frequency it says nothing; write \
+         frequency too, or leave this out",
+        ),
+        (
+            path,
+            &format!("{path}\namplitude = 1\nfrequency = 501"),
+            "13:13: target.frequency: 501 Hz; accepted: half of \
+         the sample rate at most, 500 Hz",
+        ),
+        (
+            path,
+            &format!("{path}\namplitude = 3\nfrequency = 400"),
+            "12:13: target.amplitude: the target steps by 3911 \
+         counts in a sample, and 12 bits hold less than 2048 to either side; write method.position_bits = 13, or \
+         points farther apart in time",
+        ),
+        (gains, "", "6:1: method.kp: missing; write a torsional stiffness as "),
+        (gains, "kp = \"1 N/m\"", "9:6: method.kp: `1 N/m` is not a torsional stiffness: "),
+        (gains, "kp = 1e3", "9:6: method.kp: 1000 N.m/rad does not fit (0,12,0); "),
+        (gains, "kp = 0.1\nki = -1", "10:6: method.ki: `-1` must not be negative"),
+        (gains, "kp = 0.1\nki = 1e-9", "10:6: method.ki: 1e-9 N.m/rad/s rounds to zero in (0,12,12); "),
+        (gains, "kp = 0.1\nclamp = 1e-5", "10:9: method.clamp: 1e-5 N.m is no PWM count; accepted: "),
+        (
+            gains,
+            "kp = 0.1\nintegral_format = \"(0,4,20)\"",
+            "10:19: method.integral_format: position_pid: the gains need \
+         12 integer and 20 fraction bits; accepted: 24 bits for all three gains together",
+        ),
+        (
+            gains,
+            "kp = 0.1\nback_shift = 3",
+            "10:14: method.back_shift: nothing is given back; write anti_windup = \
+         \"back_calculation\", or leave this out",
+        ),
+        (
+            gains,
+            "kp = 0.1\nanti_windup = \"back_calculation\"\nback_shift = 13",
+            "11:14: method.back_shift: accepted: 0 \
+         to 12, the fraction bits of the gains",
+        ),
+        (
+            "duration = \"1 s\"",
+            "duration = \"1 s\"\n[expect]\ncontact_share = { value = 1, tolerance = 0 }",
+            "17:17: \
+         expect.contact_share: a method that follows a target has no wall; accepted: rms, final_angle, peak_angle, \
+         amplitude, frequency, peak_torque, encoder_edges",
+        ),
+        ("[hand]", "[wall]\nposition = 1\nstiffness = 1\n[hand]", "12:2: wall: unknown key; accepted here: "),
+        ("kind = \"pid\"", "kind = \"hybrid\"", "10:2: target: unknown key; accepted here: "),
+    ] {
+        let found = with(from, to);
+        assert!(found.contains(&format!("testbench/scenes/x.toml:{told}")), "{to}:\n{found}\n{told}");
+    }
+}
+
 #[test]
 fn a_table_that_its_words_do_not_hold_is_refused_at_its_line() {
     let with = |keys: &str| refused("kind = \"hybrid\"", &format!("kind = \"table\"\n{keys}"));
@@ -321,7 +429,7 @@ fn a_table_that_its_words_do_not_hold_is_refused_at_its_line() {
 #[test]
 fn a_choice_that_is_none_is_refused_with_the_choices() {
     let choices = "\"hybrid\", \"conventional\", \"sampled_wall\", \"virtual_coupling\", \"passivity_controller\", \
-                   \"energy_bounding\", \"passive_spring\", \"braking_pulse\", \"table\"";
+                   \"energy_bounding\", \"passive_spring\", \"braking_pulse\", \"table\", \"pid\"";
     says(
         refused("\"hybrid\"", "\"hybird\""),
         &format!("7:8: method.kind: `hybird` is none of {choices}; did you mean hybrid?"),
