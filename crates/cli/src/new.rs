@@ -171,12 +171,15 @@ fn formats(args: &Args) -> Vec<Given> {
     if args.dut || beginning(args).is_some() {
         return vec![Vec::new()];
     }
-    let bounded = args.method.as_deref() == Some("energy_bounding");
-    let keys = ["stiffness_format", "damping_format", "bound_format"];
+    let third = match args.method.as_deref() {
+        Some("energy_bounding") => Some("bound_format"),
+        Some("pid") => Some("integral_format"),
+        _ => None,
+    };
+    let keys = ["stiffness_format", "damping_format"].into_iter().chain(third).collect::<Vec<_>>();
     let of = |(int, frac): (u32, u32)| {
         let format = format!("(0,{int},{frac})");
-        let keys = keys.iter().take(if bounded { 3 } else { 2 });
-        keys.map(|key| (format!("method.{key}"), format.clone())).collect()
+        keys.iter().map(|key| (format!("method.{key}"), format.clone())).collect()
     };
     let sizes = (12..=20).step_by(2).flat_map(|int| (0..=12).step_by(2).map(move |frac| (int, frac)));
     sizes.filter(|(int, frac)| int + frac <= 32).map(of).collect()
@@ -299,10 +302,11 @@ fn given(args: &Args, design: &str) -> Given {
         "table" if is_mass => give(&[("method.torques", "[0, -1, 0, 1]"), ("method.spacing", "64")]),
         "table" => give(&[("method.torques", "[0, -0.002, 0, 0.002]"), ("method.spacing", "64")]),
         "pid" => {
-            let place = match args.device.as_str() {
-                "mass" => "\"2 cm\"",
-                "network" => "\"2 mm\"",
-                _ => "\"1 rad\"",
+            // A mass has no winding that damps it.
+            let (place, damping) = match args.device.as_str() {
+                "mass" => ("\"2 cm\"", "6 N.s/m"),
+                "network" => ("\"2 mm\"", damping),
+                _ => ("\"1 rad\"", damping),
             };
             let path = format!("[[\"100 ms\", 0], [\"200 ms\", {place}]]");
             give(&[("hand.kind", "none"), ("method.kp", stiffness), ("method.kd", damping), ("target.path", &path)]);
