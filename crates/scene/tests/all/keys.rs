@@ -104,7 +104,12 @@ fn bases() -> Vec<Base> {
             &[("hand.stiffness", "1"), ("hand.damping", "0"), ("hand.path", "[[0, 0]]")],
         ),
         axis("motor", "hybrid", "prescribed", &[("hand.path", "[[0, 0]]")]),
-        axis("motor", "hybrid", "prescribed", &[("hand.file", "{ path = \"a.csv\", to = 2 }")]),
+        axis(
+            "motor",
+            "hybrid",
+            "prescribed",
+            &[("hand.file", "{ path = \"a.csv\", to = 2 }"), ("expect.recording.file", "a.csv")],
+        ),
         axis(
             "motor",
             "hybrid",
@@ -272,6 +277,7 @@ const BESIDE: [(&str, &str, &str); 20] = [
     ("method.filter_shift", "method.estimator", "filtered"),
     ("method.velocity_filter", "method.estimator", "filtered"),
     ("method.velocity_filter.order", "method.velocity_filter.corner", "30"),
+    ("expect.recording", "expect.recording.file", "a.csv"),
     ("method.window", "method.estimator", "window"),
     ("method.noise", "method.estimator", "foaw"),
     ("method.acceleration", "method.estimator", "levant"),
