@@ -270,7 +270,10 @@ fn conditions(run: &Run) -> String {
     let unit = dotted(run.scene.units().stiffness);
     let stiffness = realised.in_units(run.scene.scale()).stiffness_nm_per_rad;
     let drawn = thinned(run.trace);
-    format!("{kind}; wall of {stiffness:.3} {unit}; products {product}{drawn}")
+    match run.scene.target {
+        Some(_) => format!("{kind}; a gain of {stiffness:.3} {unit}{drawn}"),
+        None => format!("{kind}; wall of {stiffness:.3} {unit}; products {product}{drawn}"),
+    }
 }
 
 /// Returns a note for a trace that does not hold all rows of its run; empty for any other trace.

@@ -137,7 +137,9 @@ fn a_table_of_torques_stays_inside_its_bounds_and_comes_within_two_bits() {
 
 #[test]
 fn a_controller_of_a_target_stays_inside_its_clamp() {
-    let scene = axis("following-motor", &[SLOW, MEAN]);
+    // A hand, without which the angle has no limits.
+    let hand = "{ kind = 'spring_damper', stiffness = '50 mN.m/rad', damping = '1 mN.m.s/rad', path = [['0 s', 0]] }";
+    let scene = axis("following-motor", &[SLOW, MEAN, ("hand", hand)]);
     let proof = axis_bounds(&scene).unwrap();
     compared(&scene, &proof, &at_random(&scene, &proof, |_| ()));
     let torque = of(&proof, "torque");
