@@ -354,10 +354,11 @@ fn axis_units(ran: &Ran) -> Option<Units> {
 
 fn unit(ran: &Ran, metric: Metric) -> &'static str {
     match metric {
-        Metric::FinalAngle | Metric::PeakAngle | Metric::PeakPenetration | Metric::Amplitude => position(ran),
+        Metric::FinalAngle | Metric::PeakAngle | Metric::PeakPenetration | Metric::Amplitude | Metric::Rms => {
+            position(ran)
+        }
         Metric::Frequency => "Hz",
         Metric::PeakTorque => axis_units(ran).map_or("N.m", |units| units.effort),
         Metric::SpringOverflowShare | Metric::EncoderEdges | Metric::ContactShare => "",
-        Metric::Rms => "m",
     }
 }
