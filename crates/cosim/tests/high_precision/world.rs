@@ -330,6 +330,9 @@ impl<const N: usize> World for PreciseWorld<'_, N> {
         if let Some(ramp) = self.schedule.scale {
             input.scale = ramp.word(self.edge);
         }
+        if let Some(target) = &self.schedule.target {
+            input.reference = target.word(self.edge);
+        }
     }
 
     fn sense(&mut self) {
