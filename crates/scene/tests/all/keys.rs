@@ -268,7 +268,7 @@ fn every_default_is_the_value_of_a_scene_without_the_key() {
 }
 
 /// Keys that are read only beside another.
-const BESIDE: [(&str, &str, &str); 20] = [
+const BESIDE: [(&str, &str, &str); 21] = [
     ("method.back_shift", "method.anti_windup", "back_calculation"),
     ("target.amplitude", "target.frequency", "1"),
     ("target.frequency", "target.amplitude", "0.1"),
