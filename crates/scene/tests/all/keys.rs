@@ -252,9 +252,15 @@ fn every_default_is_the_value_of_a_scene_without_the_key() {
             let name = path(row.section, row.key);
             let found = scene.parameters.iter().find(|parameter| parameter.key == name);
             let found = found.filter(|parameter| parameter.origin == Origin::Default).map(|found| found.value.clone());
-            // The error allowed between models is no parameter of a run.
-            let within = (name == "accuracy.within").then(|| ParameterValue::Number(scene.accuracy.within));
-            if let Some(found) = found.or(within) {
+            // The error allowed between models, and the shift of a log, are no parameters of a run.
+            let other = match &*name {
+                "accuracy.within" => Some(ParameterValue::Number(scene.accuracy.within)),
+                "expect.recording.shift" => {
+                    scene.expect.recording.as_ref().map(|log| ParameterValue::Integer(log.shift.into()))
+                }
+                _ => None,
+            };
+            if let Some(found) = found.or(other) {
                 assert_eq!(found, *default, "{name} in {} {:?}", base.scene, base.set);
                 held.insert((row.section, row.key, row.kinds));
             }

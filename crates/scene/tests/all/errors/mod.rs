@@ -119,7 +119,7 @@ fn an_unknown_metric_is_refused_with_the_metrics_there_are() {
         parse(&format!("{GOOD}[expect]\npeek_angle = {{ value = 1, tolerance = 1 }}\n"), &[]).unwrap_err(),
         "17:1: expect.peek_angle: unknown key; accepted here: outcome, final_angle, peak_angle, peak_penetration, \
          amplitude, frequency, peak_torque, spring_overflow_share, encoder_edges, contact_share, \
-         rms; did you mean peak_angle?",
+         rms, recording; did you mean peak_angle?",
     );
 }
 
