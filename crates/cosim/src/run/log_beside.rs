@@ -12,7 +12,7 @@ use crate::run::simulation::Simulation;
 /// The most pairs of a row and a shift.
 const MOST_PAIRS: usize = 1 << 24;
 
-/// What of a run is held beside the log.
+/// The part of a run that is held beside the log.
 #[derive(Clone, Debug)]
 enum Watched {
     /// An output of the device, at this index.

@@ -41,7 +41,7 @@ keys! { expect_recording: "expect.recording" of [];
     /// Table with the log, beside the scene, as the table of a hand's motion. Unless the file has an offset, its part
     /// begins with the run.
     file: OfFile = OfFile("the name of a table beside the scene (CSV)", Required);
-    /// What is held beside it: the device's position, or a net in counts, which counts from the run's start.
+    /// Column held beside it: the device's position, or a net in counts, which counts from the run's start.
     column: Text = Text(
         "the name of a column of the trace, as in \"position\"",
         Said("the device's position; beside counts the position counter"),

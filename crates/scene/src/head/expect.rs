@@ -36,7 +36,7 @@ pub struct Log {
     /// Time that is added to those of the log, so that they are those of the run; none for as much as lets the part
     /// begin with the run.
     pub offset_s: Option<f64>,
-    /// What is held beside it: the device's position, or a net in counts; none for the device's position, or for the
+    /// The column held beside it: the device's position, or a net in counts; none for the device's position, or for the
     /// position counter beside a log of counts.
     pub column: Option<String>,
     /// Steps by which the log may be shifted to either side.
