@@ -170,9 +170,16 @@ fn what_is_chosen_is_right_on_the_scenes_that_take_long_and_around_them() {
 
 #[test]
 fn a_resonance_above_the_sample_rate_keeps_what_happens_between_samples() {
-    let found = fitted("ringing-wall", &Set::new());
-    assert!(!leaps_samples("ringing-wall"), "{:?}", found.set);
-    assert!(sets(&found, "model.datapath"), "words are far finer than the ringing: {:?}", found.set);
+    let name = "ringing-wall";
+    assert!(!leaps_samples(name));
+    // Words are far finer than the ringing: a pick may keep them where that costs no time, and leaves them out within
+    // the tolerance.
+    let mut set = fitted(name, &Set::new()).set;
+    set.retain(|(key, _)| key != "model.datapath");
+    set.push(("model.datapath".to_string(), "law".to_string()));
+    let (reference, counted) = run(name, &Set::new());
+    let error = worst(&run(name, &set).0.errors(&reference), &counted);
+    assert!(error <= read(name, &Set::new()).1.accuracy.within, "{set:?} is off by {error}");
 }
 
 #[test]
