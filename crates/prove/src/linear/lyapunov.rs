@@ -61,10 +61,11 @@ pub(super) trait Motion {
 
 fn product<const N: usize>(a: &Square<N>, b: &Square<N>) -> Square<N> {
     let mut sums = [[0.0; N]; N];
-    for (row, sum) in a.iter().zip(&mut sums) {
-        for (&factor, other) in row.iter().zip(b) {
-            for (sum, &term) in sum.iter_mut().zip(other) {
-                *sum += factor * term;
+    // Counted, not zipped: a zip's length was called three times a cell where the compiler did not inline it.
+    for (at, row) in a.iter().enumerate() {
+        for (k, factor) in row.iter().enumerate() {
+            for (column, sum) in sums[at].iter_mut().enumerate() {
+                *sum += factor * b[k][column];
             }
         }
     }
@@ -91,7 +92,9 @@ fn plus<const N: usize>(a: &Square<N>, b: &Square<N>) -> Square<N> {
 }
 
 fn scaled<const N: usize>(a: &Square<N>, by: f64) -> Square<N> {
-    a.map(|row| row.map(|cell| cell * by))
+    let mut cells = *a;
+    cells.iter_mut().flatten().for_each(|cell| *cell *= by);
+    cells
 }
 
 fn diagonal<const N: usize>(of: &[f64; N]) -> Square<N> {
