@@ -48,11 +48,12 @@ stage() {
     begun=$SECONDS
 }
 trap 'rm -rf "$scratch"' EXIT
+TIMEFORMAT="%U s of a core"
 
-# Beside the tests, and behind them in priority, so that no core waits while one crate is compiled: lints, documentation
-# and README's first command, then what short runs cost in instructions, which no other work changes. Two builds into
-# one target folder would wait for each other. With the examples, documentation needs the crates with the same features
-# as lints do.
+# Beside the tests, and behind them in priority, so that no core waits while one crate is compiled: the explorer's page,
+# lints, documentation and README's first command, then what short runs cost in instructions, which no other work
+# changes. Two builds into one target folder would wait for each other. With the examples, documentation needs the
+# crates with the same features as lints do.
 lint() {
     export CARGO_TARGET_DIR=$target/lint
     cargo clippy --locked --profile quick --workspace --all-targets --quiet -- -D warnings || return
@@ -71,12 +72,12 @@ first() (
     cargo run --locked --quiet --profile quick --manifest-path "$manifest" -- run hybrid-wall -o out
 )
 (
-    renice -n 10 -p "$BASHPID"
-    (lint) >"$scratch/lint" 2>&1 || touch "$scratch/lint-failed"
-    TIMEFORMAT="%U s of a core"
-    { time first >"$scratch/first/said" 2>&1 || true; } 2>"$scratch/quick"
+    renice -n 5 -p "$BASHPID"
     # A failure is told by the test in a browser, which makes the page again.
     { time testbench/explorer.sh >/dev/null 2>&1 || true; } 2>"$scratch/explorer"
+    touch "$scratch/page-made"
+    (lint) >"$scratch/lint" 2>&1 || touch "$scratch/lint-failed"
+    { time first >"$scratch/first/said" 2>&1 || true; } 2>"$scratch/quick"
     testbench/instructions.sh >"$scratch/instructions" 2>&1 || touch "$scratch/instructions-failed"
 ) >"$scratch/priority" &
 beside=$!
@@ -88,14 +89,15 @@ tested=passed
 testbench/tests.py | tee "$scratch/tests" || tested=failed
 stage "builds and tests"
 
-wait "$beside"
-stage "waiting for lints and counts"
-
-# The explorer's page, after everything else: it is timed. Machines that test are shared, so it may take three times as
-# long; testbench/browser.sh by itself is strict.
+# The explorer's page is timed, so no test is beside it, only what is left of lints and counts. Machines that test are
+# shared, so it may take three times as long; testbench/browser.sh by itself is strict.
+while [ ! -e "$scratch/page-made" ] && kill -0 "$beside" 2>/dev/null; do sleep 1; done
 browsed=passed
 SLACK=${SLACK:-3} testbench/browser.sh || browsed=failed
 stage "browser"
+
+wait "$beside"
+stage "waiting for lints and counts"
 
 # The quick build and the release write the same files; only the summary's time of the run differs.
 opened=failed
