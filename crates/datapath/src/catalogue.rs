@@ -4,6 +4,7 @@ use crate::base::listed::{Configured, Given, Listed};
 use crate::gimbal::{
     ControlSwitch, CrankTable, GimbalInverse, GimbalLoop, GimbalShearLoop, ImpedanceControl, ServoControl,
 };
+use crate::paddle::{AngleSelect, EpflPaddleLoop, FilteredPid, TimerPwm, WindowSum};
 use crate::phantom::{
     CommandRegister, CommandScaler, CubeRoom, PhantomEngine, PhantomForward, PhantomIo, PhantomLoop, PhantomSharedLoop,
     PhantomTorque, SampleRegister, TrigCordic, TrigInterpolated, TrigQuarter, TrigTable,
@@ -71,7 +72,8 @@ macro_rules! around_laws {
             $(MethodLoop<crate::$Law>,)* TrigTable, TrigQuarter, TrigInterpolated, TrigCordic, SampleRegister,
             PhantomForward, CubeRoom, PhantomTorque, CommandScaler, CommandRegister, PhantomEngine, PhantomLoop,
             PhantomSharedLoop, PhantomIo, GimbalInverse, CrankTable, ServoControl, ImpedanceControl, ControlSwitch,
-            FractionalDifference, SampleTimer, GimbalLoop, GimbalShearLoop,
+            FractionalDifference, SampleTimer, GimbalLoop, GimbalShearLoop, WindowSum, FilteredPid, AngleSelect,
+            TimerPwm, EpflPaddleLoop,
         }
     };
 }

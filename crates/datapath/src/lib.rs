@@ -28,6 +28,7 @@ mod velocity;
 
 mod distinct;
 pub mod gimbal;
+pub mod paddle;
 pub mod phantom;
 
 pub use arithmetic::biquad::{Biquad, BiquadConfig};

@@ -25,6 +25,7 @@ mod methods_loops;
 mod methods_shaper;
 mod methods_wall;
 mod oracle;
+mod paddle;
 mod parts;
 mod phantom_blocks;
 mod phantom_connections;

@@ -76,7 +76,7 @@ pub fn directed(block: &dyn AnyBlock) -> Vec<Stimulus> {
     let inputs = block.inputs();
     let rows = match block.name() {
         "synchronizer" | "quadrature_decoder" => transitions(generic(block, "SETTLE").unwrap_or(2).min(LONGEST)),
-        "pwm" => modulation(inputs[0].format, generic(block, "DEAD_TIME").unwrap_or(0)),
+        "pwm" | "timer_pwm" => modulation(inputs[0].format, generic(block, "DEAD_TIME").unwrap_or(0)),
         _ if !block.clocked() => combinations(&inputs),
         "input_shaper" => [walls::steps(&inputs), samples(&inputs)].concat(),
         "energy_bounding" => [walls::motions(&inputs), walls::haul(block, &inputs)].concat(),
@@ -141,7 +141,7 @@ fn walks(inputs: &[Signal]) -> Vec<Stimulus> {
     let mut rows = Vec::new();
     for turn in 0..5 {
         let constant = |signal: &Signal| match signal.name {
-            "period" => signal.format.wrap([3, 41, 17, 0, 64][turn]),
+            name if name.ends_with("period") => signal.format.wrap([3, 41, 17, 0, 64][turn]),
             _ => corners(signal.format)[(turn + 3) % corners(signal.format).len()],
         };
         let constants: Vec<_> = inputs[2 * encoders..].iter().map(constant).collect();
@@ -388,7 +388,7 @@ fn draw(random: &mut SplitMix64, signal: &Signal, last: i64) -> i64 {
     let near = |random: &mut SplitMix64, word: i64| format.wrap(i128::from(word) + i128::from(random.below(9)) - 4);
     match (signal.name, random.below(4)) {
         // A long period holds a sampling block still, so only one in eight may be long.
-        ("period", _) if !random.one_in(8) => format.from_bits(random.below(12)),
+        (name, _) if name.ends_with("period") && !random.one_in(8) => format.from_bits(random.below(12)),
         // Seldom enough for a computation to end.
         ("start", _) => i64::from(random.one_in(40)),
         // Close enough to the counter's start for the walk to touch the wall.
