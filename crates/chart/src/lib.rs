@@ -11,6 +11,8 @@ mod limits;
 mod log_beside;
 mod map;
 mod motion;
+#[cfg(not(target_family = "wasm"))]
+mod paddle;
 mod papers;
 mod ranges;
 mod side_by_side;
@@ -38,6 +40,8 @@ pub use gimbal::{GIMBAL_NETS, gimbal_pictures};
 pub use limits::limits;
 pub use log_beside::log_beside;
 pub use map::map_pictures;
+#[cfg(not(target_family = "wasm"))]
+pub use paddle::{PADDLE_NETS, paddle_pictures};
 pub use papers::formats::formats;
 pub use papers::ladder::ladder;
 pub use papers::sines::sines;

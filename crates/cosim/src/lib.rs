@@ -5,6 +5,8 @@ pub mod dut;
 mod gimbal;
 mod linear;
 mod named_block;
+#[cfg(not(target_family = "wasm"))]
+mod paddle;
 mod phantom;
 mod result;
 mod run;
@@ -16,6 +18,8 @@ pub use dut::driven_world::{DrivenWorld, Halt, Logic};
 pub use gimbal::{ERROR, FORCE, GIMBAL_REALS, GIMBAL_ROW, GimbalSimulation, RADIUS, STRESSES, stress_error_pa};
 pub use linear::LinearLoop;
 pub use named_block::{NamedBlockError, named_block};
+#[cfg(not(target_family = "wasm"))]
+pub use paddle::PaddleSimulation;
 pub use phantom::PhantomSimulation;
 pub use result::columns::{ARM_REALS, ARM_ROW, AXIS_ROW, RAIL_ROW, SIGNS, TORQUE_BETWEEN};
 pub use result::contact::judged_window_s;

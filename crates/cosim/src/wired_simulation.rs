@@ -20,6 +20,9 @@ macro_rules! wired {
             /// One axis: a motor with a wheel, and a wall.
             Axis(AxisSimulation<'s>),
             $(#[doc = $meaning] $Device(crate::$Simulation<'s>),)*
+            /// Bodies and joints whose loop is that of EPFL's haptic paddle; a page, which loads all code, has it not.
+            #[cfg(not(target_family = "wasm"))]
+            Paddle(crate::PaddleSimulation<'s>),
         }
 
         /// Evaluates an expression with a simulation bound to a name, whatever its type.
@@ -28,6 +31,8 @@ macro_rules! wired {
                 match $d self {
                     Self::Axis($d simulation) => $d call,
                     $(Self::$Device($d simulation) => $d call,)*
+                    #[cfg(not(target_family = "wasm"))]
+                    Self::Paddle($d simulation) => $d call,
                 }
             };
         }
@@ -42,6 +47,12 @@ macro_rules! wired {
                 match experiment {
                     Experiment::Axis(scene) => AxisSimulation::new(scene).map(Self::Axis),
                     $(Experiment::$Device(scene) => crate::$Simulation::new(scene).map(Self::$Device),)*
+                    #[cfg(not(target_family = "wasm"))]
+                    Experiment::Paddle(scene) => crate::PaddleSimulation::new(scene).map(Self::Paddle),
+                    #[cfg(target_family = "wasm")]
+                    Experiment::Paddle(scene) => {
+                        Err(SimulationError::Scene(scene.error("method.kind", "a page has not the loop of the paddle")))
+                    }
                     Experiment::Dut(scene) => {
                         let reason = "this asks for blocks of hpu's own, and the scene has a design of yours";
                         Err(SimulationError::Scene(scene.error("dut", reason)))

@@ -87,6 +87,7 @@ pub mod joined;
 pub mod judged;
 pub mod law;
 pub mod method;
+mod paddle;
 mod path;
 mod phantom;
 mod random;
@@ -130,6 +131,7 @@ pub use head::shipped::{Begin, Shipped};
 pub use head::{Head, MOST_EDGES, Record, Run, Units};
 pub use method::rows::Pwm;
 pub use method::{AxisLoop, LawMethod, Loop, PidMethod, SampledWallMethod};
+pub use paddle::{PaddleFloats, PaddleMethod, PaddleModel, PaddleScene, PaddleWords};
 pub use path::{AxisTarget, Sine, along, moves_until_s, positions_along};
 pub use phantom::{
     Direction, Drop, Irregularity, PhantomLaw, PhantomMethod, PhantomModel, PhantomScene, PhantomWords, Platform,

@@ -113,14 +113,16 @@ pub struct Schedule {
     pub scale: Option<WordRamp>,
     /// The target, in the place of the wall's surface.
     pub target: Option<TargetWords>,
+    /// The wanted position of the paddle's loop, in its own format.
+    pub wanted: Option<WordRamp>,
 }
 
 impl Schedule {
     /// Returns the first edge after this one at which a word changes.
     pub fn next(&self, edge: u64) -> Option<u64> {
-        let ramps = [self.stiffness, self.scale].into_iter().flatten().filter_map(|ramp| ramp.next(edge));
+        let ramps = [self.stiffness, self.scale, self.wanted].into_iter().flatten();
         let target = self.target.as_ref().and_then(|target| target.next(edge));
-        ramps.chain(target).min()
+        ramps.filter_map(|ramp| ramp.next(edge)).chain(target).min()
     }
 }
 

@@ -6,6 +6,7 @@ pub mod fit;
 pub mod gimbal;
 pub mod limits;
 pub mod map;
+mod paddle;
 pub mod phantom;
 pub mod timing;
 pub mod widths;

@@ -58,6 +58,7 @@ impl Against {
         let count = match scene {
             Experiment::Axis(scene) => scene.encoder.count_rad(),
             Experiment::Dut(scene) => scene.encoder.count_rad(),
+            Experiment::Paddle(scene) => scene.encoder.count_rad(),
             _ => {
                 return Err(failed("a log is held beside the one position of an axis; this device has several".into()));
             }

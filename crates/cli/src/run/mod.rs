@@ -9,6 +9,7 @@ mod gimbal;
 mod junit;
 mod nets;
 pub mod overflow;
+mod paddle;
 mod page;
 mod phantom;
 mod pictures;

@@ -329,6 +329,10 @@ pub const COMMANDS: &[(&str, Form)] = &[
     ("hpu run cable.toml", Form::AsIs),
     ("hpu run two-encoder-joint", Form::AsIs),
     ("hpu run two-encoder-joint --set method.position=load", Form::AsIs),
+    ("hpu run epfl-paddle-step", Form::AsIs),
+    ("hpu run epfl-paddle-step --set model.datapath=float32", Form::AsIs),
+    ("hpu run epfl-paddle-cycle", Form::AsIs),
+    ("hpu run epfl-paddle-cycle --set method.integral_limit=5", Form::AsIs),
     (
         STUDENT,
         short("hpu limits student.toml --words 2 --phases 1", "the usual stiffnesses in words take half a minute"),

@@ -40,7 +40,7 @@ pub(crate) struct Contact {
 }
 
 impl Contact {
-    /// Creates the count for the net of this index, from this edge on.
+    /// Creates the count for the net of this index, from this edge on; without contact for an index that no net has.
     pub(crate) fn of(net: usize, from: u64) -> Self {
         Self { net, word: 0, since: 0, from, edges: 0 }
     }
@@ -53,8 +53,9 @@ impl Contact {
     /// Takes note of the words that stand from `edge` on.
     #[inline(always)]
     pub(crate) fn see(&mut self, edge: u64, words: &[i64]) {
-        let word = words[self.net];
-        if word != self.word {
+        if let Some(&word) = words.get(self.net)
+            && word != self.word
+        {
             self.turn(edge, word);
         }
     }

@@ -129,7 +129,7 @@ impl AxisDirect<'_> {
         let (quantum_n, duty) = match self.plant.actuator {
             Actuator::Amplified { quantum_n, .. } => (quantum_n, 0.0),
             Actuator::Averaged { full_scale, .. } => (0.0, 1.0 / full_scale),
-            Actuator::Switching | Actuator::Converted { .. } => {
+            Actuator::Switching | Actuator::Preloaded { .. } | Actuator::Converted { .. } => {
                 unreachable!("scenes refuse it: without a clock nothing switches")
             }
         };
@@ -225,7 +225,7 @@ impl<'d, 'p, C: Controller> Course<'d, 'p, C> {
         let (shaping, latch) = match plant.actuator {
             Actuator::Amplified { shaping, .. } => (shaping, None),
             Actuator::Averaged { latch, .. } => (None, latch),
-            Actuator::Switching | Actuator::Converted { .. } => (None, None),
+            Actuator::Switching | Actuator::Preloaded { .. } | Actuator::Converted { .. } => (None, None),
         };
         let encoder = Encoder::new(plant.count_rad, x[2]);
         Self {

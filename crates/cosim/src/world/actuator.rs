@@ -19,6 +19,16 @@ pub(crate) enum Actuator {
         /// The modulator's latch, which decides when the mean changes; `None`: the mean changes at once.
         latch: Option<Latch>,
     },
+    /// The bridge's mean voltage in each period of a modulator that takes a command at its beginning.
+    #[cfg_attr(target_family = "wasm", allow(dead_code, reason = "a page has not the loop of the paddle"))]
+    Preloaded {
+        /// Steps of a period.
+        steps: u32,
+        /// Steps for which the voltage is positive at a command of 0.
+        centre: u32,
+        /// Clocks of a period.
+        period: u64,
+    },
     /// A force amplifier that follows the command.
     Amplified {
         /// Force of one count, in N.

@@ -4,11 +4,13 @@
 //! [`Plant`] holds the immutable laws of a scene, [`AxisWorld`] its state.
 
 use std::collections::VecDeque;
+use std::marker::PhantomData;
 
+use hpu_datapath::paddle::PaddleIn;
 use hpu_datapath::{LoopIn, LoopOut, Repeat};
 use hpu_plant::network::NetworkDevice;
 use hpu_plant::{Band, Device, Drive, Gates, Pace, Pulses, REALS};
-use hpu_signal::{Cycle, Observe, Real};
+use hpu_signal::{Cycle, Observe, Ports, Real};
 
 use crate::result::columns::{AXIS_ROW, CURRENT_BETWEEN, SPEED_BETWEEN, TORQUE_BETWEEN, tell};
 use crate::result::stays::{Sums, Tally};
@@ -26,9 +28,66 @@ use hpu_scene::Schedule;
 /// Steps passed at a time: enough that the leaps between them cost little, few enough that a run can be stopped.
 const GLIDES: u32 = 64;
 
-/// The state of an axis and its surroundings, at one clock edge.
+/// The inputs of a wiring that an axis's world drives. Implemented by those of the haptic loops and of the paddle's.
+pub trait Placed: Ports<i64> + Copy + PartialEq {
+    /// Writes the present values.
+    fn placed(&mut self, world: &AxisWorld<Self>);
+    /// Whether these are the present values.
+    #[inline]
+    fn is_placed(&self, world: &AxisWorld<Self>) -> bool {
+        let mut placed = *self;
+        placed.placed(world);
+        placed == *self
+    }
+}
+
+impl Placed for LoopIn<i64> {
+    #[inline]
+    fn placed(&mut self, world: &AxisWorld) {
+        self.a_pin = world.pins.a;
+        self.b_pin = world.pins.b;
+        if let Some(stiffness) = world.stiffness {
+            self.stiffness = stiffness;
+        }
+        if let Some(scale) = world.scale {
+            self.scale = scale;
+        }
+        if let Some(reference) = world.reference {
+            self.reference = reference;
+        }
+    }
+
+    #[inline]
+    fn is_placed(&self, world: &AxisWorld) -> bool {
+        let Pins { a, b } = world.pins;
+        (self.a_pin, self.b_pin) == (a, b)
+            && world.stiffness.is_none_or(|stiffness| stiffness == self.stiffness)
+            && world.scale.is_none_or(|scale| scale == self.scale)
+            && world.reference.is_none_or(|reference| reference == self.reference)
+    }
+}
+
+impl Placed for PaddleIn<i64> {
+    #[inline]
+    fn placed(&mut self, world: &AxisWorld<Self>) {
+        self.a_pin = world.pins.a;
+        self.b_pin = world.pins.b;
+        if let Some(target) = world.reference {
+            self.target = target;
+        }
+        let (Some(sensors), [code, hall]) = (&world.sensors, world.read) else { return };
+        if let Some(code) = code {
+            self.code = sensors.pins()[code][0];
+        }
+        if let Some(hall) = hall {
+            self.hall = sensors.pins()[hall][0];
+        }
+    }
+}
+
+/// The state of an axis and its surroundings, at one clock edge, for wirings with the inputs `I`.
 #[derive(Clone)]
-pub struct AxisWorld<'p> {
+pub struct AxisWorld<'p, I = LoopIn<i64>> {
     plant: &'p Plant,
     /// Index of the net that an averaged bridge or an amplifier follows.
     command: usize,
@@ -68,12 +127,29 @@ pub struct AxisWorld<'p> {
     recorded: u64,
     /// The count of recorded lines, from their first levels.
     recorded_count: i64,
+    /// The sensors whose words are inputs: of the current, and of the angle.
+    read: [Option<usize>; 2],
+    inputs: PhantomData<I>,
 }
 
 impl<'p> AxisWorld<'p> {
     /// Creates the world at edge 0, all gates off. `command` is the index of the net that an averaged bridge or an
     /// amplifier follows.
     pub fn new(plant: &'p Plant, command: usize, schedule: Schedule) -> Self {
+        Self::made(plant, command, schedule, [None; 2])
+    }
+}
+
+#[cfg(not(target_family = "wasm"))]
+impl<'p> AxisWorld<'p, PaddleIn<i64>> {
+    /// Creates the world of the paddle's loop, which reads the words of a current and, if it is one, of an angle.
+    pub(crate) fn of_paddle(plant: &'p Plant, command: usize, schedule: Schedule, read: [Option<usize>; 2]) -> Self {
+        Self::made(plant, command, schedule, read)
+    }
+}
+
+impl<'p, I> AxisWorld<'p, I> {
+    fn made(plant: &'p Plant, command: usize, schedule: Schedule, read: [Option<usize>; 2]) -> Self {
         let mut world = Self {
             plant,
             command,
@@ -99,6 +175,8 @@ impl<'p> AxisWorld<'p> {
             reference: None,
             recorded: 0,
             recorded_count: 0,
+            read,
+            inputs: PhantomData,
         };
         if let Kind::Axis { axis, current_a, speed_rad_per_s, angle_rad, .. } = &plant.kind {
             world.device = Some(match plant.stepping {
@@ -126,6 +204,10 @@ impl<'p> AxisWorld<'p> {
                 if let Some(device) = &mut world.device {
                     device.driven(0, Drive::Average(latch.map_or(0.0, |latch| latch.given)));
                 }
+            }
+            Actuator::Preloaded { .. } => {
+                world.commanded = Some(0);
+                world.waiting.push_back((1, 0));
             }
             Actuator::Switching | Actuator::Converted { .. } => {}
         }
@@ -238,7 +320,8 @@ impl<'p> AxisWorld<'p> {
         let edge = self.edge;
         self.stiffness = self.schedule.stiffness.map(|ramp| ramp.word(edge));
         self.scale = self.schedule.scale.map(|ramp| ramp.word(edge));
-        self.reference = self.schedule.target.as_ref().map(|target| target.word(edge));
+        let target = self.schedule.target.as_ref().map(|target| target.word(edge));
+        self.reference = target.or_else(|| self.schedule.wanted.map(|ramp| ramp.word(edge)));
         if let (Some(shaping), Some(device)) = (&mut self.shaping, &mut self.device)
             && shaping.next <= edge
         {
@@ -314,9 +397,13 @@ impl<'p> AxisWorld<'p> {
             _ => {
                 let word = words[self.command];
                 self.commanded = Some(word);
-                match self.plant.late {
-                    0 => self.give(word),
-                    late => self.waiting.push_back((edge + late, word)),
+                match (self.plant.late, self.plant.actuator) {
+                    // The modulator reads, at the first edge of a period, the word of the edge before it.
+                    (_, Actuator::Preloaded { period, .. }) => {
+                        self.waiting.push_back((edge.div_ceil(period) * period + 1, word));
+                    }
+                    (0, _) => self.give(word),
+                    (late, _) => self.waiting.push_back((edge + late, word)),
                 }
                 self.plan();
             }
@@ -329,6 +416,11 @@ impl<'p> AxisWorld<'p> {
         let Some(device) = &mut self.device else { return };
         match self.plant.actuator {
             Actuator::Switching => {}
+            // As with a bridge in antiphase, but a positive command pushes towards the positive direction.
+            Actuator::Preloaded { steps, centre, .. } => {
+                let duty = 2.0 * (word + i64::from(centre)) as f64 / f64::from(steps) - 1.0;
+                device.driven(edge, Drive::Average(-duty));
+            }
             Actuator::Averaged { full_scale, .. } => {
                 let duty = word as f64 / full_scale;
                 let given = match &mut self.latch {
@@ -432,8 +524,8 @@ fn gates(out: LoopOut<i64>) -> Gates {
     Gates { a_high, a_low, b_high, b_low }
 }
 
-impl World for AxisWorld<'_> {
-    type In = LoopIn<i64>;
+impl<I: Placed> World for AxisWorld<'_, I> {
+    type In = I;
     type Out = LoopOut<i64>;
     type Row = [f64; REALS.len()];
     const REALS: &'static [Real] = &REALS;
@@ -444,27 +536,13 @@ impl World for AxisWorld<'_> {
     }
 
     #[inline]
-    fn place(&self, input: &mut LoopIn<i64>) {
-        input.a_pin = self.pins.a;
-        input.b_pin = self.pins.b;
-        if let Some(stiffness) = self.stiffness {
-            input.stiffness = stiffness;
-        }
-        if let Some(scale) = self.scale {
-            input.scale = scale;
-        }
-        if let Some(reference) = self.reference {
-            input.reference = reference;
-        }
+    fn place(&self, input: &mut I) {
+        input.placed(self);
     }
 
     #[inline]
-    fn shows(&self, input: &LoopIn<i64>) -> bool {
-        let Pins { a, b } = self.pins;
-        (input.a_pin, input.b_pin) == (a, b)
-            && self.stiffness.is_none_or(|stiffness| stiffness == input.stiffness)
-            && self.scale.is_none_or(|scale| scale == input.scale)
-            && self.reference.is_none_or(|reference| reference == input.reference)
+    fn shows(&self, input: &I) -> bool {
+        input.is_placed(self)
     }
 
     #[inline]

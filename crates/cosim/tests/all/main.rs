@@ -19,6 +19,7 @@ mod less_model;
 mod loaded;
 mod moving_hand;
 mod networks;
+mod paddle;
 mod phantom_host;
 mod phantom_physics;
 mod phantom_scenes;

@@ -148,7 +148,7 @@ macro_rules! with_wiring {
         match $simulation.wiring() {
             TheLoop::Axis(axis_loop) => with_axis_loop!(axis_loop, $wiring => $call),
             TheLoop::Law($wiring) => $call,
-            TheLoop::Device(_) => panic!("an axis"),
+            TheLoop::Device(_) | TheLoop::Floats(_) => panic!("an axis"),
         }
     };
 }

@@ -15,6 +15,7 @@ use crate::axis::parts::{Device, Encoder, Hand, Motor, PathPoint};
 use crate::axis::rows::{Mass, encoder_part};
 use crate::axis::sensors::{ENCODER, Sensor, SensorKind, encoder, names_of, one_of, sensors};
 use crate::head::Units;
+use crate::paddle::read::is_paddle;
 use crate::schema::quantity::{Axis, RAIL, SHAFT};
 use crate::schema::section::Section;
 use crate::schema::source::SceneError;
@@ -204,7 +205,9 @@ pub(crate) fn draft(root: &Section, clock: Clock) -> Result<Draft, SceneError> {
     let (feed, driven, dac) = drive(s.section("drive")?, root, (&names, &slides, &motors))?;
     let hand = hpu_plant::Hand::Torque(0.0);
     let mut seen = on;
-    if let Some(chosen) = chosen(&root.section("method")?, &sensors)? {
+    // The paddle's loop reads words of a sensor beside the encoder.
+    let chosen = if is_paddle(root) { None } else { chosen(&root.section("method")?, &sensors)? };
+    if let Some(chosen) = chosen {
         let Sensor { name, kind: SensorKind::Encoder(index, own) } = &mut sensors[chosen] else {
             let reason = format!("{} has no lines, which a method counts; write an encoder", sensors[chosen].name);
             return Err(root.error("method.position", reason));

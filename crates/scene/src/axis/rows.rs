@@ -229,7 +229,7 @@ keys! { model_motor: "model" of ["motor"];
     winding: Choice<Winding> = Choice::new(|| named(&Winding::ALL, Winding::name), Is(Winding::Inductive));
 }
 
-keys! { model_friction: "model" of ["axis", "dut"];
+keys! { model_friction: "model" of ["axis", "dut", "epfl_paddle"];
     /// Models Coulomb friction with sticking and slipping, proportional to the speed below `friction_speed`, or not at
     /// all.
     friction: Choice<Friction> = Choice::new(|| vec![

@@ -68,4 +68,6 @@ pub(crate) const AXIS: &[Shipped] = scenes![
     "voice-coil-button",
     "heavy-hand",
     "two-encoder-joint",
+    "epfl-paddle-step",
+    "epfl-paddle-cycle",
 ];

@@ -360,7 +360,7 @@ impl Scene {
         let last = ramp.stiffness_nm_per_rad.map(|k| self.gain("wall.ramp.stiffness", k, unit, si, formats.0));
         let shown = ramp.scale.map(|scale| self.gain("wall.ramp.scale", scale, 1.0, "", formats.1));
         let (stiffness, scale) = (to(stiffness, last.transpose()?), to(scale, shown.transpose()?));
-        Ok(Schedule { stiffness, scale, target: None })
+        Ok(Schedule { stiffness, scale, ..Schedule::default() })
     }
 
     fn loop_config(&self) -> Result<LoopConfig, SceneError> {

@@ -5,6 +5,8 @@
 
 use crate::experiment::devices::KINDS;
 use crate::experiment::groups::{has_own_kind, kinds_of, schema};
+use crate::paddle::read::is_paddle;
+use crate::paddle::rows::PADDLE;
 use crate::schema::is_any_name;
 use crate::schema::quantity::{Axis, RAIL, SHAFT};
 use crate::schema::section::Section;
@@ -33,7 +35,14 @@ pub(crate) fn with_others_of_plant(source: &Source, first: SceneError) -> SceneE
 /// Returns the kind of a scene, the kind of its device, and the dimensions of the device's motion.
 pub(crate) fn kinds(root: &Section) -> Option<(&'static str, &'static str, &'static Axis)> {
     let device = kind(&root.section("device").ok()?)?;
-    let has = |&(scene, of): &(&str, &str)| of == device && (scene != "dut" || root.has("dut"));
+    let has = |&(scene, of): &(&str, &str)| {
+        let is_one = match scene {
+            "dut" => root.has("dut"),
+            PADDLE => is_paddle(root),
+            _ => true,
+        };
+        of == device && is_one
+    };
     let (scene, device) = *KINDS.iter().rfind(|kinds| has(kinds))?;
     Some((scene, device, if device == "mass" { &RAIL } else { &SHAFT }))
 }

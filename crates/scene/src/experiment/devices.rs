@@ -62,6 +62,7 @@ macro_rules! listed {
             ("dut", "motor"),
             ("dut", "mass"),
             ("dut", "network"),
+            ("epfl_paddle", "network"),
             $((stringify!($module), stringify!($module))),*
         ];
 

@@ -6,6 +6,7 @@ use super::devices::{KEYS, device};
 use crate::dut::rows::*;
 use crate::faults::rows::faults;
 use crate::method::{FOLLOWS, WALLED};
+use crate::paddle::rows::{method_paddle, model_paddle};
 use crate::schema::{DeviceKeys, Group, KeyRow, Schema};
 
 /// A part of the list.
@@ -62,6 +63,7 @@ static PARTS: &[Part] = &[
     Each(|keys| keys.parts),
     Fixed(&[&clock::GROUP, &method::GROUP, &method_network::GROUP, &method_law::GROUP, &method_loop::GROUP]),
     Fixed(crate::method::KEYS),
+    Fixed(&[&method_paddle::GROUP]),
     Fixed(&[&method_scale::GROUP]),
     Each(|keys| keys.method),
     Fixed(&[
@@ -95,6 +97,7 @@ static PARTS: &[Part] = &[
     Each(|keys| keys.motion),
     Each(|keys| keys.walls),
     Fixed(&[&model::GROUP, &model_motor::GROUP, &model_network::GROUP, &model_friction::GROUP, &model_law::GROUP]),
+    Fixed(&[&model_paddle::GROUP]),
     Each(|keys| keys.model),
     Fixed(&[&run::GROUP, &record::GROUP]),
     Each(|keys| keys.record),

@@ -17,6 +17,8 @@ use crate::gimbal::{self, GimbalScene};
 use crate::head::Head;
 use crate::head::setup::Setup;
 use crate::head::shipped::Shipped;
+use crate::paddle::PaddleScene;
+use crate::paddle::read::is_paddle;
 use crate::phantom::{self, PhantomScene};
 use crate::schema::section::Section;
 use crate::schema::source::{SceneError, Source};
@@ -33,6 +35,8 @@ macro_rules! experiment {
             /// One axis: a motor with a wheel, and a wall.
             Axis(Scene),
             $(#[doc = $meaning] $Device($Scene),)*
+            /// Bodies and joints whose loop is that of EPFL's haptic paddle.
+            Paddle(PaddleScene),
             /// One axis whose loop is closed by a design of the user's own.
             Dut(DutScene),
         }
@@ -48,7 +52,12 @@ macro_rules! experiment {
                 if Section::root(source).has("dut") {
                     return dut::read::scene(name, source, kind, load).map(Self::Dut);
                 }
-                axis::read::scene(name, source, kind, load).map(Self::Axis)
+                match kind {
+                    Kind::Network if is_paddle(&Section::root(source)) => {
+                        crate::paddle::read::scene(name, source, load).map(Self::Paddle)
+                    }
+                    _ => axis::read::scene(name, source, kind, load).map(Self::Axis),
+                }
             }
 
             /// Returns the scene as one of any kind.
@@ -56,6 +65,7 @@ macro_rules! experiment {
                 match self {
                     Self::Axis(scene) => scene,
                     $(Self::$Device(scene) => scene,)*
+                    Self::Paddle(scene) => scene,
                     Self::Dut(scene) => scene,
                 }
             }
@@ -67,6 +77,7 @@ macro_rules! experiment {
                 match self {
                     Self::Axis(scene) => &scene.head,
                     $(Self::$Device(scene) => &scene.head,)*
+                    Self::Paddle(scene) => &scene.head,
                     Self::Dut(scene) => &scene.head,
                 }
             }

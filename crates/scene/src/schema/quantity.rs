@@ -65,7 +65,8 @@ dimensions! {
     TORQUE = "a torque", "N.m", 1e-12 to 1e4, [si("N.m")];
     TORSIONAL_STIFFNESS = "a torsional stiffness", "N.m/rad", 1e-12 to 1e6,
         [si("N.m/rad"), unit("N.m/deg", 180.0 / PI, 0)];
-    TORSIONAL_DAMPING = "a torsional damping", "N.m.s/rad", 1e-15 to 1e3, [si("N.m.s/rad")];
+    TORSIONAL_DAMPING = "a torsional damping", "N.m.s/rad", 1e-15 to 1e3,
+        [si("N.m.s/rad"), unit("N.m.s/deg", 180.0 / PI, 0)];
     TORSIONAL_INTEGRAL = "a torsional stiffness per time", "N.m/rad/s", 1e-12 to 1e9, [si("N.m/rad/s")];
     INERTIA = "a moment of inertia", "kg.m2", 1e-12 to 1e3,
         [unit("kg.m2", 1.0, 0), unit("g.m2", 1.0, -3), unit("g.cm2", 1.0, -7)];

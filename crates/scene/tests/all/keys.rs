@@ -30,6 +30,15 @@ const FOLLOWS: &str = "[method]\nkind = 'pid'\nsample_rate = '1 kHz'\nkp = 0.1\n
 const DUT: &str = "[dut]\nfiles = ['a.v']\ntop = 'a'\nclock = 'clk'\nreset = { port = 'rst' }\n\
                    ports = { a = 'encoder.a', o = 'DRIVE' }\n[wall]\nposition = 1";
 
+const PADDLE: &str = "about = 'A.'\n[device]\nkind = 'network'\nbodies.rotor = { inertia = 1e-6 }\n\
+                      drive = { kind = 'bridge', on = 'rotor', torque_constant = 0.02, resistance = 2, \
+                      inductance = 1e-3 }\n\
+                      sensors.amps = { kind = 'current', gain = 1, range = 2, bits = 12, rate = 1e5 }\n\
+                      sensors.hall = { kind = 'absolute', on = 'rotor', bits = 12, rate = 1e4 }\n\
+                      [encoder]\non = 'rotor'\n[clock]\nfrequency = '50 MHz'\n\
+                      [method]\nkind = 'epfl_paddle'\ncurrent = 'amps'\ntarget = 0.1\nkp = 1e-3\n\
+                      [hand]\nkind = 'none'\n[faults]\n[run]\nduration = 1\n";
+
 fn on_an_axis(device: &str, loops: &str) -> String {
     format!(
         "about = 'A.'\n[device]\n{device}\n[clock]\nfrequency = '50 MHz'\n{loops}\n[hand]\nkind = 'none'\n\
@@ -66,7 +75,16 @@ fn bases() -> Vec<Base> {
         let set = [("target.kind", kind)].into_iter().chain(set.iter().copied()).collect();
         Base { text: text.into(), set, scene: "gimbal", device: "gimbal", method: "gimbal", hand: kind }
     };
+    let paddle = Base {
+        text: PADDLE.into(),
+        set: vec![("method.position", "hall")],
+        scene: "epfl_paddle",
+        device: "network",
+        method: "epfl_paddle",
+        hand: "none",
+    };
     vec![
+        paddle,
         gimbal("path", &[("target.path", "[[0, 0.01, 0, 0]]")]),
         gimbal("sines", &[]),
         gimbal("random", &[]),
@@ -340,6 +358,7 @@ fn reads(base: &Base, row: &KeyRow) -> bool {
         || ["filter_shift", "window", "noise", "acceleration"].contains(&row.key)
             && base.set.iter().any(|(key, _)| key.starts_with("method.velocity_filter"))
         || row.section == "hand.file" && base.set.iter().all(|(key, _)| *key != "hand.file")
+        || base.scene == "epfl_paddle" && row.section.starts_with("device.drive")
         || ["mass", "network"].contains(&base.device) && row.section == "bridge"
         || ["motor", "network"].contains(&base.device) && row.section.starts_with("amplifier")
         || base.device == "network" && row.section == "model" && ["step", "friction_speed"].contains(&row.key)

@@ -35,7 +35,7 @@ fn leaps_samples(name: &str) -> bool {
             scene.model.solver == Solver::Sample
                 || scene.model.solver.is_fixed_step() && scene.step_clocks() >= scene.period_clocks()
         }
-        Experiment::Phantom(_) | Experiment::Gimbal(_) | Experiment::Dut(_) => false,
+        Experiment::Phantom(_) | Experiment::Gimbal(_) | Experiment::Paddle(_) | Experiment::Dut(_) => false,
     }
 }
 
@@ -64,6 +64,7 @@ fn tried(experiment: &Experiment) -> [Set; 2] {
         Experiment::Gimbal(scene) => {
             [one("device.mass", 1.05 * scene.gimbal.mass_kg), one("device.mass", 0.95 * scene.gimbal.mass_kg)]
         }
+        Experiment::Paddle(scene) => [0.95, 1.05].map(|share| one("method.kp", share * scene.method.gains[0])),
         Experiment::Dut(_) => panic!("no shipped scene has a design of the user's own"),
     }
 }
@@ -85,6 +86,10 @@ fn elsewhere(experiment: &Experiment) -> Vec<Set> {
             let of_mass = |share: f64| vec![("device.mass".to_string(), format!("{:?}", share * scene.gimbal.mass_kg))];
             return [0.98, 1.03].map(of_mass).to_vec();
         }
+        Experiment::Paddle(scene) => {
+            let of_gain = |share: f64| vec![("method.kp".to_string(), format!("{:?}", share * scene.method.gains[0]))];
+            return [0.98, 1.03].map(of_gain).to_vec();
+        }
         Experiment::Dut(_) => panic!("no shipped scene has a design of the user's own"),
     };
     let one = |key: &str, value: f64| vec![(key.to_string(), format!("{value:?}"))];
@@ -93,13 +98,15 @@ fn elsewhere(experiment: &Experiment) -> Vec<Set> {
 }
 
 /// Scenes that take a third of the time of all scenes; `testbench/long.sh` runs them.
-const LONG: [&str; 6] = [
+const LONG: [&str; 8] = [
     "power-scaling",
     "impulse-engine-shaped",
     "phantom-drop-rtos",
     "phantom-flexible",
     "stiff-conventional-1khz",
     "conventional-wall-1khz",
+    "epfl-paddle-step",
+    "epfl-paddle-cycle",
 ];
 
 fn right_on(name: &str) {
