@@ -15,7 +15,7 @@ use crate::axis::parts::{Device, Encoder, Hand, Motor, PathPoint};
 use crate::axis::rows::{Mass, encoder_part};
 use crate::axis::sensors::{ENCODER, Sensor, SensorKind, encoder, names_of, one_of, sensors};
 use crate::head::Units;
-use crate::paddle::read::is_paddle;
+use crate::method::is_paddle;
 use crate::schema::quantity::{Axis, RAIL, SHAFT};
 use crate::schema::section::Section;
 use crate::schema::source::SceneError;

@@ -5,8 +5,7 @@
 
 use crate::experiment::devices::KINDS;
 use crate::experiment::groups::{has_own_kind, kinds_of, schema};
-use crate::paddle::read::is_paddle;
-use crate::paddle::rows::PADDLE;
+use crate::method::{PADDLE, is_paddle};
 use crate::schema::is_any_name;
 use crate::schema::quantity::{Axis, RAIL, SHAFT};
 use crate::schema::section::Section;

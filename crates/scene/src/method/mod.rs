@@ -81,6 +81,14 @@ pub enum Loop {
     Law(LawMethod),
 }
 
+/// The method that is a scene of its own, in `method.kind`: the loop of EPFL's haptic paddle.
+pub(crate) const PADDLE: &str = "epfl_paddle";
+
+/// Returns whether a scene's method is that of the paddle.
+pub(crate) fn is_paddle(root: &Section) -> bool {
+    root.section("method").is_ok_and(|s| s.get("kind").and_then(|kind| kind.as_str()) == Some(PADDLE))
+}
+
 /// The names of the loops in `method.kind`.
 pub(crate) const LOOPS: [&str; 2] = ["hybrid", "conventional"];
 

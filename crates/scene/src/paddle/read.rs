@@ -19,11 +19,6 @@ use crate::schema::source::{SceneError, Source};
 const OWN: Own =
     Own { kind: PADDLE, plant_rate: &keys::record::plant_rate, expect: axis_expect, outputs: &keys::accuracy::outputs };
 
-/// Returns whether a scene's method is that of the paddle.
-pub(crate) fn is_paddle(root: &Section) -> bool {
-    root.section("method").is_ok_and(|s| s.get("kind").and_then(|kind| kind.as_str()) == Some(PADDLE))
-}
-
 /// Reads a scene of the paddle's loop around a network.
 pub(crate) fn scene(file: &str, source: &Source, load: Load) -> Result<PaddleScene, SceneError> {
     let root = Section::root(source);

@@ -5,13 +5,11 @@ pub(crate) use crate::axis::rows::*;
 use std::f64::consts::PI;
 
 use crate::head::model::{BridgeModel, Solver};
+pub(crate) use crate::method::PADDLE;
 use crate::schema::Otherwise::{Is, Required};
 use crate::schema::quantity as q;
 use crate::schema::quantity::Sense::{Any, NotNegative, Positive, Within};
 use crate::schema::{Choice, Group, Key, Quantity, Text, Whole, keys, named};
-
-/// The name of the method.
-pub(crate) const PADDLE: &str = "epfl_paddle";
 
 keys! { method_paddle: "method" of [PADDLE];
     /// The control law: the position and the current controller of EPFL's haptic paddle.

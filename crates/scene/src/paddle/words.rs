@@ -119,43 +119,8 @@ impl PaddleScene {
         let normal = PaddleConfig::default();
         let steps_per_v = f64::from(normal.pwm.centre) / self.bridge.supply_v;
 
-        let sum_width = codes.bits + method.window.next_power_of_two().ilog2();
-        if sum_width > MOST_SUM {
-            let reason = format!("{} codes of {} bits; accepted: {MOST_SUM} bits of a sum", method.window, codes.bits);
-            return Err(self.error("method.codes", reason));
-        }
-        let hall_width = method.position.map_or(normal.hall_width, |index| self.sampled(index).bits);
-        if hall_width > normal.haptic.width {
-            let reason = format!("its word has {hall_width} bits; accepted: {} at most", normal.haptic.width);
-            return Err(self.error("method.position", reason));
-        }
-        let most = (method.torque_limit_nm / method.torque_constant_nm_per_a / unit_a).floor();
-        let duty = method.duty_limit * f64::from(normal.pwm.centre);
-        let most = self.whole("method.torque_limit", most)?;
-        // One bit for the sign.
-        let command_width = (33 - most.leading_zeros()).max(normal.haptic.command_width);
-        if command_width > MOST_AIM {
-            let reason = format!("its word has {command_width} bits; accepted: {MOST_AIM} at most, so write less");
-            return Err(self.error("method.torque_limit", reason));
-        }
-        let haptic = FilteredPidConfig { command_width, least: -most, most, ..normal.haptic };
-        let limit = method.integral_limit_v * steps_per_v * f64::from(normal.current.sum_frac).exp2();
-        let current = FilteredPidConfig {
-            least: self.whole("method.duty_limit", (-duty).floor())?,
-            most: self.whole("method.duty_limit", duty.floor())?,
-            sum_limit: self.whole("method.integral_limit", limit.round())?.unsigned_abs(),
-            ..normal.current
-        };
-        let config = PaddleConfig {
-            hall_width,
-            haptic,
-            code_width: codes.bits,
-            window: method.window,
-            sum_width,
-            current,
-            pwm: TimerPwmConfig { command_width: current.command_width, ..normal.pwm },
-            ..normal
-        };
+        let config = self.formats(codes, unit_a, steps_per_v)?;
+        let (haptic, current) = (config.haptic, config.current);
         let [kp, ki, kd] = method.gains;
         let torque = count_rad / (method.reduction * method.torque_constant_nm_per_a * unit_a);
         let gains = [("kp", kp), ("ki", ki * BELIEVED_S[1]), ("kd", kd / BELIEVED_S[1])];
@@ -195,6 +160,48 @@ impl PaddleScene {
         };
         words.schedule.wanted = Some(self.target(haptic.target, count_rad)?);
         Ok(words)
+    }
+
+    /// Returns the formats and limits of the loop, for units of the sum of codes.
+    fn formats(&self, codes: &Sampled, unit_a: f64, steps_per_v: f64) -> Result<PaddleConfig, SceneError> {
+        let (method, normal) = (&self.method, PaddleConfig::default());
+        let sum_width = codes.bits + method.window.next_power_of_two().ilog2();
+        if sum_width > MOST_SUM {
+            let reason = format!("{} codes of {} bits; accepted: {MOST_SUM} bits of a sum", method.window, codes.bits);
+            return Err(self.error("method.codes", reason));
+        }
+        let hall_width = method.position.map_or(normal.hall_width, |index| self.sampled(index).bits);
+        if hall_width > normal.haptic.width {
+            let reason = format!("its word has {hall_width} bits; accepted: {} at most", normal.haptic.width);
+            return Err(self.error("method.position", reason));
+        }
+        let most = (method.torque_limit_nm / method.torque_constant_nm_per_a / unit_a).floor().max(1.0);
+        let duty = method.duty_limit * f64::from(normal.pwm.centre);
+        let most = self.whole("method.torque_limit", most)?;
+        // One bit for the sign.
+        let command_width = (33 - most.leading_zeros()).max(normal.haptic.command_width);
+        if command_width > MOST_AIM {
+            let reason = format!("its word has {command_width} bits; accepted: {MOST_AIM} at most, so write less");
+            return Err(self.error("method.torque_limit", reason));
+        }
+        let haptic = FilteredPidConfig { command_width, least: -most, most, ..normal.haptic };
+        let limit = method.integral_limit_v * steps_per_v * f64::from(normal.current.sum_frac).exp2();
+        let current = FilteredPidConfig {
+            least: self.whole("method.duty_limit", (-duty).floor())?,
+            most: self.whole("method.duty_limit", duty.floor())?,
+            sum_limit: self.whole("method.integral_limit", limit.round())?.unsigned_abs(),
+            ..normal.current
+        };
+        Ok(PaddleConfig {
+            hall_width,
+            haptic,
+            code_width: codes.bits,
+            window: method.window,
+            sum_width,
+            current,
+            pwm: TimerPwmConfig { command_width: current.command_width, ..normal.pwm },
+            ..normal
+        })
     }
 
     fn floats(&self, count_rad: f64, unit_a: f64, pwm: &TimerPwmConfig) -> PaddleFloats {
