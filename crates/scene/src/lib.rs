@@ -152,6 +152,6 @@ pub use hpu_plant::Bridge;
 /// Every key of a scene, as data.
 pub mod keys {
     pub use crate::experiment::groups::{has_own_kind, kinds_of, markdown, rows};
-    pub use crate::method::FOLLOWS;
+    pub use crate::method::{FOLLOWS, PADDLE};
     pub use crate::schema::{KeyRow, Otherwise, Shape, Sizes, Takes, grouped, is_any_name};
 }

@@ -5,7 +5,7 @@
 
 use hpu_cosim::scene::KINDS;
 use hpu_cosim::scene::keys::{
-    FOLLOWS, KeyRow, Otherwise, Shape, Sizes, Takes, has_own_kind, is_any_name, kinds_of, rows,
+    FOLLOWS, KeyRow, PADDLE, Otherwise, Shape, Sizes, Takes, has_own_kind, is_any_name, kinds_of, rows,
 };
 use serde_json::{Map, Value, json};
 
@@ -29,8 +29,9 @@ pub fn schema() -> Value {
                 let method = json!({ "properties": { "kind": { "enum": FOLLOWS } }, "required": ["kind"] });
                 let target = json!({ "properties": { "method": method }, "required": ["method"] });
                 let own = if follows { target } else { json!({ "not": target }) };
-                case["allOf"] = json!([{ "not": { "required": ["dut"] } }, own]);
+                case["allOf"] = json!([{ "not": { "required": ["dut"] } }, { "not": of_paddle() }, own]);
             }
+            PADDLE => case["allOf"] = json!([of_paddle()]),
             "dut" => case["required"] = json!(["device", "dut"]),
             _ => {}
         }
@@ -55,6 +56,12 @@ pub fn schema() -> Value {
     })
 }
 
+/// Returns the schema of a scene that a paddle's firmware controls, whatever else it has.
+fn of_paddle() -> Value {
+    let method = json!({ "properties": { "kind": { "const": PADDLE } }, "required": ["kind"] });
+    json!({ "properties": { "method": method }, "required": ["method"] })
+}
+
 /// Returns the rows of a section that these kinds take.
 fn taken<'a>(section: &'a str, kinds: &'a [&'a str]) -> impl Iterator<Item = KeyRow> + 'a {
     let takes = |row: &KeyRow| row.kinds.is_empty() || row.kinds.iter().any(|kind| kinds.contains(kind));
@@ -64,7 +71,8 @@ fn taken<'a>(section: &'a str, kinds: &'a [&'a str]) -> impl Iterator<Item = Key
 /// Returns the schema of a section. If its own `kind` decides which keys it takes, there is a case for each kind.
 fn section(of: Of, name: &str) -> Value {
     let kinds = &kinds_of(name, of.scene, of.device, None);
-    let kind = rows().find(|row| (row.section, row.key) == (name, "kind"));
+    let is_of = |row: &KeyRow| name != "method" || row.kinds.contains(&PADDLE) == (of.scene == PADDLE);
+    let kind = rows().find(|row| (row.section, row.key) == (name, "kind") && is_of(row));
     let Some(kind) = kind.filter(|_| has_own_kind(name, of.scene)) else { return object(of, name, kinds) };
     let Takes::Choice(names) = &kind.takes else { return object(of, name, kinds) };
     let cases: Vec<_> = names

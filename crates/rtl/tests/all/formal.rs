@@ -272,6 +272,7 @@ fn every_wiring_equals_its_vhdl_in_every_listed_configuration() {
             "braking_pulse_loop",
             "conventional_loop",
             "energy_bounding_loop",
+            "epfl_paddle_loop",
             "gimbal_loop",
             "gimbal_shear_loop",
             "hybrid_loop",

@@ -82,7 +82,7 @@ pub enum Loop {
 }
 
 /// The method that is a scene of its own, in `method.kind`: the loop of EPFL's haptic paddle.
-pub(crate) const PADDLE: &str = "epfl_paddle";
+pub const PADDLE: &str = "epfl_paddle";
 
 /// Returns whether a scene's method is that of the paddle.
 pub(crate) fn is_paddle(root: &Section) -> bool {

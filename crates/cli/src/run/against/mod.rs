@@ -8,13 +8,13 @@ use hpu_page::Page;
 use hpu_signal::Cycle;
 use serde_json::json;
 
-use super::Args;
+use crate::run::Args;
 use crate::scene::Loaded;
 use crate::shell::{Failure, verdict};
 use crate::units::si;
 
 /// A log that a run is to be held beside.
-pub(super) struct Against {
+pub(in crate::run) struct Against {
     /// The observer.
     pub log: LogBeside,
     /// The greatest difference that is accepted, if one is given.
