@@ -171,12 +171,13 @@ fn mathml_is_well_formed_and_no_markdown() {
 }
 
 /// Runs that stay text: the block, the begin of the run, and the reason.
-const TEXT: [(&str, &str, &str); 29] = [
+const TEXT: [(&str, &str, &str); 30] = [
     ("axis_front", "a_pin, b_pin -> sync", "a drawing"),
     ("butterworth_difference", "position -+-> hold", "a drawing"),
     ("conventional_loop", "pins -> sync", "a drawing"),
     ("edge_timer", "d /= 0   a change", "cases in prose"),
     ("braking_pulse_loop", "pins -> front", "a drawing"),
+    ("epfl_paddle_loop", "pins -> sync", "a drawing"),
     ("energy_bounding_loop", "pins -> front", "a drawing"),
     ("passive_spring_loop", "pins -> front", "a drawing"),
     ("passivity_controller_loop", "pins -> front", "a drawing"),

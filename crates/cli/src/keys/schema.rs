@@ -5,7 +5,7 @@
 
 use hpu_cosim::scene::KINDS;
 use hpu_cosim::scene::keys::{
-    FOLLOWS, KeyRow, PADDLE, Otherwise, Shape, Sizes, Takes, has_own_kind, is_any_name, kinds_of, rows,
+    FOLLOWS, KeyRow, Otherwise, PADDLE, Shape, Sizes, Takes, has_own_kind, is_any_name, kinds_of, rows,
 };
 use serde_json::{Map, Value, json};
 

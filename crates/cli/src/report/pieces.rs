@@ -12,8 +12,8 @@ use hpu_cosim::{AnySimulation, Simulation, Wired, WiredSimulation};
 use hpu_signal::{Cycle, Observe, Real, Signal, UNKNOWN};
 use serde_json::{Value, json};
 
+use crate::run::Overflows;
 use crate::run::drawn_nets;
-use crate::run::overflow::Overflows;
 use crate::shell::Watch;
 
 /// Most changes of a signal that a report holds.

@@ -8,7 +8,6 @@ mod finished;
 mod gimbal;
 mod junit;
 mod nets;
-pub mod overflow;
 mod paddle;
 mod page;
 mod phantom;
@@ -41,6 +40,7 @@ use crate::shell::{Exit, Failure, Folder, Single, hdl, interrupt, values, verdic
 use crate::waves::Chosen;
 
 pub use finished::{Finished, Recorded, finished, summary, unseen};
+pub(crate) use nets::Overflows;
 
 /// Run a scene and sum it up
 #[derive(Default, clap::Args)]

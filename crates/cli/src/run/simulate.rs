@@ -11,8 +11,7 @@ use hpu_signal::{Cycle, Notation, Observe};
 use hpu_study::fit::Fit;
 
 use super::against::{Against, Held};
-use super::nets::NetComparison;
-use super::overflow::Overflows;
+use super::nets::{NetComparison, Overflows};
 use super::plan::{Advanced, Engine};
 use super::rows::Rows;
 use super::suspect::{self, Suspect};
@@ -128,7 +127,7 @@ pub fn simulate<'s>(
     watch: Watch,
 ) -> Result<Ran<'s>, Failure> {
     let scene = &loaded.scene;
-    let mut against = Against::open(args, loaded, simulation)?;
+    let mut against = Against::open(args.against.as_deref(), args.edges.is_some(), loaded, simulation)?;
     // Without pictures the trace needs only what the verdict and the metrics are made of. The length of the run does
     // not change the memory.
     let is_drawn = match &recorder {

@@ -1,8 +1,8 @@
 //! The firmware of EPFL's haptic paddle in the arithmetic of its microcontroller: float32, in its order. It closes the
 //! loop in the place of the words, which it is the reference for. It has no VHDL.
 //!
-//! It reads the converter's codes and the encoder's lines as the words do, counts at once, and samples at the same clock
-//! edges. Its modulator is the words' own.
+//! It reads the converter's codes and the encoder's lines as the words do, counts at once, and samples at the same
+//! clock edges. Its modulator is the words' own.
 
 use hpu_datapath::paddle::{EpflPaddleLoop, PaddleIn, TimerPwm, timer_pwm};
 use hpu_datapath::{Block, Generic, Instance, LoopOut, Wiring, flatten};

@@ -1,11 +1,11 @@
 //! The two loops of EPFL's haptic paddle: a position controller that asks for a current, and a current controller that
 //! sets the duty of the bridge.
 //!
-//! - **Ports**: `a_pin`, `b_pin` (0,1,0), `reference` (0,POSITION_WIDTH,0) of the encoder, `hall` (0,HALL_WIDTH,0) of the
-//!   analog angle sensor, `analog` (0,1,0) to read that, `code` (1,CODE_WIDTH-1,0) of the current's converter, `zero`
-//!   (1,SUM_WIDTH-1,0), `target` (1,TARGET_WIDTH-1-TARGET_FRAC,TARGET_FRAC) in counts or codes of the angle; `share`
-//!   (0,0,16), `proportional`, `integral`, `derivative` (0,GAIN_WIDTH-GAIN_FRAC,GAIN_FRAC) of the position controller;
-//!   `current_share` (0,0,16), `current_proportional`, `current_integral`, `forward`
+//! - **Ports**: `a_pin`, `b_pin` (0,1,0), `reference` (0,POSITION_WIDTH,0) of the encoder, `hall` (0,HALL_WIDTH,0) of
+//!   the analog angle sensor, `analog` (0,1,0) to read that, `code` (1,CODE_WIDTH-1,0) of the current's converter,
+//!   `zero` (1,SUM_WIDTH-1,0), `target` (1,TARGET_WIDTH-1-TARGET_FRAC,TARGET_FRAC) in counts or codes of the angle;
+//!   `share` (0,0,16), `proportional`, `integral`, `derivative` (0,GAIN_WIDTH-GAIN_FRAC,GAIN_FRAC) of the position
+//!   controller; `current_share` (0,0,16), `current_proportional`, `current_integral`, `forward`
 //!   (0,CURRENT_GAIN_WIDTH-CURRENT_GAIN_FRAC,CURRENT_GAIN_FRAC) of the current controller; `adc_period`,
 //!   `current_period`, `haptic_period` (0,PERIOD_WIDTH,0) in clocks, in; gates `a_high`, `a_low`, `b_high`, `b_low`
 //!   (0,1,0) out. Formats are those of the blocks.

@@ -66,8 +66,8 @@ impl TimerPwm {
     ///
     /// # Errors
     ///
-    /// Returns an error unless the command has 2 to 24 bits, the prescaler is 1 to 65536, a period has 2 to 65536 steps,
-    /// and the centre is one of them.
+    /// Returns an error unless the command has 2 to 24 bits, the prescaler is 1 to 65536, a period has 2 to 65536
+    /// steps, and the centre is one of them.
     pub fn new(config: TimerPwmConfig) -> Result<Self, ConfigError> {
         within(Self::NAME, "COMMAND_WIDTH", config.command_width, 2..=24)?;
         within(Self::NAME, "PRESCALE", config.prescale, 1..=1 << 14)?;

@@ -53,8 +53,8 @@ impl WindowSum {
     ///
     /// # Errors
     ///
-    /// Returns an error unless a code has 2 to 24 bits, the window 2 to 64 codes, `sum_width` is 2 to 30 and holds their
-    /// sum, and the period has 2 to 30 bits.
+    /// Returns an error unless a code has 2 to 24 bits, the window 2 to 64 codes, `sum_width` is 2 to 30 and holds
+    /// their sum, and the period has 2 to 30 bits.
     pub fn new(code_width: u32, window: u32, sum_width: u32, period_width: u32) -> Result<Self, ConfigError> {
         within(Self::NAME, "CODE_WIDTH", code_width, 2..=24)?;
         within(Self::NAME, "WINDOW", window, 2..=64)?;

@@ -1,5 +1,7 @@
 //! A run beside the log of a real device, or of another simulator.
 
+use std::path::Path;
+
 use hpu_chart::{self as chart, Picture};
 use hpu_cosim::replay::{Taken, Unit};
 use hpu_cosim::scene::{Experiment, Log};
@@ -8,7 +10,6 @@ use hpu_page::Page;
 use hpu_signal::Cycle;
 use serde_json::json;
 
-use crate::run::Args;
 use crate::scene::Loaded;
 use crate::shell::{Failure, verdict};
 use crate::units::si;
@@ -37,14 +38,18 @@ pub struct Held {
 }
 
 impl Against {
-    /// Reads the log that the command or the scene names; `None` if neither names one.
-    pub fn open(args: &Args, loaded: &Loaded, simulation: &AnySimulation) -> Result<Option<Self>, Failure> {
+    /// Reads the log that the command (`named`) or the scene names; `None` if neither names one. A scene's own log is
+    /// of its whole duration: it is not read for a run that `is_short`.
+    pub fn open(
+        named: Option<&Path>,
+        is_short: bool,
+        loaded: &Loaded,
+        simulation: &AnySimulation,
+    ) -> Result<Option<Self>, Failure> {
         let scene = &loaded.scene;
-        let named = args.against.as_ref();
         let log = match (&scene.expect.recording, named) {
             (None, None) => return Ok(None),
-            // The scene's log is of its whole duration.
-            (Some(_), None) if args.edges.is_some() => return Ok(None),
+            (Some(_), None) if is_short => return Ok(None),
             (Some(log), _) => log.clone(),
             (None, Some(_)) => Log::default(),
         };

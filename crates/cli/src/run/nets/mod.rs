@@ -1,6 +1,7 @@
 //! `hpu run SCENE --beside OURS --compare PORT=NET`: compares ports of a design of the user's own, or signals inside
 //! it, with nets of a scene of ours, at every clock edge.
 
+mod overflow;
 mod shift;
 
 use std::collections::VecDeque;
@@ -12,6 +13,7 @@ use hpu_page::{Cell, Column, Page, Table};
 use hpu_signal::{Cycle, Observe, Signal, UNKNOWN};
 use serde_json::{Value, json};
 
+pub(crate) use self::overflow::Overflows;
 use self::shift::Shift;
 use crate::shell::{Failure, verdict};
 use crate::units::si;
