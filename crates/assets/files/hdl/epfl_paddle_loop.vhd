@@ -20,7 +20,7 @@
 --          CURRENT_FRAC .. CURRENT_SUM_FRAC  of filtered_pid, of the current;
 --                                       DUTY_WIDTH, DUTY_LEAST, DUTY_MOST of the duty
 --          PRESCALE, STEPS, CENTRE      of timer_pwm
---          PERIOD_WIDTH                 bits of the periods, 2 to 30
+--          PERIOD_WIDTH                 bits of a period, 2 to 30
 -- in       a_pin, b_pin (0,1,0)                encoder lines, asynchronous
 --          reference    (0,POSITION_WIDTH,0)   position that is the angle 0
 --          hall         (0,HALL_WIDTH,0)       code of the analog angle sensor
@@ -41,8 +41,9 @@
 -- reset    synchronous, to every clocked block
 -- overflow as in the blocks
 -- source   the firmware of EPFL's haptic paddle of 12 April 2018
--- differs from the hardware: the firmware computes in float32 on a microcontroller;
---          here a sample takes one edge.
+-- differs from the hardware: the firmware computes in float32 on a microcontroller,
+--          whose interrupts start some microseconds late; here a sample takes one
+--          edge.
 
 library ieee;
 use ieee.std_logic_1164.all;

@@ -1,14 +1,14 @@
 -- filtered_pid : first-order filter and PID controller in one sample
 --
--- At an edge with sample, with F = FRAC + GAIN_FRAC, filtered in units of 2^-FRAC
--- and sum in units of 2^-F:
+-- At an edge with sample, with F = FRAC + GAIN_FRAC, S = SUM_LIMIT * 2^(F - SUM_FRAC),
+-- filtered in units of 2^-FRAC and sum in units of 2^-F:
 --   next_y   := filtered + floor(share * (2^FRAC * measured - filtered) / 2^16)
 --   aim      := 2^(FRAC - TARGET_FRAC) * target
 --   e        := aim - next_y
 --   rate     := next_y - filtered
---   sum      := clamp(sum + integral * e, +-SUM_LIMIT * 2^(F - SUM_FRAC))
+--   sum      := clamp(sum + integral * e, -S, S)
 --   total    := proportional * e + sum - derivative * rate + forward * aim
---   command  := clamp(floor(total / 2^F), LEAST, MOST)
+--   command  := max(LEAST, min(floor(total / 2^F), MOST))
 --   filtered := next_y
 --
 -- The sum has a limit of its own, which the limit of the command does not touch.

@@ -171,7 +171,7 @@ fn mathml_is_well_formed_and_no_markdown() {
 }
 
 /// Runs that stay text: the block, the begin of the run, and the reason.
-const TEXT: [(&str, &str, &str); 30] = [
+const TEXT: [(&str, &str, &str); 32] = [
     ("axis_front", "a_pin, b_pin -> sync", "a drawing"),
     ("butterworth_difference", "position -+-> hold", "a drawing"),
     ("conventional_loop", "pins -> sync", "a drawing"),
@@ -199,9 +199,11 @@ const TEXT: [(&str, &str, &str); 30] = [
     ("quadrature_decoder", "(a b)  00 -> 01", "a table of the transitions"),
     ("sampled_wall", "contact, penetration -> hold", "a drawing"),
     ("sampled_wall", "ESTIMATOR 0  velocity_register", "a table of the estimators"),
+    ("timer_pwm", "B high, A low", "a table of the gates"),
     ("trig_interpolated", "quarter(q): g = f when q is even", "a list of steps"),
     ("trig_quarter", "wave(a), with q the upper 2 bits", "a table of the quarters"),
     ("truncating_multiplier", "full product      OUT_WIDTH", "a table of the uses"),
+    ("window_sum", "sum := c(k)", "a sum with its middle left out"),
 ];
 
 #[test]

@@ -332,7 +332,10 @@ pub const COMMANDS: &[(&str, Form)] = &[
     ("hpu run epfl-paddle-step", Form::AsIs),
     ("hpu run epfl-paddle-step --set model.datapath=float32", Form::AsIs),
     ("hpu run epfl-paddle-cycle", Form::AsIs),
-    ("hpu run epfl-paddle-cycle --set method.integral_limit=5", Form::AsIs),
+    (
+        "hpu run epfl-paddle-cycle --set method.integral_limit=5",
+        short("hpu run epfl-paddle-cycle --set method.integral_limit=5 --set run.duration=0.2s", "it runs 2 s"),
+    ),
     (
         STUDENT,
         short("hpu limits student.toml --words 2 --phases 1", "the usual stiffnesses in words take half a minute"),
@@ -496,6 +499,8 @@ pub const FIGURES: &[(&str, From, &str)] = &[
     ("switched touch | 20.00 | 180 000 |", SWEEP, "switched touch 20.00 ms a point, 180000 points"),
     ("two local workers | +4.1 % of the processor time", SWEEP, "processor time: \u{2026}: +4.1 %"),
     ("on two slots of this host | 3.5 a second", SWEEP, "by Slurm on two cores: 18.1 s, 3.5 a second"),
+    ("peak 14.76 degrees", From::Run("hpu run epfl-paddle-step"), "peak_angle 257.61 mrad within 174.53 urad"),
+    ("on its Hall sensor, 11.1 Hz", From::Run("hpu run epfl-paddle-cycle"), "frequency 11.15 Hz within"),
     (GATHERED, SWEEP, "a gather of 10 000 rows in 10 shards: 0.14 s"),
     (GATHERED, SWEEP, "a gather of 10 000 rows in 100 shards: 0.36 s"),
     (GATHERED, SWEEP, "a gather of 10 000 rows in 500 shards: 0.47 s"),
@@ -507,6 +512,11 @@ pub const EXCEPTED: &[(&str, &str)] = &[
     ("`motor = \"vasudevan_2007\"`", "a name"),
     ("`device.bodies.rotor.part = \"maxon-re25-118743\"`", "a name"),
     ("VHDL-93", "the name of a standard"),
+    (
+        "a position controller every 351 us, a current controller every 51 us on the mean of 33 codes",
+        "the firmware's figures",
+    ),
+    ("follows a step of 10 degrees", "what the scene asks for"),
     ("`1 - exp(-2 pi f T)`", "how the weight is defined"),
     ("nearest word of 16 bits", "how the weight is defined"),
     ("`method.velocity_filter.order = 2`", "a key"),
