@@ -181,7 +181,8 @@ impl PaddleScene {
         // One bit for the sign.
         let command_width = (33 - most.leading_zeros()).max(normal.haptic.command_width);
         if command_width > MOST_AIM {
-            let reason = format!("its word has {command_width} bits; accepted: {MOST_AIM} at most, so write less");
+            let reason =
+                format!("its word has {command_width} bits, where {MOST_AIM} at most are accepted: write less");
             return Err(self.error("method.torque_limit", reason));
         }
         let haptic = FilteredPidConfig { command_width, least: -most, most, ..normal.haptic };
@@ -239,7 +240,8 @@ impl PaddleScene {
             if format.holds(word as i128) {
                 return Ok(word as i64);
             }
-            let reason = format!("{} rad; accepted: {} rad to either side", number(angle_rad), number_below(most));
+            let reason =
+                format!("{} rad, where {} rad to either side is accepted", number(angle_rad), number_below(most));
             Err(self.error("method.target", reason))
         };
         // A code begins at its angle; its middle is nearest to the start.
@@ -262,7 +264,7 @@ impl PaddleScene {
         if word.abs() <= f64::from(i32::MAX) {
             return Ok(word as i32);
         }
-        let reason = format!("its word is {}; accepted: 2^31 - 1 at most, so write less", number(word));
+        let reason = format!("its word is {}, where 2^31 - 1 at most is accepted: write less", number(word));
         Err(self.error(key, reason))
     }
 
@@ -272,7 +274,7 @@ impl PaddleScene {
             return Ok(word as i64);
         }
         let times = number_below(format.max() as f64 * format.lsb() / (value * unit));
-        let reason = format!("its word does not fit {format}; accepted: {times} times as much, at most");
+        let reason = format!("its word does not fit {format}, where {times} times as much at most is accepted");
         Err(self.error(&format!("method.{key}"), reason))
     }
 
