@@ -118,6 +118,11 @@ pub struct Schedule {
 }
 
 impl Schedule {
+    /// Whether no word is scheduled.
+    pub fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
+
     /// Returns the first edge after this one at which a word changes.
     pub fn next(&self, edge: u64) -> Option<u64> {
         let ramps = [self.stiffness, self.scale, self.wanted].into_iter().flatten();

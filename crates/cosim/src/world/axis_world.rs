@@ -46,14 +46,10 @@ impl Placed for LoopIn<i64> {
     fn placed(&mut self, world: &AxisWorld) {
         self.a_pin = world.pins.a;
         self.b_pin = world.pins.b;
-        if let Some(stiffness) = world.stiffness {
-            self.stiffness = stiffness;
-        }
-        if let Some(scale) = world.scale {
-            self.scale = scale;
-        }
-        if let Some(reference) = world.reference {
-            self.reference = reference;
+        if world.is_scheduled {
+            self.stiffness = world.stiffness.unwrap_or(self.stiffness);
+            self.scale = world.scale.unwrap_or(self.scale);
+            self.reference = world.reference.unwrap_or(self.reference);
         }
     }
 
@@ -61,9 +57,10 @@ impl Placed for LoopIn<i64> {
     fn is_placed(&self, world: &AxisWorld) -> bool {
         let Pins { a, b } = world.pins;
         (self.a_pin, self.b_pin) == (a, b)
-            && world.stiffness.is_none_or(|stiffness| stiffness == self.stiffness)
-            && world.scale.is_none_or(|scale| scale == self.scale)
-            && world.reference.is_none_or(|reference| reference == self.reference)
+            && (!world.is_scheduled
+                || world.stiffness.is_none_or(|stiffness| stiffness == self.stiffness)
+                    && world.scale.is_none_or(|scale| scale == self.scale)
+                    && world.reference.is_none_or(|reference| reference == self.reference))
     }
 }
 
@@ -92,6 +89,8 @@ pub struct AxisWorld<'p, I = LoopIn<i64>> {
     /// Index of the net that an averaged bridge or an amplifier follows.
     command: usize,
     schedule: Schedule,
+    /// Whether the schedule has a word. Most have none, and the world asks at every event.
+    is_scheduled: bool,
     shaping: Option<Shaping>,
     latch: Option<Latch>,
     device: Option<AnyDevice<'p>>,
@@ -153,6 +152,7 @@ impl<'p, I> AxisWorld<'p, I> {
         let mut world = Self {
             plant,
             command,
+            is_scheduled: !schedule.is_empty(),
             schedule,
             shaping: None,
             latch: None,
@@ -318,10 +318,12 @@ impl<'p, I> AxisWorld<'p, I> {
     /// the duty.
     fn due(&mut self) {
         let edge = self.edge;
-        self.stiffness = self.schedule.stiffness.map(|ramp| ramp.word(edge));
-        self.scale = self.schedule.scale.map(|ramp| ramp.word(edge));
-        let target = self.schedule.target.as_ref().map(|target| target.word(edge));
-        self.reference = target.or_else(|| self.schedule.wanted.map(|ramp| ramp.word(edge)));
+        if self.is_scheduled {
+            self.stiffness = self.schedule.stiffness.map(|ramp| ramp.word(edge));
+            self.scale = self.schedule.scale.map(|ramp| ramp.word(edge));
+            let target = self.schedule.target.as_ref().map(|target| target.word(edge));
+            self.reference = target.or_else(|| self.schedule.wanted.map(|ramp| ramp.word(edge)));
+        }
         if let (Some(shaping), Some(device)) = (&mut self.shaping, &mut self.device)
             && shaping.next <= edge
         {
@@ -513,7 +515,10 @@ impl<'p, I> AxisWorld<'p, I> {
         if let Some(sensors) = &self.sensors {
             due = due.min(sensors.next());
         }
-        self.next_due = due.min(self.schedule.next(self.edge).unwrap_or(u64::MAX));
+        if self.is_scheduled {
+            due = due.min(self.schedule.next(self.edge).unwrap_or(u64::MAX));
+        }
+        self.next_due = due;
     }
 }
 
