@@ -487,14 +487,18 @@ int main(int count, char** arguments) {
       answer.insert(answer.end(), {0, port, now[port], differs[port] == 0});
     }
   before = now;
-  // The bits of the outputs that drive. Once nothing is unknown and all of it is told, they alone can have news.
-  Bits driving(PORTS);
-  for (size_t port = 0; port < PORTS; ++port) driving[port] = is_told(port) && drives[port] != 0 ? ~uint64_t{0} : 0;
+  // The bits that are asked for: of the outputs that drive, and of all. Once nothing is unknown, they alone can have
+  // news.
+  Bits masks[2] = {Bits(PORTS), Bits(PORTS)};
+  for (size_t port = 0; port < PORTS; ++port) {
+    masks[1][port] = is_told(port) ? ~uint64_t{0} : 0;
+    masks[0][port] = drives[port] != 0 ? masks[1][port] : 0;
+  }
   bool is_settled = others.empty();
-  const auto drives_anew = [now = now.data(), before = before.data(), driving = driving.data()] {
-    uint64_t anew = 0;
-    for (size_t port = 0; port < PORTS; ++port) anew |= (now[port] ^ before[port]) & driving[port];
-    return anew != 0;
+  const auto has_news = [now = now.data(), before = before.data()](const uint64_t* mask) {
+    uint64_t news = 0;
+    for (size_t port = 0; port < PORTS; ++port) news |= (now[port] ^ before[port]) & mask[port];
+    return news != 0;
   };
   for (;;) {
     answer[1] = (answer.size() - 3) / 4;
@@ -510,6 +514,7 @@ int main(int count, char** arguments) {
     uint64_t done = 0;
     answer.assign(3, 0);
     for (bool changed = false; !changed && !is_over && done < wanted;) {
+      const uint64_t* const mask = asked < 2 ? masks[asked].data() : nullptr;
       bool is_fresh;
       do {
         ++done;
@@ -518,7 +523,7 @@ int main(int count, char** arguments) {
         is_fresh = std::exchange(fresh, false);
         model.cycle(bits, is_fresh, half);
         get(*model.top, now.data());
-      } while (is_settled && asked == 0 && done < wanted && !has_said && !drives_anew());
+      } while (is_settled && mask && done < wanted && !has_said && !has_news(mask));
       for (const Other& each : others) each.model->cycle(bits, is_fresh, half);
       look_at(end);
       if (has_said) is_over = speak(!others.empty());
