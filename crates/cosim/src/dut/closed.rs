@@ -291,13 +291,19 @@ impl Closed<'_> {
 
     /// Shows the nets after an edge to the observer.
     fn tell(&mut self, edge: u64, watch: &mut Watch) {
-        self.shown.clear();
-        self.shown.extend(self.words.iter().map(|word| word.unwrap_or(UNKNOWN)));
-        self.shown.extend(self.contact());
         // The words of signals that are not asked for may be old.
-        let old = if self.simulation.looked.contains(&edge) { 0..0 } else { self.inside.clone() };
-        for (index, (usage, &word)) in self.uses.iter_mut().zip(&self.shown).enumerate() {
-            if word != UNKNOWN && !old.contains(&index) {
+        let looked = self.simulation.looked.contains(&edge);
+        let asked = if looked { self.words.len() } else { self.inside.start };
+        let fresh = if self.shown.is_empty() { self.words.len() } else { asked };
+        self.shown.resize(self.words.len(), UNKNOWN);
+        for (shown, word) in self.shown.iter_mut().zip(&self.words[..fresh]) {
+            *shown = word.unwrap_or(UNKNOWN);
+        }
+        self.shown.extend(self.contact());
+        // Contact is the last net.
+        for index in (0..asked).chain(self.words.len()..self.shown.len()) {
+            let (usage, word) = (&mut self.uses[index], self.shown[index]);
+            if word != UNKNOWN {
                 (usage.min, usage.max) = (usage.min.min(word), usage.max.max(word));
             }
         }

@@ -525,7 +525,8 @@ int main(int count, char** arguments) {
         get(*model.top, now.data());
       } while (is_settled && mask && done < wanted && !has_said && !has_news(mask));
       for (const Other& each : others) each.model->cycle(bits, is_fresh, half);
-      look_at(end);
+      // Alone, the model has been read already, up to its ports.
+      if (!is_settled || end > PORTS) look_at(end);
       if (has_said) is_over = speak(!others.empty());
       for (size_t port = 0; port < end; ++port) {
         if (!is_told(port)) continue;
