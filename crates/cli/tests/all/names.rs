@@ -128,18 +128,21 @@ fn files_of_any_name_are_compared_with_a_block() {
     let dir = scratch("names-entity");
     let saturator = "module sat #(parameter IN_WIDTH = 8, parameter OUT_WIDTH = 4) \
         (input signed [IN_WIDTH-1:0] a, output signed [OUT_WIDTH-1:0] y);\n\
-        helper h ();\nlocalparam signed [IN_WIDTH-1:0] TOP = (1 << (OUT_WIDTH - 1)) - 1;\n\
+        helper0 h ();\nlocalparam signed [IN_WIDTH-1:0] TOP = (1 << (OUT_WIDTH - 1)) - 1;\n\
         assign y = a > TOP ? TOP[OUT_WIDTH-1:0] : a < ~TOP ? ~TOP[OUT_WIDTH-1:0] : a[OUT_WIDTH-1:0];\nendmodule\n";
+    fs::write(dir.join("sat.v"), saturator).expect("a file");
     let listed = stdout(&in_folder(&dir, &["block", "saturator"]));
-    for name in AWKWARD {
-        fs::write(dir.join(format!("{name}.v")), "module helper; endmodule\n").expect("a file");
-        fs::write(dir.join("sat.v"), saturator).expect("a file");
-        let file = format!("./{name}.v");
-        let output = in_folder(&dir, &["check", "--entity", "sat", "--as", "saturator", "--rows", "5", &file, "sat.v"]);
-        // Its ports are not those of the block, which is told once the design is compiled.
-        let said = stderr(&output);
-        assert!(code(&output) == 2 && said.contains("of `sat`"), "{name}: {said}{listed}");
-    }
+    let files = AWKWARD.iter().enumerate().map(|(part, name)| {
+        fs::write(dir.join(format!("{name}.v")), format!("module helper{part}; endmodule\n")).expect("a file");
+        format!("./{name}.v")
+    });
+    let files: Vec<String> = files.collect();
+    let files: Vec<&str> = files.iter().map(String::as_str).collect();
+    let asked = ["check", "--entity", "sat", "--as", "saturator", "--rows", "5", "sat.v"];
+    let output = in_folder(&dir, &[&asked, &files[..]].concat());
+    // Its ports are not those of the block, which is told once the design is compiled.
+    let said = stderr(&output);
+    assert!(code(&output) == 2 && said.contains("of `sat`"), "{said}{listed}");
     for (option, name) in [
         ("--entity", "sat; exec -- touch PWNED"),
         ("--library", "a b"),

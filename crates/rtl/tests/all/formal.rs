@@ -29,16 +29,17 @@ fn is_long(name: &str, label: &str) -> bool {
         "input_shaper" => label == "shaping",
         "sequential_divider" | "window_difference" => label == "wide",
         "square_root" => label == "62_bit",
-        // The tests of the command prove the default of `trig_table`, in the wiring of a loop.
+        // Of these, every input of a turn is tried.
         "trig_table" | "trig_cordic" | "trig_quarter" | "trig_interpolated" => label != "narrow",
         // 1 to 8 s each, and many: those of 8 bits stand for them. The tests of the command prove `passive_spring` in
         // the widths of a scene.
         "passive_spring" => ["default", "fine", "no_revival", "one_and_a_half"].contains(&label),
         "passivity_controller" => ["default", "exact", "exact_credit", "wide_energy", "wide_torque"].contains(&label),
         "sampled_wall" => label == "foaw",
-        "gimbal_inverse" => label != "short",
-        // Wirings with long tables: the small ones stand for them. The tests of the command compare the default wiring
-        // of `phantom_shared_loop`.
+        // 6 s of a core for 8 bits. The test command holds each configuration on 45000 vectors or more.
+        "gimbal_inverse" => true,
+        "fractional_difference" => label == "default",
+        // Wirings with long tables: the small ones stand for them.
         "phantom_loop" | "phantom_shared_loop" => !["small", "all_distinct"].contains(&label),
         // Wirings with windows of 64 words: the short and the distinct words stand for them.
         "gimbal_loop" | "gimbal_shear_loop" => ["default", "plain", "all_distinct"].contains(&label),
