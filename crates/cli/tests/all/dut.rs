@@ -9,7 +9,7 @@ use std::path::Path;
 use serde_json::Value;
 use vcd::{Command, IdCode, Parser, ScopeItem};
 
-use crate::common::{ROOT, assert_refused, code, hpu, json, names, run, scratch, stderr, stdout, text};
+use crate::common::{ROOT, assert_refused, code, json, names, run, scratch, stderr, stdout, text};
 
 /// Stall torque of the motor at 24 V in N.m, and the angle of a count in rad.
 const STALL_NM: f64 = 0.265;
@@ -611,27 +611,6 @@ fn a_run_is_reported_as_tests_and_takes_other_files() {
     assert_eq!(code(&run(&["run", "hybrid-wall", "--dut", text(&other)])), 2);
     let value = json(&run(&["run", &scene, "--dut", text(&dir.join("tiny.v")), "--json"]));
     assert!(value["expected_not_judged"].as_str().is_some_and(|why| why.contains("--dut")), "{value}");
-}
-
-/// Parts of Verilator that every model has are kept; damaged ones are compiled again and replaced.
-#[test]
-fn a_damaged_part_in_the_cache_of_designs_costs_no_design() {
-    let cache = scratch("damaged-parts");
-    let settled = |generic: &str| {
-        let arguments = ["run", "testbench/dut/knee.toml", "--edges", "1000", "--set", generic];
-        let output = hpu().args(arguments).env("XDG_CACHE_HOME", &cache).output().expect("starts");
-        assert_eq!(code(&output), 0, "{}", stderr(&output));
-    };
-    settled("dut.reset.clocks=4");
-    let folders = fs::read_dir(cache.join("hpu/dut")).expect("a cache").map(|entry| entry.expect("a folder").path());
-    let kept = folders.filter(|folder| folder.join("verilated.o").is_file()).collect::<Vec<_>>();
-    let [kept] = kept.as_slice() else { panic!("{kept:?}") };
-    let part = kept.join("verilated.o");
-    let whole = fs::read(&part).expect("a part");
-    // Other models share the file.
-    fs::remove_file(&part).and_then(|()| fs::write(&part, b"damaged")).expect("a file");
-    settled("dut.reset.clocks=5");
-    assert!(fs::read(&part).expect("a part") == whole, "it is not replaced");
 }
 
 /// The scene of an end stop whose reset is active low, with encoder lines and a level of the reset.

@@ -270,7 +270,7 @@ const MODES: &[Mode] = &[
     (&["cost"], &["unilateral", "--cache", "@COSTS"], &[("cache", &["--cache", "/proc/none"])]),
     (
         &["cost"],
-        &["--scene", "testbench/dut/knee.toml", "--cache", "@COSTS"],
+        &["--scene", "@DESIGN", "--cache", "@COSTS"],
         &[("set", &["--set", "dut.top=Nothing"]), ("cache", &["--cache", "/proc/none"])],
     ),
     (
@@ -307,6 +307,7 @@ fn found(dir: &Path, number: usize, words: &[String]) -> Found {
         let word = word.replace("@PAGE", &dir.join("page.html").display().to_string());
         let word = word.replace("@STUDY", &dir.join("map.toml").display().to_string());
         let word = word.replace("@LINES", &dir.join("lines.toml").display().to_string());
+        let word = word.replace("@DESIGN", &dir.join("design.toml").display().to_string());
         let word = word.replace("@COSTS", &dir.join("costs").display().to_string());
         // A command may change a sweep, so each has its own.
         for sweep in ["@PLANNED", "@DONE"].into_iter().filter(|sweep| word.contains(sweep)) {
@@ -396,6 +397,19 @@ fn verbs(command: &Command, above: &str, all: &mut Vec<String>) {
     }
 }
 
+/// Writes a design of two registers with its scene, whose cost is counted in a second.
+fn prepare_design(dir: &Path) {
+    let design = "module small(input clk, rst, a, b, output reg pwm, dir);\n\
+                  always @(posedge clk) if (rst) {pwm, dir} <= 0; else {pwm, dir} <= {a, b};\nendmodule\n";
+    fs::write(dir.join("small.v"), design).expect("a design");
+    let scene = "about = \"small\"\ndevice = { kind = \"motor\", motor = \"vasudevan_2007\", wheel_ratio = 7 }\n\
+                 clock = { frequency = \"10 MHz\" }\nwall = { position = \"1.5 rad\" }\nrun = { duration = \"1 ms\" }\n\
+                 hand = { kind = \"constant_torque\", torque = \"1 mN.m\" }\n[dut]\nfiles = [\"small.v\"]\n\
+                 top = \"small\"\nclock = \"clk\"\nreset = { port = \"rst\" }\nports = { a = \"encoder.a\", \
+                 b = \"encoder.b\", pwm = \"bridge.pwm\", dir = \"bridge.direction\" }\n";
+    fs::write(dir.join("design.toml"), scene).expect("a scene");
+}
+
 /// Makes a sweep that is planned and one that is done, two small studies, and a Slurm that has no jobs.
 fn prepare_sweeps(dir: &Path) {
     let map = "name = \"tiny\"\ntitle = \"Tiny\"\n[map]\nscene = \"free-motion\"\nset = [\"run.duration=3 ms\"]\n\
@@ -426,6 +440,7 @@ fn tried(rest: usize) {
     fs::write(dir.join("page.html"), "<script type=\"application/json\" id=\"start\">{}</script>").expect("a page");
     let counter = "# position_counter in rst(0,1,0) step(1,1,0) out position(0,12,0) generics WIDTH=12";
     fs::write(dir.join("wrong.txt"), format!("{counter}\n1 0 001\n# end 1 rows\n")).expect("vectors");
+    prepare_design(&dir);
     prepare_sweeps(&dir);
     let (mut number, mut ignored) = (0, Vec::new());
     for (verb, mode, own) in MODES.iter().skip(rest).step_by(4) {

@@ -113,7 +113,12 @@ pub const COMMANDS: &[(&str, Form)] = &[
         "hpu check --entity fast_mul --as truncating_multiplier --port x=a --port y=b --port p=product --clock clock \
          --latency 2 --generic N=A_WIDTH --generic KEEP=OUT_WIDTH --generic SATURATING=SATURATE \
          testbench/dut/blocks/fast_mul.vhd",
-        Form::AsIs,
+        short(
+            "hpu check --entity fast_mul --as truncating_multiplier --port x=a --port y=b --port p=product --clock \
+             clock --latency 2 --generic N=A_WIDTH --generic KEEP=OUT_WIDTH --generic SATURATING=SATURATE --variant \
+             full testbench/dut/blocks/fast_mul.vhd",
+            "entity.rs checks it in all configurations",
+        ),
     ),
     ("hpu run knob.toml -o out", Form::AsIs),
     ("hpu new wall --method sampled_wall", Form::AsIs),
@@ -187,7 +192,7 @@ pub const COMMANDS: &[(&str, Form)] = &[
     ("hpu check --formal --scene hybrid-wall", Form::AsIs),
     (
         "hpu check --formal",
-        short("hpu check --formal displacement pwm virtual_coupling", "all blocks and loops take some minutes"),
+        short("hpu check --formal displacement pwm braking_pulse", "all blocks and loops take some minutes"),
     ),
     (
         "surfer out/wave.fst -c out/wave.fst.sucl",

@@ -234,13 +234,17 @@ fn a_model_that_was_changed_is_not_run_and_a_cost_that_was_changed_is_not_believ
         assert_eq!(code(&cost()), 0);
         assert_eq!(fs::metadata(&kept_cost).expect("a cost").uid(), 0, "it is made again");
     }
-    // The parts of Verilator that every model has are linked into the next one.
+    // The parts of Verilator that every model has are linked into the next one. Damaged ones are compiled again and
+    // replaced.
     let runtime = names(&cache).into_iter().find(|name| name.starts_with("runtime-")).expect("a folder");
     let runtime = cache.join(runtime).join("verilated.o");
-    fs::write(&runtime, "nothing that can be linked").expect("written");
+    let whole = fs::read(&runtime).expect("a part");
+    // Other models share the file.
+    fs::remove_file(&runtime).and_then(|()| fs::write(&runtime, "nothing that can be linked")).expect("written");
     fs::write(dir.join("Makefile.v"), VERILOG.replace("HERE", "// another design")).expect("a design");
     let output = run();
     assert_eq!(code(&output), 0, "{}", stderr(&output));
+    assert!(fs::read(&runtime).expect("a part") == whole, "it is not replaced");
 }
 
 #[test]
