@@ -193,7 +193,10 @@ impl<'p, I> AxisWorld<'p, I> {
                 AnyLaws::Small(laws) => Other::Small(NetworkDevice::new(laws, 0.0)),
                 AnyLaws::Large(laws) => Other::Large(NetworkDevice::new(laws, 0.0)),
             }));
-            world.sensors = (!sensors.is_empty()).then(|| Box::new(Sensors::new(sensors, *seed, &mut device)));
+            // The loop of the paddle has periods of its own in the place of pins that tell when words come.
+            let tells_new = read == [None; 2];
+            let sensors = (!sensors.is_empty()).then(|| Sensors::new(sensors, *seed, &mut device, tells_new));
+            world.sensors = sensors.map(Box::new);
             world.device = Some(device);
             world.begin(*angle_rad);
         }

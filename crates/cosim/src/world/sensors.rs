@@ -15,6 +15,8 @@ pub(crate) struct Sensors<'p> {
     samplers: Vec<Sampler<'p>>,
     /// Of each sensor the words of its two pins: lines A and B, or a word or bit and whether it came at this edge.
     pins: Vec<[i64; 2]>,
+    /// Whether anything reads that a word came: else it stays 0, and the edge after a word is no event.
+    tells_new: bool,
 }
 
 /// An encoder that the device watches for it.
@@ -56,9 +58,10 @@ enum Taking<'p> {
 const BIT: i64 = 1 << 24;
 
 impl<'p> Sensors<'p> {
-    /// Puts sensors on a device that stands at edge 0.
-    pub(crate) fn new(all: &'p [Sensor], seed: u64, device: &mut AnyDevice) -> Self {
-        let mut sensors = Self { encoders: Vec::new(), samplers: Vec::new(), pins: vec![[0; 2]; all.len()] };
+    /// Puts sensors on a device that stands at edge 0. `tells_new`: words have a pin that tells when they come.
+    pub(crate) fn new(all: &'p [Sensor], seed: u64, device: &mut AnyDevice, tells_new: bool) -> Self {
+        let pins = vec![[0; 2]; all.len()];
+        let mut sensors = Self { encoders: Vec::new(), samplers: Vec::new(), pins, tells_new };
         for (sensor, one) in all.iter().enumerate() {
             match &one.kind {
                 SensorKind::Encoder(reading, encoder) => {
@@ -122,7 +125,7 @@ impl<'p> Sensors<'p> {
     /// Carries out what is due at an edge.
     pub(crate) fn happen(&mut self, edge: u64, device: &mut AnyDevice) {
         for sampler in self.samplers.iter_mut().filter(|sampler| sampler.due() <= edge) {
-            sampler.happen(edge, device, &mut self.pins[sampler.sensor]);
+            sampler.happen(edge, device, &mut self.pins[sampler.sensor], self.tells_new);
         }
     }
 }
@@ -165,16 +168,24 @@ impl<'p> Sampler<'p> {
         self.next.min(comes).min(self.until.unwrap_or(u64::MAX))
     }
 
-    fn happen(&mut self, edge: u64, device: &mut AnyDevice, [shown, is_new]: &mut [i64; 2]) {
+    fn happen(&mut self, edge: u64, device: &mut AnyDevice, [shown, is_new]: &mut [i64; 2], tells_new: bool) {
         if self.until.take_if(|until| *until <= edge).is_some() {
             *is_new = 0;
         }
         if self.next <= edge {
-            self.waiting.push_back((edge + self.latency, self.taking.take(edge, device)));
+            let word = self.taking.take(edge, device);
             self.next += self.period;
+            if self.latency == 0 && !tells_new {
+                *shown = word;
+                return;
+            }
+            self.waiting.push_back((edge + self.latency, word));
         }
         while let Some((_, word)) = self.waiting.pop_front_if(|(comes, _)| *comes <= edge) {
-            (*shown, *is_new, self.until) = (word, 1, Some(edge + 1));
+            *shown = word;
+            if tells_new {
+                (*is_new, self.until) = (1, Some(edge + 1));
+            }
         }
     }
 }

@@ -18,6 +18,9 @@ use crate::{Bridge, Circuit, Gates, Hand};
 
 /// The least number of edges that the next event is searched for.
 const NEAR: u64 = 64;
+/// A search goes this many times as far as the motion has gone from its anchor, up to `FAR` edges.
+const AGAIN: u64 = 4;
+const FAR: u64 = 16384;
 /// The most edges that a search looks ahead at a time.
 const FARTHEST: f64 = 65536.0;
 /// The least number of edges for which the bounds of the errors are made.
@@ -480,8 +483,18 @@ where
     }
 
     /// Returns the greatest integer up to `scale` times the reading of a sensor at an edge, or times the current
-    /// without a sensor: all in double-double.
+    /// without a sensor: in double-double where the `f64` value is too near to an integer to tell.
     pub fn floor(&self, sensor: Option<usize>, edge: u64, scale: f64) -> i64 {
+        let (edges, guard) =
+            (edge - self.anchor, sensor.map_or(&self.mode.current, |sensor| &self.mode.sensed[sensor]));
+        let dyadic = dyadic(edges.max(HEARD)).min(self.motion.system().dyadic() - 1);
+        let value = scale * guard.value(&self.states(edge));
+        let anywhere = Limits { low: Double::ZERO, high: Double::ZERO, open: true };
+        let noise = scale.abs() * guard.noise(&self.motion, dyadic, &anywhere) + 4.0 * f64::EPSILON * value.abs();
+        let whole = value.floor();
+        if value - whole > noise && whole + 1.0 - value > noise {
+            return whole as i64;
+        }
         let (index, units) = sensor.map_or((CURRENT, 1.0), |sensor| self.laws.net.reading(sensor));
         let Double { hi, lo } = self.exact(edge).lane(index) * Double::product(units, scale);
         let whole = hi.floor();
@@ -511,8 +524,9 @@ where
         let ahead = &self.ahead;
         let is_known = ahead.event.map_or(to <= ahead.until, |event| event.0 > from);
         if ahead.until == 0 || band != ahead.band || !is_known {
-            // A short search costs as much as a longer one.
-            let until = to.max(from + NEAR);
+            // A short search costs as much as a longer one; whoever asks again and again, as a converter does, is
+            // answered for longer and longer.
+            let until = to.max(from + (AGAIN * (from - self.anchor)).clamp(NEAR, FAR));
             let event = self.look_for(from, until, band);
             self.ahead = Ahead { until, band, event };
         }
