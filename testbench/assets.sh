@@ -6,6 +6,7 @@ cd "$(dirname "$0")/.."
 
 rm -rf crates/assets/files
 for file in hdl/*.vhd hdl/generated/*.vhd testbench/scenes/* testbench/parts/*/* testbench/recordings/qube/* \
+    testbench/recordings/epfl-paddle/*.csv \
     testbench/studies/*.toml testbench/hands.toml testbench/vhdl/vector_reader.vhd testbench/vhdl/hpu_dut_bridge.vhd \
     testbench/dut/begin.vhd testbench/dut/ci.yml; do
     case $file in hdl/generated/*_pkg.vhd) continue ;; esac

@@ -2,11 +2,28 @@
 
 use std::io;
 
+/// A log of EPFL's haptic paddle. A page, which has not its loop, has not the log.
+macro_rules! paddle {
+    ($file:literal) => {
+        (
+            concat!("../recordings/epfl-paddle/", $file),
+            if cfg!(target_family = "wasm") {
+                ""
+            } else {
+                hpu_assets::text(concat!("testbench/recordings/epfl-paddle/", $file))
+            },
+        )
+    };
+}
+
 static FILES: &[(&str, &str)] = &[
     ("replay-capture.vcd", hpu_assets::text("testbench/scenes/replay-capture.vcd")),
     ("replay-motion.csv", hpu_assets::text("testbench/scenes/replay-motion.csv")),
     ("../recordings/qube/arm-start.csv", hpu_assets::text("testbench/recordings/qube/arm-start.csv")),
     ("../recordings/qube/arm-stop.csv", hpu_assets::text("testbench/recordings/qube/arm-stop.csv")),
+    paddle!("step-p05-d0003.csv"),
+    paddle!("step-p05-d0008.csv"),
+    paddle!("step-p01-d0003.csv"),
 ];
 
 /// Returns a data file that a shipped scene names.
