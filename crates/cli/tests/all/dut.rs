@@ -613,16 +613,17 @@ fn a_run_is_reported_as_tests_and_takes_other_files() {
     assert!(value["expected_not_judged"].as_str().is_some_and(|why| why.contains("--dut")), "{value}");
 }
 
-/// The scene of an end stop whose reset is active low, with encoder lines and a level of the reset.
-fn end_stop(dir: &Path, name: &str, mhz: u32, lines: [&str; 2], active: &str) -> String {
+/// The scene of an end stop whose reset is active low, with encoder lines and a level of the reset. A slow
+/// clock is enough, with as many samples a second as at 50 MHz.
+fn end_stop(dir: &Path, name: &str, lines: [&str; 2], active: &str) -> String {
     let file = fs::canonicalize(Path::new(ROOT).join("testbench/dut/blocks/end_stop.vhd")).expect("the design");
     let [a, b] = lines;
     let toml = format!(
-        "about = \"An end stop.\"\nclock.frequency = \"{mhz} MHz\"\nrun.duration = \"500 ms\"\n[device]\nkind = \
+        "about = \"An end stop.\"\nclock.frequency = \"10 MHz\"\nrun.duration = \"500 ms\"\n[device]\nkind = \
          \"motor\"\nresistance = \"2 Ohm\"\ninductance = \"0.5 mH\"\ntorque_constant = \"60 mN.m/A\"\nrotor_inertia = \
          \"80 g.cm2\"\n[dut]\nfiles = [\"{}\"]\ntop = \"end_stop\"\nclock = \"sys_clk\"\nreset = {{ port = \
-         \"nreset\", active = \"{active}\" }}\n[dut.generics]\nSTOP_AT = 652\n[dut.ports]\nqa = \"{a}\"\nqb = \
-         \"{b}\"\nin1 = \"bridge.plus\"\nin2 = \"bridge.minus\"\n[wall]\nposition = \"1 rad\"\nvaries = \
+         \"nreset\", active = \"{active}\" }}\n[dut.generics]\nSTOP_AT = 652\nDIVIDER = 10000\n[dut.ports]\nqa = \
+         \"{a}\"\nqb = \"{b}\"\nin1 = \"bridge.plus\"\nin2 = \"bridge.minus\"\n[wall]\nposition = \"1 rad\"\nvaries = \
          \"dut.generics.KP\"\n[hand]\nkind = \"spring_damper\"\nstiffness = \"0.5 N.m/rad\"\ndamping = \
          \"1 mN.m.s/rad\"\npath = [[\"0 s\", 0], [\"200 ms\", 1.3]]\n[expect]\noutcome = \"settled\"\n",
         file.display()
@@ -636,15 +637,14 @@ fn end_stop(dir: &Path, name: &str, mhz: u32, lines: [&str; 2], active: &str) ->
 fn a_design_that_does_nothing_is_inside_its_wall_without_torque() {
     let dir = scratch("dead_designs");
     let (right, exchanged) = (["encoder.a", "encoder.b"], ["encoder.b", "encoder.a"]);
-    let scene = end_stop(&dir, "right", 50, right, "low");
+    let scene = end_stop(&dir, "right", right, "low");
     let output = run(&["run", &scene, "--json"]);
     let found = json(&output);
     assert_eq!((code(&output), &found["outcome"]["kind"], &found["suspect"]), (0, &"settled".into(), &Value::Null));
     for (name, lines, active, suspect) in
         [("exchanged", exchanged, "low", "counts_reversed"), ("reset", right, "high", "held_in_reset")]
     {
-        // A slow clock is enough for a design that does nothing.
-        let scene = end_stop(&dir, name, 10, lines, active);
+        let scene = end_stop(&dir, name, lines, active);
         let output = run(&["run", &scene, "--json"]);
         let found = json(&output);
         let outcome = &found["outcome"];
@@ -669,7 +669,7 @@ fn a_design_that_does_nothing_is_inside_its_wall_without_torque() {
 #[ignore = "testbench/long.sh runs it"]
 fn studies_take_a_wall_without_torque_for_a_class_of_its_own() {
     let dir = scratch("dead_design_in_studies");
-    let scene = end_stop(&dir, "exchanged", 10, ["encoder.b", "encoder.a"], "low");
+    let scene = end_stop(&dir, "exchanged", ["encoder.b", "encoder.a"], "low");
     let limits =
         |range: &str, more: &[&str]| run(&[&["limits", &scene, "--range", range, "--phases", "2"], more].concat());
     let found = json(&limits("22..24", &["--json"]));
