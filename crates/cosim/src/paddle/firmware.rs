@@ -103,11 +103,16 @@ impl Firmware {
         ((duty + 1.0) * floats.centre as f32).floor() as i64 - floats.centre
     }
 
-    /// Computes a sample of the position controller for a reading in degrees: `haptic_controller.c`.
-    fn follow(&mut self, reading: f32, target: f32) {
+    /// Computes a sample of the position controller for a reading in degrees: `haptic_controller.c`. One that is not on
+    /// filters the angle and asks for no current.
+    fn follow(&mut self, reading: f32, target: f32, is_on: bool) {
         let (floats, state) = (&self.floats, &mut self.state);
         let before = state.angle;
         state.angle = floats.share * reading + (1.0 - floats.share) * state.angle;
+        if !is_on {
+            state.target_a = 0.0;
+            return;
+        }
         let error = target - state.angle;
         state.acc += error * 350e-6;
         let rate = (before - state.angle) / 350e-6;
@@ -186,7 +191,8 @@ impl Block for Firmware {
         if follows {
             let (unit, lsb) = (self.floats.count_deg, self.ports.target.format.lsb());
             let reading = self.reading(&input);
-            self.follow(reading as f32 * unit, (input.target as f64 * lsb) as f32 * unit);
+            let is_on = [input.proportional, input.integral, input.derivative] != [0; 3];
+            self.follow(reading as f32 * unit, (input.target as f64 * lsb) as f32 * unit, is_on);
             let to_unit = |value: f32, unit: f32| (f64::from(value) / f64::from(unit)).round() as i64;
             self.words[POSITION + 1] = reading;
             self.words[POSITION + 2] = to_unit(self.state.angle * 4096.0, unit);

@@ -153,7 +153,8 @@ impl Wired for PaddleSimulation<'_> {
         let method = &self.scene.method;
         let command = self.outline.nets.len() - 1;
         let read = [Some(method.current), method.position];
-        let world = AxisWorld::of_paddle(&self.plant, command, self.words.schedule.clone(), read);
+        let begins = (self.scene.clock.edges(method.target_from_s), self.words.gains);
+        let world = AxisWorld::of_paddle(&self.plant, command, self.words.schedule.clone(), read, begins);
         let world = world.counted_by(self.outline.net("position"));
         match &self.closed {
             Closed::Words(wiring) => visitor.visit(wiring, world, self.input()),

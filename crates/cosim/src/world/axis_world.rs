@@ -72,6 +72,8 @@ impl Placed for PaddleIn<i64> {
         if let Some(target) = world.reference {
             self.target = target;
         }
+        let is_on = world.edge >= world.begins.0;
+        [self.proportional, self.integral, self.derivative] = if is_on { world.begins.1 } else { [0; 3] };
         let (Some(sensors), [code, hall]) = (&world.sensors, world.read) else { return };
         if let Some(code) = code {
             self.code = sensors.pins()[code][0];
@@ -128,6 +130,8 @@ pub struct AxisWorld<'p, I = LoopIn<i64>> {
     recorded_count: i64,
     /// The sensors whose words are inputs: of the current, and of the angle.
     read: [Option<usize>; 2],
+    /// The edge from which on the paddle's position controller has its gains, 0 before, and these gains.
+    begins: (u64, [i64; 3]),
     inputs: PhantomData<I>,
 }
 
@@ -141,9 +145,16 @@ impl<'p> AxisWorld<'p> {
 
 #[cfg(not(target_family = "wasm"))]
 impl<'p> AxisWorld<'p, PaddleIn<i64>> {
-    /// Creates the world of the paddle's loop, which reads the words of a current and, if it is one, of an angle.
-    pub(crate) fn of_paddle(plant: &'p Plant, command: usize, schedule: Schedule, read: [Option<usize>; 2]) -> Self {
-        Self::made(plant, command, schedule, read)
+    /// Creates the world of the paddle's loop, which reads the words of a current and, if it is one, of an angle. Its
+    /// position controller has these gains from an edge on at which the schedule gives another target.
+    pub(crate) fn of_paddle(
+        plant: &'p Plant,
+        command: usize,
+        schedule: Schedule,
+        read: [Option<usize>; 2],
+        begins: (u64, [i64; 3]),
+    ) -> Self {
+        Self { begins, ..Self::made(plant, command, schedule, read) }
     }
 }
 
@@ -176,6 +187,7 @@ impl<'p, I> AxisWorld<'p, I> {
             recorded: 0,
             recorded_count: 0,
             read,
+            begins: (0, [0; 3]),
             inputs: PhantomData,
         };
         if let Kind::Axis { axis, current_a, speed_rad_per_s, angle_rad, .. } = &plant.kind {

@@ -18,7 +18,7 @@ keys! { method_paddle: "method" of [PADDLE];
     current: Text = Text("the name of a current in device.sensors", Required);
     /// Wanted angle, as the firmware reads its sensor.
     target: Quantity = Quantity::new(&q::ANGLE, Any, Required);
-    /// Time from which on the target is asked for; before it, the angle at the start is.
+    /// Time from which on the target is asked for; before it, the angle is filtered and no torque asked for.
     target_from: Quantity = Quantity::new(&q::TIME, NotNegative, Is(0.0));
     /// Torque at the paddle for an error of the angle.
     kp: Quantity = Quantity::new(&q::TORSIONAL_STIFFNESS, NotNegative, Required);
