@@ -69,6 +69,9 @@ enum Study {
     /// Shape, stiffness, shear and texture of a 3-DOF device, and where the switch of its control fails
     #[command(name = "three-dof")]
     ThreeDof(crate::beside::Args),
+    /// A published device with its firmware: logs beside runs, and what a model must not leave out
+    #[command(name = "epfl-paddle")]
+    Paddle(crate::beside::Args),
 }
 
 impl Args {
@@ -96,6 +99,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         Study::Shaper(args) => crate::beside::reproduce(&shipped("input-shaper"), args),
         Study::Criteria(args) => crate::beside::reproduce(&shipped("criteria"), args),
         Study::Scaling(args) => crate::beside::reproduce(&shipped("power-scaling"), args),
+        Study::Paddle(args) => crate::beside::reproduce(&shipped("epfl-paddle"), args),
         Study::ThreeDof(args) => crate::beside::reproduce(&shipped("three-dof"), args),
     }
 }

@@ -91,6 +91,7 @@ fn options_of_many_verbs_are_the_same_in_all_of_them() {
         "reproduce criteria",
         "reproduce power-scaling",
         "reproduce three-dof",
+        "reproduce epfl-paddle",
     ];
     for verb in with_jobs {
         let (_, said) = jobs.iter().find(|(of, _)| of == verb).unwrap_or_else(|| panic!("{verb} has no --jobs"));

@@ -33,12 +33,13 @@ const UNSEEN: [(&str, &str, &str); 8] = [
 
 /// Verbs that are others by another name, with the options of these: the paper's studies that come with the program are
 /// `study` on a file, the ladder is Table 2 by other models, and two tables of words are of one kind.
-const ALIKE: [(&str, &str); 8] = [
+const ALIKE: [(&str, &str); 9] = [
     ("reproduce hybrid-loop", "study"),
     ("reproduce input-shaper", "study"),
     ("reproduce criteria", "study"),
     ("reproduce power-scaling", "study"),
     ("reproduce three-dof", "study"),
+    ("reproduce epfl-paddle", "study"),
     ("reproduce phantom-lag", "study"),
     ("reproduce phantom-ladder", "reproduce phantom-table-2"),
     ("reproduce phantom-formats", "reproduce phantom-sines"),

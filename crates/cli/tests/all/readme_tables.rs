@@ -335,6 +335,19 @@ pub const COMMANDS: &[(&str, Form)] = &[
     ("hpu run two-encoder-joint", Form::AsIs),
     ("hpu run two-encoder-joint --set method.position=load", Form::AsIs),
     ("hpu run epfl-paddle-step", Form::AsIs),
+    ("hpu run epfl-paddle-step -o out", short("hpu run epfl-paddle-step -o out --edges 3360000", "it runs 0.3 s")),
+    (
+        "hpu run epfl-paddle-cycle --set model.bridge=averaged",
+        short("hpu run epfl-paddle-cycle --set model.bridge=averaged --set run.duration=0.2s", "it runs 2 s"),
+    ),
+    (
+        "hpu run epfl-paddle-cycle --set method.current_share=1",
+        short("hpu run epfl-paddle-cycle --set method.current_share=1 --set run.duration=0.2s", "it runs 2 s"),
+    ),
+    (
+        "hpu reproduce epfl-paddle",
+        Form::Begun("a quarter of a minute; testbench/record/epfl-paddle.txt is what it prints"),
+    ),
     ("hpu run epfl-paddle-step --set model.datapath=float32", Form::AsIs),
     ("hpu run epfl-paddle-cycle", Form::AsIs),
     (

@@ -4,6 +4,7 @@ mod drops;
 pub mod filter;
 mod limits;
 mod motion;
+mod paddle;
 mod segment;
 mod velocity;
 
@@ -178,6 +179,15 @@ static MEASURES: &[Measure] = &[
         keys: &[key("other", Takes::Set), key("after", Takes::Number)],
         gives: &["until", "to_the_end", "leaves"],
         run: motion::apart,
+    },
+    Measure {
+        name: "paddle",
+        about: "One run of the paddle's loop: the angle that it reads, in degrees, and the encoder beside the log that \
+                `expect.recording` names.",
+        is_of_scene: true,
+        keys: &[],
+        gives: paddle::GIVES,
+        run: paddle::paddle,
     },
     Measure {
         name: "ladder",

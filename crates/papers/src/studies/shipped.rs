@@ -23,6 +23,7 @@ static STUDIES: &[(&str, &str)] = studies![
     "three-dof",
     "velocity-estimators",
     "phantom-lag",
+    "epfl-paddle",
 ];
 
 /// Returns names and texts of the shipped studies.
