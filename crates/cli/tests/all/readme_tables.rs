@@ -485,9 +485,9 @@ pub const FIGURES: &[(&str, From, &str)] = &[
     (FITTED, From::Run(CHART), "averaged … 0.16 % 0.02 % 0.16 % right"),
     (FITTED, From::File("testbench/record/fit.txt"), "friction-wall 21.4 x 0.16 %"),
     (
-        "29 of 77 can be had at least five times as fast",
+        "29 of 79 can be had at least five times as fast",
         From::File("testbench/record/fit.txt"),
-        "29 of 77 at least 5 times as fast as written",
+        "29 of 79 at least 5 times as fast as written",
     ),
     ("426 to 472 |", RATIOS, "hybrid-wall,2s … 426 472"),
     ("61 to 73 |", RATIOS, "friction-wall,2s … 61 73"),
