@@ -105,8 +105,8 @@ fn what_is_shipped_is_orders_of_magnitude_from_every_bound() {
         let kind = document.get("device").unwrap().get("kind").unwrap().as_str().unwrap();
         let mut found = Vec::new();
         values(document.as_table(), "", &mut found);
-        // The order of a derivative ends at 2 by its definition, not by sense; a clock of 168 MHz is 60 times slower than
-        // the fastest.
+        // The order of a derivative ends at 2 by its definition, not by sense; a clock of 168 MHz is 60 times slower
+        // than the fastest.
         let is_apart = |key: &str| ["shear.order", "clock.frequency"].contains(&key);
         for (key, item) in found.into_iter().filter(|(key, _)| !is_apart(key)) {
             let text = item.as_str().map_or(item.to_string(), str::to_string);
