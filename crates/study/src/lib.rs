@@ -4,6 +4,7 @@ pub mod accuracy;
 pub mod command;
 pub mod fit;
 pub mod gimbal;
+pub mod identify;
 pub mod limits;
 pub mod map;
 mod paddle;

@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use hpu_scene::Log;
 use hpu_scene::replay::{Motion, Unit};
+use hpu_scene::{Experiment, Log};
 use hpu_signal::{Clock, Cycle, Observe, Signal};
 
 use crate::result::trace::ANGLE;
@@ -69,6 +69,20 @@ pub struct LogHeld {
 }
 
 impl LogBeside {
+    /// Returns the size of a count of the encoder whose position is held beside a log, in rad or m.
+    ///
+    /// # Errors
+    ///
+    /// The reason why no log can be held beside a run of this scene.
+    pub fn count(scene: &Experiment) -> Result<f64, String> {
+        match scene {
+            Experiment::Axis(scene) => Ok(scene.encoder.count_rad()),
+            Experiment::Dut(scene) => Ok(scene.encoder.count_rad()),
+            Experiment::Paddle(scene) => Ok(scene.encoder.count_rad()),
+            _ => Err("a log is held beside the one position of an axis; this device has several".into()),
+        }
+    }
+
     /// Prepares a run for a log. `count` is the size of an encoder's count, in rad or m.
     ///
     /// # Errors
@@ -118,13 +132,13 @@ impl LogBeside {
         }
     }
 
-    /// Returns the shift at which the log and the run, which ended at an edge, differ least. Of alike shifts it is the
-    /// least.
+    /// Returns the log and the run, which ended at an edge, at a shift, or at the nearest one that the log may have.
+    /// Without one it is the shift at which they differ least; of alike shifts the least.
     ///
     /// # Errors
     ///
     /// The reason why nothing can be told: no row lies in the run at every shift.
-    pub fn finish(mut self, end: Cycle) -> Result<LogHeld, String> {
+    pub fn finish(mut self, end: Cycle, shift: Option<i64>) -> Result<LogHeld, String> {
         let (last_edge, last) = self.last;
         match self.watched {
             Watched::Net(..) => self.fill(end.0 + 1, |_| last),
@@ -162,7 +176,7 @@ impl LogBeside {
             }
             least.1
         };
-        let shift = best(&held);
+        let shift = shift.map_or_else(|| best(&held), |shift| shift.clamp(-self.reach, self.reach));
         let halves = held.split_at(held.len() / 2);
         let halves = [best(halves.0), best(halves.1)];
         let moved_s = shift as f64 * self.step_s;

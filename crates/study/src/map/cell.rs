@@ -232,7 +232,7 @@ impl Cell {
 
 /// Returns any scene made ready to run. If it has a design of the user's own, this is built by what the program has
 /// provided.
-pub(super) fn any_simulation(experiment: &Experiment) -> Result<AnySimulation<'_>, Error> {
+pub(crate) fn any_simulation(experiment: &Experiment) -> Result<AnySimulation<'_>, Error> {
     match experiment {
         Experiment::Dut(_) => {
             let made = dut::provided().and_then(|designs| AnySimulation::new(experiment, designs, Inside::Nothing));

@@ -28,6 +28,7 @@ use hpu_farm::UnitResult;
 pub use agreement::{Agreement, agreements, is_predicted, predicted};
 pub use alike::Alike;
 pub use axis::Axis;
+pub(crate) use cell::any_simulation;
 pub(crate) use cell::more_events;
 pub use cell::{Cell, CellLimits, Displayed, outcome_name};
 pub use class::is_unseen;

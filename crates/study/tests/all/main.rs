@@ -5,6 +5,7 @@ mod accuracy;
 mod colours;
 mod fit;
 mod gimbal;
+mod identify;
 mod limits;
 mod limits_box;
 #[expect(dead_code, reason = "other tests of pictures use the rest")]

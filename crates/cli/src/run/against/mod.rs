@@ -4,7 +4,7 @@ use std::path::Path;
 
 use hpu_chart::{self as chart, Picture};
 use hpu_cosim::replay::{Taken, Unit};
-use hpu_cosim::scene::{Experiment, Log};
+use hpu_cosim::scene::Log;
 use hpu_cosim::{AnySimulation, LogBeside, LogHeld, Summary, figure, read_plain};
 use hpu_page::Page;
 use hpu_signal::Cycle;
@@ -60,14 +60,7 @@ impl Against {
         };
         let bytes = named.map_or_else(|| loaded.data(&file), |file| read_plain(file));
         let bytes = bytes.map_err(|error| failed(format!("cannot read `{file}`: {error}")))?;
-        let count = match scene {
-            Experiment::Axis(scene) => scene.encoder.count_rad(),
-            Experiment::Dut(scene) => scene.encoder.count_rad(),
-            Experiment::Paddle(scene) => scene.encoder.count_rad(),
-            _ => {
-                return Err(failed("a log is held beside the one position of an axis; this device has several".into()));
-            }
-        };
+        let count = LogBeside::count(scene).map_err(failed)?;
         let unit = scene.setup().units().position;
         let kind = if unit == "m" { Unit::Length } else { Unit::Angle };
         let (motion, taken) = log.read(&bytes, kind).map_err(|error| failed(format!("{file}:{error}")))?;
@@ -79,7 +72,8 @@ impl Against {
     /// Finds the shift at which a run that is over and the log differ least.
     pub fn finish(self, summary: &Summary, is_judged: bool) -> Result<Held, Failure> {
         let Self { log, rms, file, taken, unit, count } = self;
-        let held = log.finish(Cycle(summary.edges)).map_err(|reason| Failure::file(format!("{file}: {reason}")))?;
+        let held =
+            log.finish(Cycle(summary.edges), None).map_err(|reason| Failure::file(format!("{file}: {reason}")))?;
         Ok(Held { held, most: rms.filter(|_| is_judged), file, taken, unit, count })
     }
 }
