@@ -15,6 +15,7 @@ mod diff;
 mod document;
 mod explore;
 mod fit;
+mod identify;
 mod journal;
 mod keys;
 mod limits;
@@ -80,6 +81,7 @@ enum Verb {
     Map(map::Args),
     Chart(chart::Args),
     Fit(fit::Args),
+    Identify(identify::Args),
     Diff(diff::Args),
     Report(report::Args),
     Widths(widths::Args),
@@ -127,6 +129,7 @@ impl Verb {
             },
             Self::Chart(args) => chart::run(&args),
             Self::Fit(args) => fit::run(&args),
+            Self::Identify(args) => identify::run(&args),
             Self::Diff(args) => diff::run(&args),
             Self::Report(args) => report::run(&args),
             Self::Widths(args) => match args.from() {
@@ -153,7 +156,7 @@ impl Verb {
 /// The verbs of the first page of help, under their headings.
 const HEADINGS: [(&str, &[&str]); 4] = [
     ("Scenes", &["run", "scenes", "new", "keys", "diff", "report", "explore"]),
-    ("Questions about a scene", &["limits", "map", "chart", "fit", "widths"]),
+    ("Questions about a scene", &["limits", "map", "chart", "fit", "identify", "widths"]),
     ("Blocks and their VHDL", &["block", "vectors", "check", "cost"]),
     ("Many runs", &["study", "sweep", "reproduce"]),
 ];

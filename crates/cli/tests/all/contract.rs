@@ -58,6 +58,8 @@ fn verbs(scene: &str, dir: &Path) -> Vec<(Does, Vec<String>)> {
     let limited =
         study("limits-study.toml", &format!("[limits]\nscene = {scene:?}\nrange = \"95..600\"\nwords = 2\nphases = 1"));
     let vhdl = study("broken.vhd", "is no VHDL");
+    let log = out("log.csv");
+    fs::write(&log, "time_ms,count\n0,0\n1,1\n2,2\n").expect("a log");
     let page = out("page.html");
     fs::write(&page, "<script type=\"application/json\" id=\"start\">{}</script>").expect("a page");
     let words = |words: &[&str]| words.iter().map(ToString::to_string).collect::<Vec<_>>();
@@ -69,6 +71,7 @@ fn verbs(scene: &str, dir: &Path) -> Vec<(Does, Vec<String>)> {
         (Does::Builds, words(&["limits", scene, "--range", "95..600", "--words", "2", "--phases", "1"])),
         (Does::Builds, words(&["report", scene, "--out", &report])),
         (Does::Builds, words(&["diff", scene, scene])),
+        (Does::Builds, words(&["identify", scene, &log, "--free", "hand.stiffness"])),
         (Does::Builds, words(&["cost", "--scene", scene])),
         (Does::Builds, words(&["study", &mapped])),
         (Does::Builds, words(&["study", &limited])),

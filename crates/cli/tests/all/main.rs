@@ -21,6 +21,7 @@ mod formal;
 mod fuzz;
 mod gimbal;
 mod heard;
+mod identify;
 mod inside;
 mod keys;
 mod legacy;

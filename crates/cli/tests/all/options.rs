@@ -238,6 +238,11 @@ const MODES: &[Mode] = &[
         ],
     ),
     (&["fit"], &["one-tick", "--set", "run.duration=30 ms"], &[]),
+    (
+        &["identify"],
+        &["free-motion", "@LOG", "--free", "device.coulomb_friction", "--set", SHORT],
+        &[("free", &["--free", "device.initial_speed"]), ("held", &["--held", "/nowhere.csv"])],
+    ),
     (&["diff"], &["one-tick", "count-cycle"], &[]),
     (&["report"], &["one-tick", "--out", "@/report.html"], &[("out", &["--out", "@/other.html"])]),
     (&["widths"], &["one-tick"], &[HAND]),
@@ -309,6 +314,7 @@ fn found(dir: &Path, number: usize, words: &[String]) -> Found {
         let word = word.replace("@STUDY", &dir.join("map.toml").display().to_string());
         let word = word.replace("@LINES", &dir.join("lines.toml").display().to_string());
         let word = word.replace("@DESIGN", &dir.join("design.toml").display().to_string());
+        let word = word.replace("@LOG", &dir.join("log.csv").display().to_string());
         let word = word.replace("@COSTS", &dir.join("costs").display().to_string());
         // A command may change a sweep, so each has its own.
         for sweep in ["@PLANNED", "@DONE"].into_iter().filter(|sweep| word.contains(sweep)) {
@@ -419,6 +425,7 @@ fn prepare_sweeps(dir: &Path) {
     let lines = "name = \"tiny\"\ntitle = \"Tiny\"\n[[group]]\nname = \"g\"\n[[group.line]]\nwhat = \"x\"\n\
                  text = \"{run.outcome}\"\nmeasure.run = { measure = \"run\", scene = \"one-tick\" }\n";
     fs::write(dir.join("lines.toml"), lines).expect("a study");
+    fs::write(dir.join("log.csv"), "time_ms,count\n0,0\n1,180\n2,340\n3,480\n").expect("a log");
     let fine = |words: &[&str]| {
         let output = hpu().current_dir(dir).args(words).output().expect("starts");
         assert!(output.status.success(), "{words:?}: {}", String::from_utf8_lossy(&output.stderr));

@@ -1,0 +1,156 @@
+//! Keys identified from logs: a shorted motor that runs down, integrated here.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::common::{assert_refused, code, json, run, scratch, stdout};
+
+/// Resistance, inductance, torque constant, moment of inertia, Coulomb friction.
+const MOTOR: [f64; 5] = [2.0, 0.5e-3, 0.03, 2e-5, 2e-3];
+const COUNT: f64 = std::f64::consts::TAU / 2000.0;
+
+const SCENE: &str = r#"
+about = "A shorted motor runs down."
+clock = { frequency = "1 MHz" }
+device.kind = "motor"
+device.resistance = "2 Ohm"
+device.inductance = "0.5 mH"
+device.torque_constant = "30 mN.m/A"
+device.rotor_inertia = "150 g.cm2"
+device.coulomb_friction = "2.5 mN.m"
+device.initial_speed = "60 rad/s"
+encoder = { lines = 500 }
+method = { kind = "hybrid", sample_rate = "1 kHz", damping_format = "(0,8,4)" }
+wall = { position = "3 rad", stiffness = 0 }
+hand = { kind = "none" }
+run = { duration = "120 ms" }
+"#;
+
+/// Returns the counts of the motor at each millisecond, by Heun's method in steps of a microsecond.
+fn counts(speed: f64) -> Vec<i64> {
+    let [resistance, inductance, constant, inertia, friction] = MOTOR;
+    let slope = |[current, speed, _]: [f64; 3]| {
+        let torque = constant * current - if speed > 0.0 { friction } else { 0.0 };
+        [(-resistance * current - constant * speed) / inductance, torque / inertia, speed]
+    };
+    let (mut at, mut counts) = ([0.0, speed, 0.0], Vec::new());
+    for step in 0..119_000 {
+        if step % 1000 == 0 {
+            counts.push((at[2] / COUNT).floor() as i64);
+        }
+        let first = slope(at);
+        let then = slope([0, 1, 2].map(|part| at[part] + 1e-6 * first[part]));
+        at = [0, 1, 2].map(|part| at[part] + 0.5e-6 * (first[part] + then[part]));
+        // Friction stops it; it does not turn it back.
+        at[1] = at[1].max(0.0);
+    }
+    counts
+}
+
+fn written(dir: &Path, name: &str, counts: &[i64]) -> String {
+    let mut log = "time_ms,count\n".to_string();
+    for (row, count) in counts.iter().enumerate() {
+        let _ = writeln!(log, "{row},{count}");
+    }
+    let path = dir.join(name);
+    fs::write(&path, log).expect("written");
+    path.display().to_string()
+}
+
+const FREE: &str = "device.rotor_inertia,device.coulomb_friction";
+
+#[test]
+fn a_motor_is_identified_and_predicts_another_log() {
+    let dir = scratch("identify");
+    let scene = dir.join("motor.toml").display().to_string();
+    fs::write(&scene, SCENE).expect("written");
+    // The held log begins at another speed, so it has its own scene.
+    let log = written(&dir, "log.csv", &counts(60.0));
+    written(&dir, "slower.csv", &counts(40.0));
+    let slower = dir.join("slower.toml").display().to_string();
+    let text = SCENE.replace("60 rad/s", "40 rad/s");
+    fs::write(&slower, format!("{text}expect.recording = {{ file = \"slower.csv\" }}\n")).expect("written");
+    let out = dir.join("out").display().to_string();
+    let output = run(&["identify", &scene, &log, "--free", FREE, "--held", &slower, "-o", &out, "--json"]);
+    let said = json(&output);
+    assert_eq!((code(&output), &said["explained"]), (0, &true.into()), "{said}");
+    for (key, truth) in said["keys"].as_array().expect("keys").iter().zip([MOTOR[3], MOTOR[4]]) {
+        let number = |name: &str| key[name].as_f64().expect("a number");
+        assert!(number("low") < truth && truth < number("high"), "{key}");
+        assert!((number("value") / truth - 1.0).abs() < 0.01, "{key}");
+    }
+    // Even rounding is all that is left: 0.29 counts.
+    for log in said["logs"].as_array().expect("logs") {
+        assert!(log["rms_counts"].as_f64().expect("a number") < 0.4, "{log}");
+    }
+    let found = fs::read_to_string(dir.join("out/identified.toml")).expect("the scene");
+    assert!(
+        found.starts_with("# Identified by: hpu identify ") && found.contains("# device.rotor_inertia = "),
+        "{found}"
+    );
+    let again = dir.join("out/identified.toml").display().to_string();
+    let off = json(&run(&["run", &again, "--against", &log, "--json"]))["log"]["rms_counts"].clone();
+    assert!(off.as_f64().expect("a number") < 0.6, "{off}");
+    let page = fs::read_to_string(dir.join("out/identify.html")).expect("the report");
+    assert_eq!(page.matches("data:image/svg+xml").count(), 2);
+}
+
+#[test]
+fn a_log_that_the_scene_does_not_explain_is_rejected_with_its_window() {
+    let dir = scratch("identify-touched");
+    let scene = dir.join("motor.toml").display().to_string();
+    fs::write(&scene, SCENE).expect("written");
+    let (mut touched, free) = (counts(60.0), counts(60.0));
+    touched[40..80].iter_mut().for_each(|count| *count -= 15);
+    let [log, held] = [("log.csv", free), ("touched.csv", touched)].map(|(name, counts)| written(&dir, name, &counts));
+    let output = run(&["identify", &scene, &log, "--free", FREE, "--held", &held]);
+    let page = stdout(&output);
+    assert!(code(&output) == 1 && page.contains("touched.csv: REJECTED") && page.contains("from 0.0400 s"), "{page}");
+}
+
+#[test]
+fn what_cannot_be_identified_is_refused_with_its_reason() {
+    let dir = scratch("identify-bad");
+    let scene = dir.join("motor.toml").display().to_string();
+    fs::write(&scene, SCENE).expect("written");
+    let log = written(&dir, "log.csv", &counts(60.0));
+    let refused = |exit: i32, words: &[&str], said: &str| {
+        assert_refused(&run(&[&["identify", &scene], words].concat()), exit, &[said]);
+    };
+    let key = "device.coulomb_friction";
+    refused(2, &["--free", key], "no log; name one behind the scene");
+    refused(2, &[&log, "--free", "device.coulomb_frction"], "did you mean device.coulomb_friction?");
+    refused(2, &[&log, "--free", "device.coulomb_friction,device.coulomb_friction"], "twice");
+    refused(4, &[&log, "--free", "device.viscous_friction"], "starts at 0");
+    refused(4, &[&log, "--free", "wall.position"], "wall.position has no effect on the runs");
+    refused(4, &["/nowhere.csv", "--free", key], "cannot read `/nowhere.csv`");
+    for (name, rows, said) in [
+        ("again.csv", "time_ms,count\n1,0\n2,0\n2,1\n", "again.csv:4: time must increase"),
+        ("few.csv", "time_ms,count\n1,19\n", "1 rows for 1 keys"),
+        ("unit.csv", "time_ms,angle_rad\n0,0\n10,31\n20,57\n30,77\n40,93\n50,105\n", "times as far as the run"),
+    ] {
+        fs::write(dir.join(name), rows).expect("written");
+        refused(4, &[&dir.join(name).display().to_string(), "--free", key], said);
+    }
+}
+
+#[test]
+fn a_gap_in_a_log_is_told() {
+    let dir = scratch("identify-gap");
+    let scene = dir.join("motor.toml").display().to_string();
+    fs::write(&scene, SCENE).expect("written");
+    let mut log = "time_ms,count\n".to_string();
+    for (row, count) in counts(60.0).iter().enumerate().filter(|(row, _)| !(30..40).contains(row)) {
+        let _ = writeln!(log, "{row},{count}");
+    }
+    let path = dir.join("gap.csv");
+    fs::write(&path, log).expect("written");
+    let output = run(&["identify", &scene, &path.display().to_string(), "--free", "device.coulomb_friction"]);
+    let said = stdout(&output);
+    assert!(said.contains("gap.csv: a gap of 0.011000 s behind row 30"), "{said}");
+    let value: Value = json(&run(&["identify", &scene, &path.display().to_string(), "--free", FREE, "--json"]));
+    assert_eq!(value["keys"][0]["key"], "device.rotor_inertia");
+}
