@@ -53,7 +53,7 @@ pub(super) fn paddle(asked: &Asked, control: &Control) -> Result<Values, Error> 
     let [rms, shift] = match beside {
         None => [f64::INFINITY; 2],
         Some(beside) => {
-            let held = beside.finish(hpu_signal::Cycle(summary.edges))?;
+            let held = beside.finish(hpu_signal::Cycle(summary.edges), None)?;
             [held.rms.to_degrees(), held.shift as f64]
         }
     };
