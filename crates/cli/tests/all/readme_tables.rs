@@ -547,6 +547,8 @@ pub const EXCEPTED: &[(&str, &str)] = &[
     ("sought at 200 stiffnesses", "how the search is defined"),
     ("the last 30 % of the run", "how the window is defined"),
     ("more than 5 % faster", "how `fit` is defined"),
+    ("the interval of 95 %", "how an interval is defined"),
+    ("more than 2 counts rms, or more than 5 in a window of 40 ms", "how a rejection is defined"),
     // Speeds and times depend on the machine. Those of the table are in testbench/record/speed.txt and compare.txt.
     ("more than a hundred times slower than events", MACHINE),
     ("55 to 190 times as fast", MACHINE),

@@ -232,10 +232,10 @@ impl Search<'_, '_> {
     /// runs differ as [`SECANT`] says, and kept.
     fn slopes(&mut self, at: &Place, over: &mut [f64]) -> Result<Slopes, Ended> {
         let mut columns = Vec::new();
-        for key in 0..self.free.len() {
+        for (key, over) in over.iter_mut().enumerate() {
             let mut tries = 0;
             let (apart, length) = loop {
-                let (above, below) = (self.moved(at, key, over[key])?, self.moved(at, key, -over[key])?);
+                let (above, below) = (self.moved(at, key, *over)?, self.moved(at, key, -*over)?);
                 let length = above.at[key] - below.at[key];
                 let apart = apart(&above.rows, &below.rows);
                 let rms = (apart.iter().map(|off| off * off).sum::<f64>() / apart.len() as f64).sqrt();
@@ -243,12 +243,12 @@ impl Search<'_, '_> {
                 if tries == 6 || (SECANT[0]..=SECANT[1]).contains(&rms) {
                     break (apart, length);
                 }
-                let wanted = if rms < SECANT[0] { over[key] * 3.0 } else { over[key] / 3.0 };
+                let wanted = if rms < SECANT[0] { *over * 3.0 } else { *over / 3.0 };
                 let wanted = wanted.clamp(1e-5, 0.5);
-                if wanted == over[key] {
+                if wanted == *over {
                     break (apart, length);
                 }
-                over[key] = wanted;
+                *over = wanted;
             };
             if apart.iter().all(|off| *off == 0.0) || length == 0.0 {
                 let key = &self.free[key].key;
