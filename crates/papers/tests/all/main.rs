@@ -8,6 +8,7 @@ mod looks;
 mod reproduce;
 mod reproduce_errs;
 mod reproduce_hybrid;
+mod reproduce_paddle;
 mod reproduce_scaling;
 mod reproduce_seeds;
 mod reproduce_shaper;
