@@ -3,6 +3,7 @@
 use std::array::from_fn;
 use std::sync::OnceLock;
 
+use super::motion::FAR;
 use super::{Body, Feed, FeedKind, Link, MOST_FRICTIONS, MOST_STOPS, Reduced, Stop};
 use crate::flow::double::Double;
 use crate::flow::guard::Guard;
@@ -350,7 +351,8 @@ where
     fn make(&self, key: &Key, switches: Option<u8>) -> Mode<N> {
         let forces = self.forces(key);
         let rows = self.rows(key, switches, &forces);
-        let system = Linear::exact(&rows, self.squares(key), self.edge_s, self.horizon);
+        // Searches look beyond the edge that they are asked for.
+        let system = Linear::exact(&rows, self.squares(key), self.edge_s, self.horizon + FAR);
         let guard = |row: &Row<N>| Guard::new(rounded(row), &system);
         let unit = |index: usize, value: f64| from_fn(|k| if k == index { value.into() } else { Double::ZERO });
         let pick = |index: usize| guard(&unit(index, 1.0));

@@ -20,7 +20,7 @@ use crate::{Bridge, Circuit, Gates, Hand};
 const NEAR: u64 = 64;
 /// A search goes this many times as far as the motion has gone from its anchor, up to `FAR` edges.
 const AGAIN: u64 = 4;
-const FAR: u64 = 16384;
+pub(super) const FAR: u64 = 16384;
 /// The most edges that a search looks ahead at a time.
 const FARTHEST: f64 = 65536.0;
 /// The least number of edges for which the bounds of the errors are made.

@@ -126,6 +126,20 @@ fn a_knob_in_six_states_flows_to_twenty_eight_digits() {
     assert!(residual.abs() <= 1e-12 * energy.exchanged_j(), "{residual:e} of {:e}", energy.exchanged_j());
 }
 
+/// The table of leaps has two digits of 7 bits up to 16383 edges, and a search looks further than it is asked.
+#[test]
+fn a_search_at_the_end_of_a_run_looks_beyond_it() {
+    let mut knob = knob(0.03);
+    knob.bodies[0].speed = 1.5;
+    for horizon in [127, 16383] {
+        let laws = NetworkLaws::<8>::new(reduced(&knob), EDGE_S, horizon);
+        let mut device = NetworkDevice::new(&laws, 0.0);
+        for edge in 1..=horizon {
+            assert_eq!(device.next_event(edge - 1, edge, ANYWHERE), None);
+        }
+    }
+}
+
 /// A loop of the current with its integral, and a hand with a mass: nine states, by mpmath.
 #[test]
 fn a_paddle_in_nine_states_flows_to_twenty_eight_digits() {
