@@ -199,8 +199,8 @@ def run(gains, seconds, *, hall=None, friction_nm=F, switched=False, start=-0.18
         if now % PERIOD == 0:
             code = wanted
         if now % ADC == 0:
-            # 12 bits, half of them below 0 A.
-            codes = codes[1:] + [min(max(math.floor(paddle.x[0] / ADC_A + 0.5), -2048), 2047)]
+            # Where the converter's codes end is written nowhere; none does here.
+            codes = codes[1:] + [math.floor(paddle.x[0] / ADC_A + 0.5)]
         if now == next_current:
             next_current += CURRENT
             wanted = firmware.current(codes)

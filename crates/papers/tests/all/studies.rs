@@ -314,6 +314,7 @@ fn every_measure_gives_every_value_that_it_names() {
             "touch" => ("gimbal-switch", "[]"),
             "segment" => ("gimbal-shear", ALL_OF_A_SEGMENT),
             "fitting" => ("phantom-drop", "['run.duration=1 s']"),
+            "paddle" => ("epfl-paddle-step", "['run.duration=60 ms']"),
             _ if is_motor => ("conventional-wall-1khz", "[]"),
             _ => ("impulse-engine", "['run.duration=300 ms', 'record.plant_rate=10 kHz']"),
         };

@@ -3,7 +3,6 @@
 use std::array::from_fn;
 use std::sync::OnceLock;
 
-use super::motion::FAR;
 use super::{Body, Feed, FeedKind, Link, MOST_FRICTIONS, MOST_STOPS, Reduced, Stop};
 use crate::flow::double::Double;
 use crate::flow::guard::Guard;
@@ -12,6 +11,9 @@ use crate::flow::leap::Square;
 use crate::flow::linear::Linear;
 use crate::flow::matrix::{ANGLE, CURRENT, INTENT, SPEED, State};
 use crate::{Bridge, Circuit, Drive, Hand};
+
+/// The most edges that a search for the next event looks beyond the edge that it is asked for.
+pub(super) const FAR: u64 = 16384;
 
 /// A functional of the state, in double-double.
 pub(super) type Row<const N: usize> = [Double; N];
@@ -351,7 +353,6 @@ where
     fn make(&self, key: &Key, switches: Option<u8>) -> Mode<N> {
         let forces = self.forces(key);
         let rows = self.rows(key, switches, &forces);
-        // Searches look beyond the edge that they are asked for.
         let system = Linear::exact(&rows, self.squares(key), self.edge_s, self.horizon + FAR);
         let guard = |row: &Row<N>| Guard::new(rounded(row), &system);
         let unit = |index: usize, value: f64| from_fn(|k| if k == index { value.into() } else { Double::ZERO });

@@ -3,7 +3,7 @@
 //! As of an axis, the state is kept at an anchor edge in double-double and flowed from there; the anchor moves only
 //! when drive, intention or mode change.
 
-use super::laws::{Key, Mode, NetworkLaws, Touch, position_of, speed_of};
+use super::laws::{FAR, Key, Mode, NetworkLaws, Touch, position_of, speed_of};
 use super::{MOST_FRICTIONS, MOST_STOPS};
 use crate::device::{Drive, Event, REALS};
 use crate::energy::Energy;
@@ -18,9 +18,8 @@ use crate::{Bridge, Circuit, Gates, Hand};
 
 /// The least number of edges that the next event is searched for.
 const NEAR: u64 = 64;
-/// A search goes this many times as far as the motion has gone from its anchor, up to `FAR` edges.
+/// A search goes this many times as far as the motion has gone from its anchor, up to [`FAR`] edges.
 const AGAIN: u64 = 4;
-pub(super) const FAR: u64 = 16384;
 /// The most edges that a search looks ahead at a time.
 const FARTHEST: f64 = 65536.0;
 /// The least number of edges for which the bounds of the errors are made.
