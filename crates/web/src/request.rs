@@ -165,9 +165,6 @@ impl Source {
             Experiment::Axis(scene) if scene.model.datapath == Datapath::Linear => {
                 refused("model.datapath", "\"linear\" is a law without a datapath to run; see hpu limits")
             }
-            Experiment::Paddle(_) => {
-                refused("method.kind", "a page has not the loop of the paddle; the command hpu runs it")
-            }
             Experiment::Dut(_) => refused("dut", "a design of your own needs its simulator, which a page has not"),
             _ => Ok(experiment),
         }

@@ -1,22 +1,19 @@
 //! The shipped scenes.
 
-use hpu_cosim::scene::keys::FOLLOWS;
-use hpu_cosim::scene::{Experiment, Shipped, shipped};
+use hpu_cosim::scene::keys::{FOLLOWS, PADDLE};
+use hpu_cosim::scene::{Shipped, shipped};
 use serde_json::{Value, json};
 
 use crate::request::Refusal;
 
-/// Returns names and titles of the shipped scenes. A page, which has to be loaded, leaves out the loop that follows a
+/// Returns names and titles of the shipped scenes. A page, which has to be loaded, leaves out the loops that follow a
 /// target, and so the scenes that have one.
 pub(crate) fn list() -> Result<Value, Refusal> {
     let mut all = Vec::new();
-    let follows = |scene: &&Shipped| FOLLOWS.iter().any(|kind| scene.text.contains(&format!("kind = \"{kind}\"")));
+    let kinds = || FOLLOWS.into_iter().chain([PADDLE]);
+    let follows = |scene: &&Shipped| kinds().any(|kind| scene.text.contains(&format!("kind = \"{kind}\"")));
     for scene in shipped().iter().filter(|scene| !follows(scene)) {
         let parsed = scene.parse(&[])?;
-        // A page has not the loop of the paddle.
-        if let Experiment::Paddle(_) = parsed {
-            continue;
-        }
         all.push(json!({ "name": scene.name, "about": parsed.about.trim() }));
     }
     Ok(json!({ "scenes": all }))

@@ -54,6 +54,11 @@ macro_rules! experiment {
                 }
                 match kind {
                     Kind::Network if is_paddle(&Section::root(source)) => {
+                        // A page loads all code, so it has not this loop.
+                        if cfg!(target_family = "wasm") {
+                            let reason = "a page in a browser has not the loop of the paddle; use hpu itself";
+                            return Err(Section::root(source).error("method.kind", reason));
+                        }
                         crate::paddle::read::scene(name, source, load).map(Self::Paddle)
                     }
                     _ => axis::read::scene(name, source, kind, load).map(Self::Axis),

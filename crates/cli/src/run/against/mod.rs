@@ -58,7 +58,7 @@ impl Against {
             Some(_) => Failure::file(reason),
             None => Failure::file(scene.error("expect.recording", reason)),
         };
-        let bytes = named.map_or_else(|| loaded.data(&file), |file| read_plain(file));
+        let bytes = named.map_or_else(|| loaded.data(&file), read_plain);
         let bytes = bytes.map_err(|error| failed(format!("cannot read `{file}`: {error}")))?;
         let count = LogBeside::count(scene).map_err(failed)?;
         let unit = scene.setup().units().position;
