@@ -116,7 +116,7 @@ const DUTY: [(&str, &str); 1] = [("COMMAND_WIDTH", "DUTY_WIDTH")];
 /// The formats and limits of the paddle's loop.
 ///
 /// A width that blocks share is stated once: [`haptic`](Self::haptic) has that of the angle and of the wanted current,
-/// [`current`](Self::current) that of the duty.
+/// `current` that of the duty.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct PaddleConfig {
     /// Width of the analog sensor's code.
