@@ -57,7 +57,7 @@ pub(crate) struct Args {
     json: bool,
 }
 
-/// What was found, with everything that is reported about it.
+/// The identified keys, with everything that is reported about them.
 struct Identification {
     free: Vec<Free>,
     /// Units of the keys.

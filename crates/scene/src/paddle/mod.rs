@@ -81,7 +81,7 @@ pub struct PaddleModel {
 pub struct PaddleScene {
     /// The part that every scene has.
     pub head: Head,
-    /// What the body with the encoder shows if all joints are rigid.
+    /// The device that the encoder sees if all joints are rigid.
     pub device: Device,
     /// The bodies and joints.
     pub network: Arc<Compound>,

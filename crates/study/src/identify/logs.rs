@@ -22,7 +22,7 @@ const FARTHEST: f64 = 20.0;
 pub struct LogRun {
     /// The name of the log's file.
     pub file: String,
-    /// What of the file was read.
+    /// The part of the file that was read.
     pub taken: Taken,
     /// The unit of positions, rad or m.
     pub unit: &'static str,

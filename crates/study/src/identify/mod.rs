@@ -151,7 +151,7 @@ impl Met {
     }
 }
 
-/// What the logs tell.
+/// Keys as the logs tell them, and how well the logs are met.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Identified {
     /// The keys.

@@ -12,7 +12,7 @@ use super::{Rows, Slopes, normal};
 /// The highest order of an autoregression.
 const ORDER: usize = 20;
 
-/// What the differences tell of the keys, in the unit of the slopes.
+/// The scatter of the keys that the differences tell, in the unit of the slopes.
 pub(super) struct Scatter {
     /// Standard deviations.
     pub sds: Vec<f64>,
