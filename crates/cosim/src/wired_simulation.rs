@@ -2,6 +2,7 @@
 
 use hpu_signal::Observe;
 
+use crate::result::forever::Beyond;
 use crate::result::outline::Outline;
 use crate::result::summary::Summary;
 use crate::result::trace::Trace;
@@ -83,8 +84,15 @@ impl Wired for WiredSimulation<'_> {
         forward!(self, simulation => simulation.visit(visitor))
     }
 
-    fn run(&self, driver: Driver, trace: &mut Trace, observer: &mut dyn Observe, control: &Control) -> Summary {
-        forward!(self, simulation => simulation.run(driver, trace, observer, control))
+    fn run_beyond(
+        &self,
+        driver: Driver,
+        trace: &mut Trace,
+        observer: &mut dyn Observe,
+        control: &Control,
+        beyond: Option<&Beyond>,
+    ) -> Summary {
+        forward!(self, simulation => simulation.run_beyond(driver, trace, observer, control, beyond))
     }
 
     fn closed_loop(&self) -> Box<dyn AnyClosedLoop<'_> + '_> {

@@ -19,7 +19,7 @@ mod stepper;
 
 pub use axis::{Axis, AxisError, Hand, Mass, Motor, Push};
 pub use bridge::{Bridge, Circuit, Gates};
-pub use device::{Device, Drive, Event, Pulses, REALS};
+pub use device::{Device, Drive, Event, Pulses, REALS, Standing};
 pub use energy::Energy;
 pub use excitation::Excitation;
 pub use flow::gauge::{Chord, Extent, Gauge, Measured, Pace, Stretch};

@@ -4,6 +4,7 @@ pub mod arms;
 pub mod criteria;
 pub mod exact;
 pub mod interval;
+pub mod lasting;
 pub mod linear;
 pub mod ranges;
 pub mod real;

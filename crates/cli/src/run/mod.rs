@@ -18,6 +18,7 @@ mod simulate;
 mod suspect;
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::ValueEnum;
 use device::shown;
@@ -58,6 +59,12 @@ pub(crate) struct Args {
     /// Run (or compare) so many clock edges instead of the scene's duration; its expectations are not judged then
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     edges: Option<u64>,
+    /// Look on after the end of the run, its hand where it is then: is it proved that no count of the encoder ever
+    /// arrives again, or does the run repeat to the last bit? Up to so long [default: 10s]; verdict and figures stay
+    /// those of the run to its end
+    #[arg(long, value_name = "TIME", num_args = 0..=1, require_equals = true, default_missing_value = "10s",
+        value_parser = values::time, conflicts_with_all = ["compare", "beside"])]
+    for_ever: Option<Duration>,
     /// Run `events` against `clock` and compare every net and plant state at every edge; with PORT=NET, hold ports of
     /// the scene's own design, or signals inside it (u_vel.vel_r=velocity), against nets of the scene that --beside
     /// names

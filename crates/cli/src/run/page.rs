@@ -3,7 +3,7 @@
 
 use hpu_cosim::replay::Recording;
 use hpu_cosim::scene::{Metric, Units, figure};
-use hpu_cosim::{AnySimulation, Mark, NetUse, SIGNS, Simulation};
+use hpu_cosim::{AnySimulation, Forever, Mark, NetUse, Quiet, SIGNS, Simulation};
 use hpu_page::summary::{energies, outcome};
 use hpu_page::trace_table::TraceColumns;
 use hpu_page::{Cell, Column, Page, Table, heard};
@@ -59,6 +59,7 @@ pub fn page(ran: &Ran) -> Page {
     }
     in_contact(&mut page, ran);
     recurrence(&mut page, ran);
+    for_ever(&mut page, ran);
     page.data("complete", summary.complete);
     page.data("aborted", summary.aborted.map(|abort| json!({ "at_s": abort.at_s, "why": abort.why })));
     if let Some(abort) = summary.aborted {
@@ -162,6 +163,43 @@ fn recurrence(page: &mut Page, ran: &Ran) {
         let said = format!("for ever, every {period}: the state at {again} is that at {from}, to the last bit");
         page.line("repeats", said);
     }
+}
+
+/// Adds how the run goes on for ever, if it was asked.
+fn for_ever(page: &mut Page, ran: &Ran) {
+    let Some(forever) = &ran.summary.forever else { return };
+    let clock = ran.simulation.clock();
+    let seconds = |edges: u64| clock.seconds(Cycle(edges));
+    let settled = if ran.summary.is_settled_for_ever() { "settled for ever: " } else { "" };
+    let (kind, said) = match forever {
+        Ok(Forever::Quiet(quiet)) => {
+            let from_s = seconds(quiet.from_edge);
+            let at = si(from_s, "s");
+            let said = if quiet.is_stuck {
+                let spare = format!("{:.0}", 100.0 * quiet.margin);
+                format!("from {at} on friction holds the shaft, with {spare} % of it to spare")
+            } else {
+                let (margin, ripple) = (format!("{:.3}", quiet.margin), format!("{:.1e}", quiet.ripple_counts));
+                format!("no count arrives after {at}: the next is {margin} counts away, the ripple within ±{ripple}")
+            };
+            let kind = if quiet.is_stuck { "stuck" } else { "quiet" };
+            let Quiet { margin, ripple_counts, .. } = quiet;
+            (json!({ "kind": kind, "from_s": from_s, "margin": margin, "ripple_counts": ripple_counts }), said)
+        }
+        Ok(Forever::Recurs { recurrence, rms_counts }) => {
+            let [from_s, period_s] = [recurrence.from, recurrence.period].map(seconds);
+            let [from, period] = [from_s, period_s].map(|time_s| si(time_s, "s"));
+            let said =
+                format!("from {from} on the emulator repeats every {period}, at {rms_counts:.3} counts rms");
+            let told = json!({
+                "kind": "repeats", "from_s": from_s, "period_s": period_s, "rms_counts": rms_counts,
+            });
+            (told, said)
+        }
+        Err(why) => (json!({ "kind": "not_told", "why": why }), format!("not told: {why}")),
+    };
+    page.data("for_ever", kind);
+    page.line("for ever", format!("{settled}{said}"));
 }
 
 /// Adds the energies.

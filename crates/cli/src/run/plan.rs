@@ -5,7 +5,9 @@ use std::path::PathBuf;
 
 use hpu_cosim::dut::DutSimulation;
 use hpu_cosim::scene::{Datapath, Experiment};
-use hpu_cosim::{AnySimulation, Control, Driver, SceneFile, Simulation, Summary, Trace, Wired, WiredSimulation};
+use hpu_cosim::{
+    AnySimulation, Beyond, Control, Driver, SceneFile, Simulation, Summary, Trace, Wired, WiredSimulation,
+};
 use hpu_rtl::{CheckRow, Hdl, LoopScene, Setup, run_vhdl};
 use hpu_signal::Observe;
 use hpu_study::fit::Fit;
@@ -143,6 +145,12 @@ impl<'s> Plan<'s> {
                 ));
             }
             (AnySimulation::Ours(ours), Some([]), _) => Self::Compare(ours),
+            (_, None, _) if args.for_ever.is_some() && !told_for_ever(args, simulation) => {
+                return refuse(
+                    "--for-ever is told of a run by events or by clock; leave out --driver rtl, and of a design of \
+                     your own and of a model in fixed steps --for-ever",
+                );
+            }
             (AnySimulation::Ours(_), None, _) | (AnySimulation::Dut(_), None, None) => {
                 Self::Run(Engine::new(args, loaded, simulation))
             }
@@ -152,6 +160,12 @@ impl<'s> Plan<'s> {
             }
         })
     }
+}
+
+/// Whether a run of this simulation can look on after its end.
+fn told_for_ever(args: &Args, simulation: &AnySimulation) -> bool {
+    let is_emulated = matches!(simulation, AnySimulation::Ours(ours) if ours.direct().is_none());
+    is_emulated && args.driver != Some(DriverArg::Rtl)
 }
 
 impl<'s> Engine<'s> {
@@ -196,16 +210,17 @@ impl<'s> Engine<'s> {
         }
     }
 
-    /// Runs the scene to its end, or until it is stopped.
+    /// Runs the scene to its end, or until it is stopped; the emulator also looks on after it, if it is asked.
     pub fn advance(
         &self,
         trace: &mut Trace,
         observer: &mut dyn Observe,
         control: &Control,
+        beyond: Option<&Beyond>,
     ) -> Result<Advanced, Failure> {
         let alone = |summary| Advanced { summary, rtl: None, held: None };
         Ok(match self {
-            Self::Emulator(ours, driver, _) => alone(ours.run(*driver, trace, observer, control)),
+            Self::Emulator(ours, driver, _) => alone(ours.run_beyond(*driver, trace, observer, control, beyond)),
             Self::Design(design) => alone(design.run(true, trace, observer, control)?),
             Self::Vhdl(ours, scene, setup) => {
                 let (summary, row) = run_vhdl(scene, setup, *ours, trace, observer, control)?;

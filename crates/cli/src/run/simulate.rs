@@ -4,8 +4,9 @@ use std::path::PathBuf;
 
 use hpu_cosim::replay::Recording;
 use hpu_cosim::scene::{Expectation, Experiment, OutcomeKind};
-use hpu_cosim::{AnySimulation, Simulation, Summary, Trace, Wired, judged_window_s, metric};
+use hpu_cosim::{AnySimulation, Beyond, Simulation, Summary, Trace, Wired, judged_window_s, metric};
 use hpu_page::heard;
+use hpu_prove::lasting;
 use hpu_rtl::{CheckRow, Hdl};
 use hpu_signal::{Cycle, Notation, Observe};
 use hpu_study::fit::Fit;
@@ -141,7 +142,13 @@ pub fn simulate<'s>(
     let mut advance = |observer: &mut dyn Observe| {
         let mut watching = against.as_mut().map(|against| (&mut against.log, &mut *observer));
         let observer: &mut dyn Observe = if let Some(both) = &mut watching { both } else { observer };
-        watch.counted(simulation.edges(), "edges", || engine.advance(&mut trace, observer, control))
+        let mut run = |beyond: Option<&Beyond>| {
+            watch.counted(simulation.edges(), "edges", || engine.advance(&mut trace, observer, control, beyond))
+        };
+        match args.for_ever {
+            None => run(None),
+            Some(longest) => lasting::beyond(scene, longest.as_secs_f64(), |beyond| run(Some(beyond))),
+        }
     };
     let Advanced { summary, rtl, held } = match recorder {
         Recorder::Nothing => advance(&mut ())?,

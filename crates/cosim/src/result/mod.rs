@@ -3,6 +3,7 @@
 pub(crate) mod columns;
 pub(crate) mod contact;
 pub(crate) mod felt;
+pub(crate) mod forever;
 pub(crate) mod heard;
 pub(crate) mod outline;
 pub(crate) mod stays;

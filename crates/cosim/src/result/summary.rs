@@ -3,6 +3,7 @@
 use hpu_plant::Energy;
 use hpu_signal::{Signal, SignalUse};
 
+use crate::result::forever::{Forever, NotTold};
 use crate::result::heard::Heard;
 use crate::result::stays::Stays;
 use crate::result::trace::{ANGLE, TORQUE, Trace};
@@ -157,6 +158,8 @@ pub struct Summary {
     pub averages: Option<[f64; 2]>,
     /// A state that came back to the last bit, if a run by events has found one: the run then repeats for ever.
     pub recurrence: Option<Recurrence>,
+    /// How the run goes on for ever, or why that is not told; `None` if it was not asked.
+    pub forever: Option<Result<Forever, NotTold>>,
     /// The faults that have happened, among those that the scene asks for.
     pub faults: Vec<Mark>,
     /// The number of faults that still wait for an edge of the encoder.
@@ -185,6 +188,17 @@ impl Summary {
     pub fn used(&self, signal: Signal, usage: SignalUse) -> NetUse {
         let unheld = self.unheld.filter(|_| signal.name == "position").map_or(0, |unheld| unheld.edges);
         NetUse { signal, usage: SignalUse { overflowed: usage.overflowed + unheld, ..usage }, losses_seen: true }
+    }
+
+    /// Returns whether the run has settled and is proved to stay so for ever: no count arrives, or all that repeats has
+    /// less than one count rms.
+    pub fn is_settled_for_ever(&self) -> bool {
+        let stays = match &self.forever {
+            Some(Ok(Forever::Quiet(_))) => true,
+            Some(Ok(Forever::Recurs { rms_counts, .. })) => *rms_counts < 1.0,
+            _ => false,
+        };
+        stays && self.outcome() == Some(OutcomeKind::Settled)
     }
 
     /// Returns the kind of the verdict.

@@ -6,6 +6,7 @@ use hpu_datapath::{AnyBlock, AnyWiring, Instance, Wiring};
 use hpu_signal::{Clock, Cycle, Observe, Real, Signal, UNKNOWN};
 
 use crate::result::contact::Contact;
+use crate::result::forever::Beyond;
 use crate::result::outline::{Command, Outline, Waves};
 use crate::result::stopwatch::Stopwatch;
 use crate::result::summary::Summary;
@@ -236,7 +237,20 @@ pub trait Wired: Simulation {
     ///
     /// Not generic over the observer, so that the loops of all wirings and worlds are compiled once, in this crate, and
     /// not in each crate that runs a scene.
-    fn run(&self, driver: Driver, trace: &mut Trace, observer: &mut dyn Observe, control: &Control) -> Summary;
+    fn run(&self, driver: Driver, trace: &mut Trace, observer: &mut dyn Observe, control: &Control) -> Summary {
+        self.run_beyond(driver, trace, observer, control, None)
+    }
+
+    /// Runs the scene as [`run`](Self::run) does and, if it is asked, looks on by events after its end for how it goes
+    /// on for ever. All else is that of the run to its end.
+    fn run_beyond(
+        &self,
+        driver: Driver,
+        trace: &mut Trace,
+        observer: &mut dyn Observe,
+        control: &Control,
+        beyond: Option<&Beyond>,
+    ) -> Summary;
 
     /// Returns the loop after reset, at edge 0, without its types.
     fn closed_loop(&self) -> Box<dyn AnyClosedLoop<'_> + '_>;
@@ -262,14 +276,15 @@ pub trait Direct {
 /// The part of `impl Wired` that is alike in the simulations of all devices.
 macro_rules! wired_alike {
     () => {
-        fn run(
+        fn run_beyond(
             &self,
             driver: $crate::Driver,
             trace: &mut $crate::Trace,
             observer: &mut dyn hpu_signal::Observe,
             control: &$crate::Control,
+            beyond: Option<&$crate::Beyond>,
         ) -> $crate::Summary {
-            $crate::run::simulation::run(self, driver, trace, observer, control)
+            $crate::run::simulation::run(self, driver, trace, (observer, control), beyond)
         }
 
         fn closed_loop(&self) -> Box<dyn $crate::AnyClosedLoop<'_> + '_> {
@@ -287,13 +302,13 @@ macro_rules! wired_alike {
 }
 pub(crate) use wired_alike;
 
-/// Implements [`Wired::run`] for any simulation.
+/// Implements [`Wired::run_beyond`] for any simulation.
 pub(crate) fn run<R: Wired>(
     simulation: &R,
     driver: Driver,
     trace: &mut Trace,
-    observer: &mut dyn Observe,
-    control: &Control,
+    (observer, control): (&mut dyn Observe, &Control),
+    beyond: Option<&Beyond>,
 ) -> Summary {
     let (end, stride, modulated) = (simulation.edges(), simulation.stride(), simulation.gates_drive());
     trace.begin(end / stride + 1, simulation.outline().still);
@@ -304,8 +319,8 @@ pub(crate) fn run<R: Wired>(
             let judged = Judged::around_a_wall(simulation, trace, from);
             let observer: Option<&mut dyn Observe> = if observer.watches() { Some(observer) } else { None };
             let observer = (judged, observer);
-            let edge_s = simulation.clock().period_s();
-            simulation.visit(Run { driver, window: (from, end), stride, modulated, edge_s, observer, control })
+            let clock = simulation.clock();
+            simulation.visit(Run { driver, window: (from, end), stride, modulated, clock, observer, control, beyond })
         }
     };
     judged(simulation, trace, summary, contact, over)
@@ -475,9 +490,10 @@ struct Run<'a> {
     window: (u64, u64),
     stride: u64,
     modulated: bool,
-    edge_s: f64,
+    clock: Clock,
     observer: (Judged<'a>, Option<&'a mut dyn Observe>),
     control: &'a Control,
+    beyond: Option<&'a Beyond<'a>>,
 }
 
 impl<'s> LoopVisitor<'s> for Run<'_> {
@@ -497,11 +513,11 @@ impl<'s> LoopVisitor<'s> for Run<'_> {
         let run = ClosedLoop::new(wiring, world, input, self.stride).averaged_from(from);
         let mut run = if self.observer.measures() { run.measured(&self.observer) } else { run };
         let complete = run.run(self.driver, end, &mut self.observer, self.control);
-        let judged = if complete { run.judged(self.edge_s) } else { None };
+        let judged = if complete { run.judged(self.clock.period_s()) } else { None };
         let of_world = run.world.summary();
         let nets = run.wiring.nets().into_iter().zip(run.wiring.uses());
         let nets = nets.map(|(signal, usage)| of_world.used(signal, usage));
-        let summary = Summary {
+        let mut summary = Summary {
             complete,
             edges: run.edge(),
             wall_s: start.seconds(),
@@ -513,6 +529,14 @@ impl<'s> LoopVisitor<'s> for Run<'_> {
             nets: nets.collect(),
             ..of_world
         };
-        (summary, self.observer.0.contact(run.edge()), run.world.over())
+        let (contact, over) = (self.observer.0.contact(run.edge()), run.world.over());
+        #[cfg(not(target_family = "wasm"))]
+        if let Some(beyond) = self.beyond.filter(|_| complete) {
+            // No row is shown beyond the end, so this trace stays empty.
+            let mut nothing = Trace::new(self.clock, self.stride, Vec::new(), Vec::new());
+            let judged = Judged { trace: &mut nothing, contact: Contact::of(usize::MAX, u64::MAX), reals: 0 };
+            summary.forever = Some(run.last(beyond, &mut (judged, None::<&mut dyn Observe>), self.control));
+        }
+        (summary, contact, over)
     }
 }

@@ -13,6 +13,8 @@ use hpu_plant::{Band, Device, Drive, Gates, Pace, Pulses, REALS};
 use hpu_signal::{Cycle, Observe, Ports, Real};
 
 use crate::result::columns::{AXIS_ROW, CURRENT_BETWEEN, SPEED_BETWEEN, TORQUE_BETWEEN, tell};
+#[cfg(not(target_family = "wasm"))]
+use crate::result::forever::Rest;
 use crate::result::stays::{Sums, Tally};
 use crate::result::summary::{EnergyAudit, Summary, Unheld};
 use crate::world::actuator::{Actuator, Latch, Shaping};
@@ -755,6 +757,34 @@ impl<I: Placed> World for AxisWorld<'_, I> {
         self.encoder.edges += times * (now.encoder.edges - then.encoder.edges);
         self.stays.repeat(edges, [(&then.stays, then.edge), (&now.stays, now.edge)], times);
         self.edge += edges;
+    }
+
+    #[cfg(not(target_family = "wasm"))]
+    fn left_alone(&self) -> Result<f64, &'static str> {
+        if !self.is_left_alone() {
+            return Err("the hand moves on, or a sensor, a shaper, a latch or a fault has a memory of its own");
+        }
+        match &self.device {
+            Some(device) if device.mark(self.edge).is_some() => Ok(self.plant.count_rad),
+            Some(_) => Err("a device in fixed steps is not compared"),
+            None => Err("a recording has no device"),
+        }
+    }
+
+    #[cfg(not(target_family = "wasm"))]
+    fn rest(&self, lead: &[(LoopOut<i64>, u64)], cycle: &[(LoopOut<i64>, u64)]) -> Option<Rest> {
+        let Some(AnyDevice::Exact(device)) = &self.device else { return None };
+        let switching = self.plant.actuator == Actuator::Switching;
+        let share =
+            |&(out, edges): &(LoopOut<i64>, u64)| Some((device.supply_share(switching.then(|| gates(out)))?, edges));
+        let Band { low, high, .. } = self.encoder.band();
+        Some(Rest {
+            edge: self.edge,
+            band_rad: [low, high],
+            standing: device.standing(self.edge)?,
+            lead: lead.iter().map(share).collect::<Option<_>>()?,
+            cycle: cycle.iter().map(share).collect::<Option<_>>()?,
+        })
     }
 
     fn summary(&self) -> Summary {

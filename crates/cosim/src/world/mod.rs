@@ -20,6 +20,8 @@ pub(crate) mod stepped;
 use hpu_datapath::Repeat;
 use hpu_signal::{Cycle, Observe, Ports, Real};
 
+#[cfg(not(target_family = "wasm"))]
+use crate::result::forever::Rest;
 use crate::result::stays::Sums;
 use crate::result::summary::Summary;
 use crate::world::encoder::Pins;
@@ -157,6 +159,22 @@ pub trait World: Clone {
     /// [recurs](World::recurs), and this one lies between them.
     fn repeat(&mut self, _: [&Self; 2], _times: u64) {
         unreachable!("a world that does not recur")
+    }
+    /// Returns the width of a count of the encoder, in rad or m, if nothing is planned from here on and
+    /// [`recurs`](World::recurs) compares all that decides how the world goes on.
+    ///
+    /// # Errors
+    ///
+    /// Returns what is planned, or not compared.
+    #[cfg(not(target_family = "wasm"))]
+    fn left_alone(&self) -> Result<f64, &'static str> {
+        Err("only an axis's states are compared")
+    }
+    /// Returns the device under outputs that last for these numbers of edges from the present edge on, those of a lead
+    /// and then those that repeat; `None` if no proof is known for such a device or its drive.
+    #[cfg(not(target_family = "wasm"))]
+    fn rest(&self, _lead: &[(Self::Out, u64)], _cycle: &[(Self::Out, u64)]) -> Option<Rest> {
+        None
     }
     /// Returns the world's part of a run's summary, at the present edge: encoder edges, changes of mode, steps,
     /// decisions made again, energies and faults.

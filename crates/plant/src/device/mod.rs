@@ -14,6 +14,7 @@
 mod cruise;
 mod known;
 mod modes;
+mod standing;
 mod waves;
 
 use hpu_signal::Real;
@@ -34,6 +35,7 @@ use modes::Check;
 use waves::Waves;
 
 pub use cruise::Pulses;
+pub use standing::Standing;
 
 /// The least number of edges that the next event is searched for.
 const NEAR: u64 = 64;

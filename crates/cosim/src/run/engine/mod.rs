@@ -20,6 +20,8 @@
 //! generic, each crate that runs a scene would compile every wiring and its world again.
 
 mod compare;
+#[cfg(not(target_family = "wasm"))]
+mod forever;
 mod recurrence;
 mod rows;
 
@@ -224,6 +226,14 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
             observer.overflows(Cycle(0), settled.overflowing() | self.world.overflowing());
         }
         self.look_from_here();
+        self.go(driver, end, observer, control)
+    }
+
+    /// Runs on as [`run`](Self::run) does. What was copied in the search for a recurrence stays.
+    fn go<O: Observe>(&mut self, driver: Driver, end: u64, observer: &mut O, control: &Control) -> bool
+    where
+        W: Clone,
+    {
         let (mut since, mut events) = (0u32, 0u64);
         while self.edge < end && self.world.over().is_none() {
             since += match driver {

@@ -61,6 +61,12 @@ impl Rows {
         Self { next, stride, window, before: None, due: window, wait: false, row: None, tape: None }
     }
 
+    /// Creates rows of which none is ever due.
+    #[cfg(not(target_family = "wasm"))]
+    pub(super) fn never() -> Self {
+        Self { next: u64::MAX, ..Self::new(u64::MAX) }
+    }
+
     /// Returns the rows with means of the actuator's torque and of the position from the row at this edge on. If
     /// `measured` is set, rows also have means and extremes.
     pub(crate) fn averaged(mut self, from: u64, measured: bool) -> Self {

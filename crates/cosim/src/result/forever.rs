@@ -1,0 +1,65 @@
+//! What a run tells of the time after its end.
+//!
+//! A verdict is an observation over a window. Two things tell more. A state that comes back to the last bit repeats for
+//! ever ([`Recurrence`](crate::Recurrence)). And where the latest count has passed through all registers, the logic
+//! changes nothing but the modulator's pulses until the next count arrives: if the motion under these pulses is proved
+//! to stay within the count, no count ever arrives.
+
+use hpu_plant::Standing;
+
+use crate::result::summary::Recurrence;
+
+/// A device under outputs that repeat for ever as long as no count arrives.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Rest {
+    /// The clock edge.
+    pub edge: u64,
+    /// The angles in rad between which the encoder's count stays, and the width of a count.
+    pub band_rad: [f64; 2],
+    /// The state of the device at that edge.
+    pub standing: Standing,
+    /// The voltages from that edge on, as shares of the supply, each with the clocks for which it lasts.
+    pub lead: Vec<(f64, u64)>,
+    /// The voltages after them, which repeat; one that lasts for `u64::MAX` clocks stays.
+    pub cycle: Vec<(f64, u64)>,
+}
+
+/// The proof that no count arrives after an edge.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Quiet {
+    /// The edge from which on it holds.
+    pub from_edge: u64,
+    /// Whether friction holds the shaft for ever, so that nothing moves.
+    pub is_stuck: bool,
+    /// The least distance to a neighbouring count, in counts; of a stuck shaft that to the end of friction, as a share
+    /// of it.
+    pub margin: f64,
+    /// A bound of the half of the range of the motion to come, in counts, when what is left of the motion before has
+    /// died out: the ripple of the pulses.
+    pub ripple_counts: f64,
+}
+
+/// How a run goes on for ever, if the hand stays where it is at the end.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Forever {
+    /// No count of the encoder ever arrives.
+    Quiet(Quiet),
+    /// The run repeats.
+    Recurs {
+        /// The states that are equal.
+        recurrence: Recurrence,
+        /// The rms of the position about its mean over a period, in encoder counts.
+        rms_counts: f64,
+    },
+}
+
+/// Why nothing is told of the time after a run.
+pub type NotTold = String;
+
+/// The question how a run goes on for ever.
+pub struct Beyond<'a> {
+    /// The clock edges after the end of the run up to which a recurrence is looked for.
+    pub edges: u64,
+    /// The proof that a device at rest stays there, or why there is none.
+    pub prove: &'a (dyn Fn(&Rest) -> Result<Quiet, String> + Sync),
+}

@@ -1,0 +1,104 @@
+//! A run that goes on after its end, until it is known how it goes on for ever.
+
+use hpu_datapath::Wiring;
+use hpu_signal::Observe;
+
+use super::rows::Rows;
+use super::{ClosedLoop, Control, Driver};
+use crate::result::forever::{Beyond, Forever, NotTold, Rest};
+use crate::result::summary::Recurrence;
+use crate::result::trace::ANGLE;
+use crate::world::World;
+
+/// The edges of a rest's lead that are looked at: the registers and the modulator's phases.
+const MOST_PHASES: usize = 16;
+/// Parts of the time looked at, of which the first is one; each part that follows is twice as long.
+const PARTS: u64 = 1 << 10;
+/// Rows of a period, at least.
+const LEAST_ROWS: u64 = 256;
+
+/// Outputs, each with the edges for which they last.
+type Phases<O> = Vec<(O, u64)>;
+
+impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone> ClosedLoop<W, E> {
+    /// Looks on after the end of a run. The observer is shown no rows.
+    pub(crate) fn last<O: Observe>(
+        &mut self,
+        beyond: &Beyond,
+        observer: &mut O,
+        control: &Control,
+    ) -> Result<Forever, NotTold> {
+        if let Some(why) = self.world.over() {
+            return Err(why.into());
+        }
+        let count_rad = self.world.left_alone()?;
+        self.meet();
+        self.rows = Rows::never();
+        let last = self.edge.saturating_add(beyond.edges);
+        let (mut part, mut why) = ((beyond.edges / PARTS).max(1), String::new());
+        loop {
+            if let Some(recurrence) = self.recurrence() {
+                return Ok(self.period(recurrence, count_rad, observer, control));
+            }
+            match self.rest().map(|rest| (beyond.prove)(&rest)) {
+                Some(Ok(quiet)) => return Ok(Forever::Quiet(quiet)),
+                Some(Err(said)) => why = format!(", and of the rest at the end: {said}"),
+                None => why.clear(),
+            }
+            if self.edge >= last {
+                return Err(format!("no state came back to the last bit{why}"));
+            }
+            let next = last.min(self.edge + part);
+            part *= 2;
+            if !self.go(Driver::Events, next, observer, control) || self.world.over().is_some() {
+                return Err(self.world.over().unwrap_or("it was stopped").into());
+            }
+        }
+    }
+
+    /// Runs one period, and gathers its position.
+    fn period<O: Observe>(
+        &mut self,
+        recurrence: Recurrence,
+        count_rad: f64,
+        observer: &mut O,
+        control: &Control,
+    ) -> Forever {
+        let Recurrence { period, .. } = recurrence;
+        let (mut sum, mut squares, mut rows) = (0.0, 0.0, 0.0);
+        let (from, stride) = (self.edge, (period / LEAST_ROWS).max(1));
+        let start = self.world.reals(from).as_ref()[ANGLE];
+        let mut at = from;
+        while at < from + period && self.go(Driver::Events, at + stride, observer, control) {
+            at = self.edge;
+            let off = (self.world.reals(at).as_ref()[ANGLE] - start) / count_rad;
+            (sum, squares, rows) = (sum + off, squares + off * off, rows + 1.0);
+        }
+        let mean: f64 = sum / rows;
+        Forever::Recurs { recurrence, rms_counts: (squares / rows - mean * mean).max(0.0).sqrt() }
+    }
+
+    /// Returns how the loop goes on if no count arrives: `None` if its outputs do not repeat then.
+    fn rest(&self) -> Option<Rest> {
+        let (lead, cycle) = self.phases()?;
+        self.world.rest(&lead, &cycle)
+    }
+
+    /// Returns the outputs from the present edge on under inputs that stay: those of a lead, and those that repeat.
+    fn phases(&self) -> Option<(Phases<E::Out>, Phases<E::Out>)> {
+        let (mut wiring, mut out, mut lead) = (self.wiring.clone(), self.out, Vec::new());
+        while lead.len() < MOST_PHASES {
+            let quiet = wiring.quiet(&self.input);
+            if quiet == u64::MAX {
+                return Some((lead, vec![(out, u64::MAX)]));
+            }
+            wiring.skip(quiet, &self.input);
+            lead.push((out, quiet + 1));
+            out = wiring.tick(self.input);
+            if let Some(repeat) = wiring.repeats(&self.input).filter(|repeat| repeat.edges == u64::MAX) {
+                return Some((lead, vec![(out, repeat.first), (repeat.others, repeat.period - repeat.first)]));
+            }
+        }
+        None
+    }
+}
