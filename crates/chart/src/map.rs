@@ -5,7 +5,7 @@ use plotters::style::{RGBColor, WHITE};
 
 use hpu_study::map::{
     Cell, Class, Curves, Displayed, Edge, Found, Map, class, class_name, classes, is_predicted, is_unseen, nearest,
-    predicted, unseen, wrapped,
+    predicted, settled_for_ever, told_for_ever, unseen, wrapped,
 };
 
 use crate::drawing::canvas::{Anchor, Canvas, INK, QUIET, WIDTH, text_width};
@@ -146,13 +146,15 @@ fn outcomes(map: &Map, found: &[Found], curves: &[Result<Curves, hpu_study::Erro
     let fails = |index: usize| predicted(map, index).is_ok_and(|fails| fails.last().is_some_and(|(_, fails)| *fails));
     let fails: Vec<bool> = (0..found.len()).map(|index| speaks[index / map.layer()] && fails(index)).collect();
     let failing = if fails.contains(&true) { "; hatched: predicted to fail by the linear loop" } else { "" };
-    let mut canvas = page(&title, &(said(found) + &wraps + hatched + failing), command);
+    let corners = if told_for_ever(found) { "; corner: proved to stay settled for ever" } else { "" };
+    let mut canvas = page(&title, &(said(found) + &wraps + hatched + failing + corners), command);
     let mut key: Vec<(String, Look)> = Vec::new();
     for (method, frame) in frames(map, true).into_iter().enumerate() {
         let color = |index: usize| class_color(class(found, index));
         frame.cells(&mut canvas, map, |index| Some(color(index)));
         frame.hatch(&mut canvas, map, |index| is_unseen(found, index) || fails[index]);
         frame.dots(&mut canvas, map, |index| dot(found, index, color(index)));
+        frame.corners(&mut canvas, map, |index| settled_for_ever(found, index));
         frame.boundary(&mut canvas, map, |index| class(found, index), |index| was_run(found, index));
         frame.axes(&mut canvas, map);
         for curve in curves[method].iter().flat_map(|curves| &curves.curves) {

@@ -46,7 +46,7 @@ pub use world::encoder::Pins;
 pub use world::plant::{Plant, PlantError};
 pub use world::{EncoderState, World};
 
-pub use hpu_plant::Pace;
+pub use hpu_plant::{Pace, Standing};
 pub use hpu_scene as scene;
 pub use hpu_scene::{
     AxisLoop, COMMAND_BITS, Lines, NotPlain, PlainName, SceneFile, Schedule, SplitMix64, WordRamp, did_you_mean,

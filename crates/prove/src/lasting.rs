@@ -21,8 +21,13 @@ use std::array::from_fn;
 use hpu_cosim::scene::{Device, Experiment, Friction, Hand, Scene, Winding};
 use hpu_cosim::{Beyond, Quiet, Rest};
 
+use hpu_datapath::Instance;
+use hpu_signal::{Signal, Word as _};
+
 use crate::Error;
 use crate::interval::{Interval, Matrix};
+use crate::ranges::affine::Affine;
+use crate::ranges::walk::Walk;
 use crate::sampled::solution;
 use crate::series::Series;
 
@@ -42,7 +47,38 @@ pub fn beyond<T>(experiment: &Experiment, seconds: f64, ask: impl FnOnce(&Beyond
         Experiment::Axis(scene) => stays(scene, rest).map_err(|why| why.to_string()),
         _ => Err("the device is no axis".to_string()),
     };
-    ask(&Beyond { edges: experiment.clock.edges(seconds), prove: &prove })
+    ask(&Beyond { edges: experiment.clock.edges(seconds), live: &live, prove: &prove })
+}
+
+/// Returns the nets on which those of a set depend, as [`Beyond::live`] asks. A net whose word is the same whatever
+/// the words of all other nets are, as the product with a damping of 0, depends on none.
+fn live(instances: &[Instance], fixed: &[Option<i64>], wanted: u64) -> u64 {
+    let count = instances.iter().flat_map(|instance| &instance.connections).map(|at| at.net + 1).max().unwrap_or(0);
+    let still: u64 = Affine::on_a_sheet(|| {
+        let given = fixed.iter().map(|word| word.map(|word| Affine::int(word.into())));
+        let nets = given.chain(std::iter::repeat(None)).take(count).collect();
+        let mut walk = Walk { nets, moved: &|_| None };
+        instances.iter().filter(|instance| !instance.model.clocked()).for_each(|instance| walk.read(instance));
+        let is_still = |net: &usize| walk.nets[*net].is_some_and(|word| word.known().span.min == word.known().span.max);
+        (0..count).filter(is_still).fold(0, |set, net| set | 1 << net)
+    });
+    let mut live = wanted;
+    loop {
+        let before = live;
+        for instance in instances {
+            let is_output = |port: &Signal| instance.model.outputs().iter().any(|output| output.name == port.name);
+            let [inputs, outputs] = instance.connections.iter().fold([0u64; 2], |mut sets, at| {
+                sets[usize::from(is_output(&at.port))] |= 1 << at.net;
+                sets
+            });
+            if live & outputs & !still != 0 {
+                live |= inputs;
+            }
+        }
+        if live == before {
+            return live;
+        }
+    }
 }
 
 /// Proves that a scene's device stays at rest for ever.
@@ -229,7 +265,7 @@ impl Plant {
     fn passes(&self, state: State, (share, clocks): (f64, u64), passed: &mut Range) -> State {
         let whole_s = self.time_s(clocks);
         let norm = self.rates.iter().map(|row| row.iter().map(|rate| rate.size()).sum::<f64>()).fold(0.0, f64::max);
-        let parts = (8.0 * norm * whole_s.hi).ceil().clamp(1.0, MOST_PARTS);
+        let parts = (64.0 * norm * whole_s.hi).ceil().clamp(1.0, MOST_PARTS);
         let part_s = whole_s.over(parts);
         let [part, within] = [part_s, Interval { lo: 0.0, hi: part_s.hi }].map(|time_s| self.change(time_s));
         let mut at = state;
@@ -267,8 +303,8 @@ impl Held {
             let still = self.push.times(Interval::exact(share));
             still.plus(self.fall(clocks).times(at.minus(still)))
         };
-        // A current moves one way within a phase, and every period brings it nearer to the periodic one: it stays
-        // between what it is at ends of phases of the first period, and the steady currents bound the periodic one.
+        // A current moves one way within a phase, so it is farthest at ends of phases; and its distance from the
+        // periodic one shrinks and keeps its sign.
         for phase in &rest.lead {
             at = after(at, phase);
             passed = passed.with(at);
@@ -286,9 +322,10 @@ impl Held {
                 [start].into_iter().chain(ends).collect()
             }
         };
-        let off = at.minus(ends[0]).size();
+        let Interval { lo, hi } = at.minus(ends[0]);
+        let off = Interval { lo: lo.min(0.0), hi: hi.max(0.0) };
         for end in ends {
-            passed = passed.with(Interval { lo: (end.lo - off).next_down(), hi: (end.hi + off).next_up() });
+            passed = passed.with(end.plus(off));
         }
         let torque = self.torque.times(Interval { lo: passed.lo, hi: passed.hi }).plus(self.hand);
         let margin = self.friction - torque.size();

@@ -6,6 +6,7 @@
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
+use std::time::Duration;
 
 use hpu_chart::Picture;
 use hpu_cli::answers::{self, Failure, Finished, Recorded};
@@ -43,30 +44,36 @@ pub struct Result {
 /// The trace is recorded by a second run when it is first asked for; with `trace=True` by this run, which then takes
 /// longer.
 ///
+/// With `for_ever=10` it looks on after the end, for so many seconds of motion, as `hpu run --for-ever`:
+/// `summary["for_ever"]` says how the run goes on for ever.
+///
 /// `progress(done, total)` is called every 50 ms, with a total of 0 while it is unknown; an exception of it, or Ctrl-C,
 /// stops the work. Other threads of Python run meanwhile.
 ///
 /// Raises `hpu.SceneError` when the scene or an override is refused, and `hpu.Error` when the study is.
 #[pyfunction]
-#[pyo3(signature = (scene, overrides = None, *, trace = false, progress = None, **keys))]
+#[pyo3(signature = (scene, overrides = None, *, trace = false, for_ever = None, progress = None, **keys))]
 pub fn run(
     py: Python,
     scene: &Bound<PyAny>,
     overrides: Option<&Bound<PyDict>>,
     trace: bool,
+    for_ever: Option<f64>,
     progress: Option<&Bound<PyAny>>,
     keys: Option<&Bound<PyDict>>,
 ) -> PyResult<Result> {
     let (_, source) = self::scene(scene)?;
     let set = self::overrides(overrides, keys)?;
+    let longest = for_ever.map(Duration::try_from_secs_f64).transpose();
+    let longest = longest.map_err(|_| ArgumentError::new_err("for_ever: write seconds of motion, as in 10"))?;
     let recorded = OnceLock::new();
     let finished = if trace {
-        let run = work(py, progress, |watch| answers::run(&source, &set, watch, Kept::new))?;
+        let run = work(py, progress, |watch| answers::run(&source, &set, longest, watch, Kept::new))?;
         let (finished, recording) = ended(run, &source, &set)?;
         let _ = recorded.set(traced(py, recording)?);
         finished
     } else {
-        let run = work(py, progress, |watch| answers::run(&source, &set, watch, answers::unseen))?;
+        let run = work(py, progress, |watch| answers::run(&source, &set, longest, watch, answers::unseen))?;
         ended(run, &source, &set)?.0
     };
     let summary = object(py, &finished.page.json())?.unbind();

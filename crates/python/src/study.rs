@@ -84,7 +84,8 @@ fn study(
 /// `x` and `y` are axes such as `"wall.stiffness=0.1..3 N.m/rad:41:log"`: key, first and last value, cells [41], log or
 /// lin [lin]. `method` is a layer such as `"1khz:method.kind=conventional,method.sample_rate=1 kHz"`, or a list of
 /// layers. `full=True` runs every cell. `cell_events` limits the events of a cell, `cell_timeout` its time, such as
-/// `"5min"`. `jobs` is the number of threads [one a core]. `summary["cells"]` has a dict for each cell, x first.
+/// `"5min"`. With `for_ever="10s"` each cell that is run looks on after its end. `jobs` is the number of threads [one a
+/// core]. `summary["cells"]` has a dict for each cell, x first.
 ///
 /// `scene` is a shipped name (`hpu.scenes()`), a path, or `hpu.Scene(text)`. `overrides` is a dict such as
 /// `{"wall.stiffness": 2}`; in further keywords two underscores stand for a dot: `wall__stiffness=2`. `hpu.keys()`
@@ -97,7 +98,7 @@ fn study(
 #[pyfunction]
 #[pyo3(signature = (
     scene, overrides = None, *, x, y, method = None, all_methods = None, full = None, cell_events = None,
-    cell_timeout = None, jobs = None, progress = None, **keys
+    cell_timeout = None, for_ever = None, jobs = None, progress = None, **keys
 ))]
 #[allow(clippy::too_many_arguments, reason = "they are keywords of Python")]
 pub fn map<'py>(
@@ -111,6 +112,7 @@ pub fn map<'py>(
     full: Option<Bound<'py, PyAny>>,
     cell_events: Option<Bound<'py, PyAny>>,
     cell_timeout: Option<Bound<'py, PyAny>>,
+    for_ever: Option<Bound<'py, PyAny>>,
     jobs: Option<Bound<'py, PyAny>>,
     progress: Option<&Bound<PyAny>>,
     keys: Option<&Bound<PyDict>>,
@@ -124,6 +126,7 @@ pub fn map<'py>(
         ("full", full),
         ("cell-events", cell_events),
         ("cell-timeout", cell_timeout),
+        ("for-ever", for_ever),
         ("jobs", jobs),
     ];
     let verb = |words: &[String], watch: Watch| answers::map(&scene, words, watch);

@@ -1,6 +1,7 @@
 """Runs: results against those of the command, traces without a copy, errors, signals."""
 
 import csv
+import json
 import os
 import signal
 import subprocess
@@ -32,6 +33,15 @@ def resident():
 
 
 class Runs(unittest.TestCase):
+    def test_a_run_looks_on_after_its_end_as_the_command_does(self):
+        command = json.loads(subprocess.check_output([HPU, "run", "hybrid-wall", "--for-ever=3s", "--json"]))
+        found = hpu.run("hybrid-wall", for_ever=3).summary["for_ever"]
+        self.assertEqual((found, found["kind"]), (command["for_ever"], "repeats"))
+        self.assertNotIn("for_ever", hpu.run("hybrid-wall", SHORT).summary)
+        for seconds in (-1.0, float("nan"), float("inf")):
+            with self.assertRaises(ValueError):
+                hpu.run("hybrid-wall", SHORT, for_ever=seconds)
+
     def test_the_summary_is_that_of_the_command(self):
         cases = [
             ("hybrid-wall", {}),

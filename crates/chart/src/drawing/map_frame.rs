@@ -88,6 +88,15 @@ impl Frame {
         }
     }
 
+    /// Draws a small triangle into the upper right corner of each marked cell.
+    pub(crate) fn corners(&self, canvas: &mut Canvas, map: &Map, is_marked: impl Fn(usize) -> bool) {
+        for cell in (0..map.layer()).filter(|cell| is_marked(self.method * map.layer() + cell)) {
+            let (ix, iy) = ((cell % map.x.cells()) as f64, (cell / map.x.cells()) as f64);
+            let at = |x: f64, y: f64| (self.x(map, ix + x), self.y(map, iy + y));
+            canvas.shape(vec![at(0.5, 0.5), at(0.1, 0.5), at(0.5, 0.1)], INK);
+        }
+    }
+
     /// Draws a diagonal through each marked cell.
     pub(crate) fn hatch(&self, canvas: &mut Canvas, map: &Map, is_marked: impl Fn(usize) -> bool) {
         for cell in (0..map.layer()).filter(|cell| is_marked(self.method * map.layer() + cell)) {

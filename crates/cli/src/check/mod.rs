@@ -35,8 +35,9 @@ use crate::waves::waveform;
 pub(crate) struct Args {
     /// Blocks to check on directed and random vectors; with --entity, files
     pub blocks: Vec<String>,
-    /// Configuration of the blocks to check, of those that `hpu block NAME` lists; may be repeated
-    #[arg(long = "variant", value_name = "LABEL", requires = "blocks")]
+    /// Configuration of the blocks to check, of those that `hpu block NAME` lists; without blocks, of all that have it;
+    /// may be repeated
+    #[arg(long = "variant", value_name = "LABEL")]
     pub variants: Vec<String>,
     /// Scene to run in VHDL, every net compared at every edge; may be repeated
     #[arg(long = "scene", value_name = "SCENE")]
@@ -109,6 +110,20 @@ impl Plan {
             return Err(Failure::usage(
                 "--generic is a configuration of its own, beside no --variant and --exhaustive",
             ));
+        }
+        if args.blocks.is_empty() && !args.variants.is_empty() {
+            if !args.scenes.is_empty() {
+                return Err(Failure::usage(
+                    "--variant is a configuration of blocks; name blocks, or leave out --scene",
+                ));
+            }
+            let (blocks, _) = everything();
+            if let Some(label) = args.variants.iter().find(|label| blocks.iter().all(|name| find(name, label).is_err()))
+            {
+                return Err(Failure::usage(format!(
+                    "--variant: no block has a configuration `{label}`; see hpu block"
+                )));
+            }
         }
         for name in &args.blocks {
             configured(name, &args.theirs.generic)?;

@@ -68,6 +68,11 @@ pub(crate) struct Args {
     /// How long a cell may take. One that takes longer is not run: the same command runs it again
     #[arg(long, value_name = "TIME", default_value = "30min", value_parser = values::time)]
     cell_timeout: Duration,
+    /// Let each cell that is run look on after its end for so long [default: 10s]: is it proved that it stays settled for
+    /// ever, or repeats? Such cells have a mark in a corner
+    #[arg(long, value_name = "TIME", num_args = 0..=1, require_equals = true, default_missing_value = "10s",
+        value_parser = values::time, conflicts_with = "from")]
+    for_ever: Option<Duration>,
     #[command(flatten)]
     jobs: Jobs,
     /// Write tables and pictures into this folder, and go on there after an interruption
@@ -96,7 +101,7 @@ impl Args {
     }
 
     fn limits(&self) -> CellLimits {
-        CellLimits { events: self.cell_events, guard: self.cell_timeout }
+        CellLimits { events: self.cell_events, guard: self.cell_timeout, for_ever: self.for_ever }
     }
 
     /// Lets the simulators of designs of the user's own be found.
@@ -114,6 +119,8 @@ impl Args {
         };
         let command = CommandLine::new("map").words([self.scene()]).option("--x", [x]).option("--y", [y]);
         let command = command.option("--method", self.method.iter().map(method));
+        let longest = self.for_ever.map(|longest| format!("--for-ever={}s", longest.as_secs_f64()));
+        let command = command.words(longest.as_deref());
         command.flag("--all-methods", self.all_methods).set(&self.set.set).text()
     }
 

@@ -8,7 +8,7 @@ use hpu_page::summary::telling;
 use hpu_page::{Column, Page, Table};
 use hpu_study::map::{
     Agreement, Axis, Cell, Class, Curve, Curves, Edge, Found, Map, agreements, class, class_name, classes, fields,
-    is_late, unheld, unseen, wrapped,
+    is_late, settled_for_ever, told_for_ever, unheld, unseen, wrapped,
 };
 use serde_json::{Value, json};
 
@@ -208,6 +208,16 @@ fn outcomes(page: &mut Page, mapped: &Mapped, method: usize) {
         outcomes.add(["? not_run".into(), late.into(), why.into()]);
     }
     page.table(outcomes);
+    if told_for_ever(&mapped.found) {
+        let proved = mapped.layer(method).filter(|index| settled_for_ever(&mapped.found, *index)).count();
+        let settled = |index: &usize| {
+            let settled = Some(Class::Outcome(OutcomeKind::Settled));
+            mapped.was_run(*index) && class(&mapped.found, *index) == settled
+        };
+        let all = mapped.layer(method).filter(settled).count();
+        page.data("settled_for_ever", proved);
+        page.line("for ever", format!("{proved} of the {all} settled cells that were run are proved to stay settled"));
+    }
 }
 
 /// Adds warnings about cells whose words wrapped, or miss the stiffness.

@@ -38,7 +38,7 @@ pub(crate) struct SceneReport {
 impl SceneReport {
     /// Runs a scene; `None` when stopped.
     pub fn new((scene, source): &Named, set: &[(String, String)], watch: Watch) -> Result<Option<Self>, Failure> {
-        let Some((mut run, recorded)) = finished(source, set, watch, unseen)? else { return Ok(None) };
+        let Some((mut run, recorded)) = finished(source, set, None, watch, unseen)? else { return Ok(None) };
         let json = run.page.json();
         let signals = run.page.take_table("signals");
         // The keys tell more than the parameters.

@@ -1,5 +1,7 @@
 //! Runs for other verbs and programs, which hold the result.
 
+use std::time::Duration;
+
 use hpu_chart::Picture;
 use hpu_cosim::dut::Inside;
 use hpu_cosim::scene::Experiment;
@@ -9,7 +11,7 @@ use hpu_signal::Observe;
 use serde_json::Value;
 
 use super::device::shown;
-use super::plan::{Engine, load};
+use super::plan::{self, Engine, load};
 use super::simulate::{Ran, Recorder, simulate};
 use super::{Args, page};
 use crate::parameters;
@@ -18,7 +20,8 @@ use crate::shell::{Failure, Watch, interrupt};
 
 /// Runs a scene as it is written, and returns its summary as `hpu run --json` prints it; `None` when interrupted.
 pub fn summary(name: &str) -> Result<Option<Value>, Failure> {
-    Ok(finished(&scene::source(name)?, &[], interrupt::watch(), unseen)?.map(|(finished, _)| finished.page.json()))
+    Ok(finished(&scene::source(name)?, &[], None, interrupt::watch(), unseen)?
+        .map(|(finished, _)| finished.page.json()))
 }
 
 /// A run of a scene, which other programs hold.
@@ -57,6 +60,7 @@ pub fn unseen(_: &AnySimulation) -> Result<(), Failure> {
 }
 
 /// Runs a scene with these overrides, as `hpu run` does. `observed` makes an observer of the run from the simulation.
+/// It looks on after the end for as long as `for_ever`, if that is given.
 /// Returns the run and its recording, which has a trace for pictures if the observer watches; `None` when interrupted.
 ///
 /// # Errors
@@ -65,10 +69,11 @@ pub fn unseen(_: &AnySimulation) -> Result<(), Failure> {
 pub fn finished<O: Observe>(
     source: &SceneFile,
     set: &[(String, String)],
+    for_ever: Option<Duration>,
     watch: Watch,
     observed: impl FnOnce(&AnySimulation) -> Result<O, Failure>,
 ) -> Result<Option<(Finished, Recorded<O>)>, Failure> {
-    let args = Args { set: scene::Set { set: set.to_vec() }, ..Args::default() };
+    let args = Args { set: scene::Set { set: set.to_vec() }, for_ever, ..Args::default() };
     let Some((loaded, fitted)) = load(source, set, None, watch)? else { return Ok(None) };
     let page = |mut ran: Ran| {
         ran.parameters = parameters::of(&loaded.scene, fitted.as_ref(), false);
@@ -91,6 +96,7 @@ fn observe<O: Observe, T>(
     told: impl FnOnce(Ran) -> T,
 ) -> Result<Option<(T, O)>, Failure> {
     let simulation = AnySimulation::new(&loaded.scene, &args.hdl.simulators(), Inside::Nothing)?;
+    plan::agree_for_ever(args, &simulation)?;
     let mut observer = observed(&simulation)?;
     let engine = Engine::new(args, loaded, &simulation);
     let ran = simulate(args, loaded, &simulation, &engine, Recorder::Other(&mut observer), watch)?;

@@ -189,8 +189,7 @@ fn for_ever(page: &mut Page, ran: &Ran) {
         Ok(Forever::Recurs { recurrence, rms_counts }) => {
             let [from_s, period_s] = [recurrence.from, recurrence.period].map(seconds);
             let [from, period] = [from_s, period_s].map(|time_s| si(time_s, "s"));
-            let said =
-                format!("from {from} on the emulator repeats every {period}, at {rms_counts:.3} counts rms");
+            let said = format!("from {from} on the emulator repeats every {period}, at {rms_counts:.3} counts rms");
             let told = json!({
                 "kind": "repeats", "from_s": from_s, "period_s": period_s, "rms_counts": rms_counts,
             });

@@ -120,6 +120,7 @@ impl<'s> Plan<'s> {
         simulation: &'s AnySimulation<'s>,
         beside: Option<&'s WiredSimulation<'s>>,
     ) -> Result<Self, Failure> {
+        agree_for_ever(args, simulation)?;
         let refuse = |why: &str| Err(Failure::usage(format!("{}: {why}", simulation.name())));
         Ok(match (simulation, args.compare.as_deref(), args.driver) {
             (AnySimulation::Dut(_), Some([]), _) | (AnySimulation::Dut(_), _, Some(_)) => {
@@ -145,12 +146,6 @@ impl<'s> Plan<'s> {
                 ));
             }
             (AnySimulation::Ours(ours), Some([]), _) => Self::Compare(ours),
-            (_, None, _) if args.for_ever.is_some() && !told_for_ever(args, simulation) => {
-                return refuse(
-                    "--for-ever is told of a run by events or by clock; leave out --driver rtl, and of a design of \
-                     your own and of a model in fixed steps --for-ever",
-                );
-            }
             (AnySimulation::Ours(_), None, _) | (AnySimulation::Dut(_), None, None) => {
                 Self::Run(Engine::new(args, loaded, simulation))
             }
@@ -162,10 +157,17 @@ impl<'s> Plan<'s> {
     }
 }
 
-/// Whether a run of this simulation can look on after its end.
-fn told_for_ever(args: &Args, simulation: &AnySimulation) -> bool {
+/// Checks that a run which is to look on after its end is one that can.
+pub fn agree_for_ever(args: &Args, simulation: &AnySimulation) -> Result<(), Failure> {
     let is_emulated = matches!(simulation, AnySimulation::Ours(ours) if ours.direct().is_none());
-    is_emulated && args.driver != Some(DriverArg::Rtl)
+    if args.for_ever.is_none() || is_emulated && args.driver != Some(DriverArg::Rtl) {
+        return Ok(());
+    }
+    Err(Failure::usage(format!(
+        "{}: --for-ever is told of a run by events or by clock, not of --driver rtl, of a design of your own, or of a \
+         law in floats that runs without a clock",
+        simulation.name()
+    )))
 }
 
 impl<'s> Engine<'s> {

@@ -330,3 +330,34 @@ fn where_no_curve_applies_it_is_said() {
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     assert!(stdout(&output).contains("no curves: the criteria have a limit of wall.stiffness"), "{}", stdout(&output));
 }
+
+#[test]
+fn a_map_that_looks_on_marks_the_cells_whose_own_run_is_settled_for_ever() {
+    let out = scratch("map-for-ever").join("out");
+    let (x, y) = ("wall.stiffness=0.5..4.5 N.m/rad:3", "wall.damping=0..0.2 mN.m.s/rad:2");
+    let asked = ["map", "hybrid-wall", "--x", x, "--y", y, "--full", "--quiet"];
+    let plain = json(&run(&[&asked[..], &["--json"]].concat()));
+    assert!(plain["methods"][0].get("settled_for_ever").is_none(), "nobody has asked");
+    let told = json(&run(&[&asked[..], &["--for-ever=3s", "--json", "-o", text(&out)]].concat()));
+    let cells = told["cells"].as_array().expect("cells");
+    let (mut kinds, mut proved) = (Vec::new(), 0);
+    for cell in cells {
+        let at = |key: &str, values: &[&str]| values[cell[key].as_u64().expect("a place") as usize].to_string();
+        let stiffness = format!("wall.stiffness={}", at("ix", &["0.5", "2.5", "4.5"]));
+        let damping = format!("wall.damping={} mN.m.s/rad", at("iy", &["0", "0.2"]));
+        let own = ["run", "hybrid-wall", "--set", &stiffness, "--set", &damping, "--for-ever=3s"];
+        let (page, own) = (stdout(&run(&own)), json(&run(&[&own[..], &["--json"]].concat())));
+        let settled = page.lines().any(|line| line.starts_with("for ever   settled for ever: "));
+        let kind = match own["for_ever"]["kind"].as_str().expect("a kind") {
+            "repeats" if settled => "settled",
+            kind => kind,
+        };
+        assert_eq!(cell["for_ever"], kind, "{stiffness}, {damping}: {page}");
+        assert!(settled == ["quiet", "stuck", "settled"].contains(&kind), "{page}");
+        proved += u32::from(settled);
+        kinds.push(kind.to_string());
+    }
+    assert!(kinds.iter().any(|kind| kind == "quiet") && proved >= 3, "{kinds:?}");
+    assert_eq!(told["methods"][0]["settled_for_ever"], proved);
+    assert!(content(&out, "map.svg").contains("corner: proved to stay settled for ever"));
+}

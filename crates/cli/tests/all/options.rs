@@ -61,6 +61,7 @@ const GIVEN: &[(&str, &[&str])] = &[
     ("driver", &["--driver", "clock"]),
     ("expect", &["--expect"]),
     ("edges", &["--edges", "100"]),
+    ("for-ever", &["--for-ever=1ms"]),
     ("compare", &["--compare"]),
     ("dut", &["--dut", "testbench/dut/begin.vhd"]),
     ("beside", &["--beside", "free-motion", "--out", "@/o"]),

@@ -5,6 +5,7 @@
 //! changes nothing but the modulator's pulses until the next count arrives: if the motion under these pulses is proved
 //! to stay within the count, no count ever arrives.
 
+use hpu_datapath::Instance;
 use hpu_plant::Standing;
 
 use crate::result::summary::Recurrence;
@@ -44,7 +45,7 @@ pub struct Quiet {
 pub enum Forever {
     /// No count of the encoder ever arrives.
     Quiet(Quiet),
-    /// The run repeats.
+    /// The run repeats, in all nets that the device depends on.
     Recurs {
         /// The states that are equal.
         recurrence: Recurrence,
@@ -60,6 +61,9 @@ pub type NotTold = String;
 pub struct Beyond<'a> {
     /// The clock edges after the end of the run up to which a recurrence is looked for.
     pub edges: u64,
+    /// Returns the nets on which those of a set depend, bit `n` net `n`, in a wiring of these instances whose first
+    /// nets are inputs: those with a word keep it.
+    pub live: &'a (dyn Fn(&[Instance], &[Option<i64>], u64) -> u64 + Sync),
     /// The proof that a device at rest stays there, or why there is none.
     pub prove: &'a (dyn Fn(&Rest) -> Result<Quiet, String> + Sync),
 }

@@ -137,6 +137,15 @@ pub trait Wiring: Block {
     {
         false
     }
+    /// Returns whether these nets, bit `n` net `n`, and the registers that drive any of them are as they were in an
+    /// earlier state, as [`recurs`](Wiring::recurs) does for all.
+    #[cfg(not(target_family = "wasm"))]
+    fn recurs_in(&self, _live: u64, earlier: &Self) -> bool
+    where
+        Self: Sized,
+    {
+        self.recurs(earlier)
+    }
     /// Counts the use of the nets as if the edges between two states had come so many times more, at least once. The
     /// second state [recurs](Wiring::recurs), and this one lies between them.
     fn repeat(&mut self, _: [&Self; 2], _times: u64)

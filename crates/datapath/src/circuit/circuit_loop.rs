@@ -520,6 +520,19 @@ impl<C: LoopCircuit<N>, const N: usize> Wiring for CircuitLoop<C, N> {
         now.circuit == then.circuit && now.modulation == then.modulation
     }
 
+    #[cfg(not(target_family = "wasm"))]
+    fn recurs_in(&self, live: u64, earlier: &Self) -> bool {
+        if self.settled != earlier.settled || members(live).any(|net| self.words[net] != earlier.words[net]) {
+            return false;
+        }
+        let [now, then] = [self, earlier].map(|state| {
+            let mut state = state.rebased();
+            state.circuit.forget(live);
+            state
+        });
+        now.circuit == then.circuit && now.modulation == then.modulation
+    }
+
     fn repeat(&mut self, states: [&Self; 2], times: u64) {
         let [then, now] = states.map(|state| {
             let mut state = state.clone();

@@ -157,6 +157,9 @@ pub trait Circuit<const N: usize>: Clone {
     fn look(&mut self, edge: u64, changed: Set, words: &[i64; N]) -> u64;
     /// Brings every clocked block up to date with an edge before any is due, and counts the edges from there.
     fn rebase(&mut self, edge: u64);
+    /// Resets every block that drives none of these nets, with its pace.
+    #[cfg(not(target_family = "wasm"))]
+    fn forget(&mut self, live: Set);
     /// Returns the names of the nets.
     fn names() -> Vec<&'static str>;
     /// Returns the instances, in the order of the description.
@@ -293,6 +296,16 @@ macro_rules! circuit {
             fn rebase(&mut self, edge: u64) {
                 $(if <$type as $crate::Block>::CLOCKED $(&& $present)? $(&& !$absent)? {
                     self.paces.$label.rebase(&mut self.$label, edge);
+                })*
+            }
+
+            #[cfg(not(target_family = "wasm"))]
+            fn forget(&mut self, live: $crate::circuit::Set) {
+                $(if true $(&& $present)? $(&& !$absent)?
+                    && live & $crate::circuit::circuit!(@bits $($out $(: $to)?),*) == 0
+                {
+                    self.$label.reset();
+                    self.paces.$label = Default::default();
                 })*
             }
 

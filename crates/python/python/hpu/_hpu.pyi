@@ -164,6 +164,7 @@ def run(
     overrides: Overrides | None = None,
     *,
     trace: bool = False,
+    for_ever: float | None = None,
     progress: Progress | None = None,
     **keys: Value,
 ) -> Result: ...
@@ -178,6 +179,7 @@ def map(
     full: bool | None = None,
     cell_events: int | None = None,
     cell_timeout: str | None = None,
+    for_ever: str | None = None,
     jobs: int | None = None,
     progress: Progress | None = None,
     **keys: Value,

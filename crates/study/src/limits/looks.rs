@@ -202,7 +202,7 @@ fn touched<'s>(
     if worlds.len() == 1 {
         return Ok(vec![&worlds[0]]);
     }
-    let limits = CellLimits { events: MOST_EVENTS, guard: Duration::MAX };
+    let limits = CellLimits { events: MOST_EVENTS, guard: Duration::MAX, for_ever: None };
     let unit = |unit: usize, control: &Control| {
         let cell = Cell::run(&Experiment::Axis(at_word(&worlds[unit], softest)), limits, control).transpose()?;
         Some(cell.map(|cell| cell.contact_share != Some(0.0)).map_err(Failed::new))
@@ -314,7 +314,7 @@ impl Grid<'_> {
 
     /// Runs a word at a phase; `None` when stopped.
     fn run(&self, phase: usize, word: i128, control: &Control) -> Option<Result<Run, Error>> {
-        let limits = CellLimits { events: MOST_EVENTS, guard: Duration::MAX };
+        let limits = CellLimits { events: MOST_EVENTS, guard: Duration::MAX, for_ever: None };
         let experiment = match (self.at)(phase, word) {
             Ok(experiment) => experiment,
             Err(why) => return Some(Err(why)),

@@ -7,11 +7,13 @@ use std::time::Duration;
 use hpu_cosim::dut::{self, Inside};
 use hpu_cosim::scene::{Experiment, OutcomeKind};
 use hpu_cosim::{
-    AnySimulation, Control, Driver, Simulation, Verdict, Wired, WiredSimulation, displayed_stiffness, product_wraps,
-    unseen_contact,
+    AnySimulation, Beyond, Control, Driver, Forever, Simulation, Summary, Verdict, Wired, WiredSimulation,
+    displayed_stiffness, product_wraps, unseen_contact,
 };
 
 use hpu_farm::form;
+#[cfg(not(target_family = "wasm"))]
+use hpu_prove::lasting;
 use hpu_signal::Observe;
 use serde::{Deserialize, Serialize};
 
@@ -71,6 +73,9 @@ pub struct Cell {
     /// The switches of a control; `None` of a device whose control does not switch.
     #[serde(flatten)]
     pub switching: Option<Box<Switching>>,
+    /// What is told of the time after the run; `None` if it was not asked.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub for_ever: Option<ForEver>,
     /// Number of clock edges that were run.
     pub edges: u64,
     /// The duration of a run that would tell how the motion ends, if this one does not tell and such a duration is
@@ -78,6 +83,61 @@ pub struct Cell {
     #[serde(rename = "telling_duration_s")]
     #[serde(with = "form::figure", default, skip_serializing_if = "Option::is_none")]
     pub telling_s: Option<f64>,
+}
+
+/// What is told of the time after a run, as [`Forever`] says more fully.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ForEver {
+    /// It has settled, and no count of the encoder ever arrives again.
+    Quiet,
+    /// It has settled, and friction holds the shaft for ever.
+    Stuck,
+    /// It has settled, and what repeats for ever has less than one count rms.
+    Settled,
+    /// It repeats for ever, and has not settled.
+    Repeats,
+    /// Nothing is told.
+    NotTold,
+}
+
+impl ForEver {
+    fn of(summary: &Summary) -> Option<Self> {
+        let settled = summary.is_settled_for_ever();
+        Some(match summary.forever.as_ref()? {
+            Ok(Forever::Quiet(quiet)) if settled => {
+                if quiet.is_stuck {
+                    Self::Stuck
+                } else {
+                    Self::Quiet
+                }
+            }
+            Ok(Forever::Recurs { .. }) => {
+                if settled {
+                    Self::Settled
+                } else {
+                    Self::Repeats
+                }
+            }
+            _ => Self::NotTold,
+        })
+    }
+
+    /// Returns its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Quiet => "quiet",
+            Self::Stuck => "stuck",
+            Self::Settled => "settled",
+            Self::Repeats => "repeats",
+            Self::NotTold => "not_told",
+        }
+    }
+
+    /// Whether the device is proved to stay settled.
+    pub fn is_settled(self) -> bool {
+        matches!(self, Self::Quiet | Self::Stuck | Self::Settled)
+    }
 }
 
 /// A stiffness that is felt.
@@ -127,17 +187,19 @@ pub struct CellLimits {
     /// Wall time after which a cell is given up. It has not failed then: it may end on a faster machine or on an idle
     /// one.
     pub guard: Duration,
+    /// How long a cell looks on after its end, if it is asked how it goes on for ever.
+    pub for_ever: Option<Duration>,
 }
 
 impl CellLimits {
     /// Limits without a guard, for studies that need the run in order to go on.
-    pub const UNGUARDED: Self = Self { events: 100_000_000, guard: Duration::MAX };
+    pub const UNGUARDED: Self = Self { events: 100_000_000, guard: Duration::MAX, for_ever: None };
 }
 
 impl Default for CellLimits {
     /// Returns the usual limits: nearly two hundred times the events of the longest shipped scene, and half an hour.
     fn default() -> Self {
-        Self { events: 300_000_000, guard: Duration::from_secs(1800) }
+        Self { events: 300_000_000, guard: Duration::from_secs(1800), for_ever: None }
     }
 }
 
@@ -163,7 +225,7 @@ impl Cell {
             return Err(format!("{most}: lower record.plant_rate or run.duration").into());
         }
         let mut trace = simulation.brief_trace();
-        let CellLimits { events, guard } = limits;
+        let CellLimits { events, guard, for_ever } = limits;
         let mut switches = experiment.switches(&simulation);
         let mut nothing = ();
         let run = |own: &Control| match &simulation {
@@ -172,6 +234,12 @@ impl Cell {
                     Some(switches) => &mut **switches,
                     None => &mut nothing,
                 };
+                #[cfg(not(target_family = "wasm"))]
+                if let Some(longest) = for_ever {
+                    let ask =
+                        |asked: &Beyond| ours.run_beyond(Driver::Events, &mut trace, &mut *observer, own, Some(asked));
+                    return Ok(lasting::beyond(experiment, longest.as_secs_f64(), ask));
+                }
                 Ok(ours.run(Driver::Events, &mut trace, observer, own))
             }
             AnySimulation::Dut(dut) => dut.run(false, &mut trace, &mut (), own).map_err(Error::design),
@@ -224,6 +292,7 @@ impl Cell {
             overflow_share: summary.nets.iter().map(|net| net.usage.overflowed).max().unwrap_or(0) as f64
                 / summary.edges.max(1) as f64,
             switching: switches.map(|switches| Box::new(switches.switching())),
+            for_ever: ForEver::of(&summary),
             edges: summary.edges,
             telling_s: verdict.telling_s(),
         }))

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use hpu_cosim::scene::OutcomeKind;
 
-use super::{Cell, Found, nearest, outcome_name};
+use super::{Cell, ForEver, Found, nearest, outcome_name};
 
 /// The class of a cell that was run. Boundaries run between cells of different classes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -50,6 +50,16 @@ pub fn unheld(found: &[Found], cells: Range<usize>) -> usize {
 /// Whether a cell, run or inferred, saw no contact although the device was past its wall.
 pub fn is_unseen(found: &[Found], index: usize) -> bool {
     nearest(found, index).is_some_and(|cell| cell.contact_unseen)
+}
+
+/// Whether the cells were asked how they go on for ever.
+pub fn told_for_ever(found: &[Found]) -> bool {
+    found.iter().any(|cell| matches!(cell, Found::Run(Ok(cell)) if cell.for_ever.is_some()))
+}
+
+/// Whether a cell was run and is proved to stay settled for ever. Of an inferred cell nothing is proved.
+pub fn settled_for_ever(found: &[Found], index: usize) -> bool {
+    matches!(&found[index], Found::Run(Ok(cell)) if cell.for_ever.is_some_and(ForEver::is_settled))
 }
 
 /// Returns the name of a class; `failed` for a cell without one.

@@ -6,7 +6,7 @@ use std::num::NonZeroU32;
 #[cfg(not(target_family = "wasm"))]
 use parquet::errors::ParquetError;
 
-use super::{Cell, Displayed, Found, Map, Switching, is_late, outcome, outcome_name};
+use super::{Cell, Displayed, Found, Map, Switching, is_late, outcome, outcome_name, told_for_ever};
 #[cfg(not(target_family = "wasm"))]
 use hpu_farm::Schema;
 use hpu_page::{Column, Field, Place, Value, write_csv};
@@ -81,7 +81,10 @@ pub fn fields<'a>(map: &'a Map, found: &'a [Found], replay: impl Fn(usize) -> St
     let figure = |key: &str, value| of(Column::number(key, ""), value);
     let (in_file, in_json) = ([Place::File], [Place::Json]);
     let was_run = move |index: &usize| matches!(found[*index], Found::Run(_));
-    vec![
+    let for_ever = told_for_ever(found).then(|| {
+        of(Column::text("for_ever", ""), |cell| cell.for_ever.map_or(Value::Absent, |of| Value::from(of.name())))
+    });
+    let mut fields = vec![
         Column::text("method", "").of(move |index| &map.methods[map.point(*index).method].label),
         Column::integer("ix", "").of(move |index| map.point(*index).ix),
         Column::integer("iy", "").of(move |index| map.point(*index).iy),
@@ -117,7 +120,9 @@ pub fn fields<'a>(map: &'a Map, found: &'a [Found], replay: impl Fn(usize) -> St
             _ => Value::Absent,
         }),
         Column::text("replay", "").only(&in_file).of(move |index| replay(*index)),
-    ]
+    ];
+    fields.extend(for_ever);
+    fields
 }
 
 /// Writes the map as CSV. Lines that begin with `#` hold the command that made it, and the units. `replay` returns the

@@ -1,6 +1,6 @@
 //! A run that goes on after its end, until it is known how it goes on for ever.
 
-use hpu_datapath::Wiring;
+use hpu_datapath::{Wiring, bundle, flatten};
 use hpu_signal::Observe;
 
 use super::rows::Rows;
@@ -33,6 +33,8 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone> ClosedLoop
         }
         let count_rad = self.world.left_alone()?;
         self.meet();
+        let matter = self.live(beyond);
+        self.search.live = Some(matter);
         self.rows = Rows::never();
         let last = self.edge.saturating_add(beyond.edges);
         let (mut part, mut why) = ((beyond.edges / PARTS).max(1), String::new());
@@ -76,6 +78,24 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone> ClosedLoop
         }
         let mean: f64 = sum / rows;
         Forever::Recurs { recurrence, rms_counts: (squares / rows - mean * mean).max(0.0).sqrt() }
+    }
+
+    /// Returns the nets that gates and device depend on, with the inputs that the world does not move at their words.
+    fn live(&self, beyond: &Beyond) -> u64 {
+        let count = self.wiring.words().len();
+        let driving = self.world.driven_by();
+        if driving == u64::MAX || count > 64 {
+            return u64::MAX;
+        }
+        // What the world writes is no longer what was there.
+        let given = flatten(&self.input);
+        let mut marked: E::In = bundle(&vec![i64::MIN; given.len()]);
+        self.world.place(&mut marked);
+        let fixed = flatten(&marked).into_iter().zip(&given).map(|(mark, word)| (mark == i64::MIN).then_some(*word));
+        let fixed: Vec<Option<i64>> = fixed.collect();
+        let outputs = super::outputs(&self.input, &self.out);
+        let wanted = outputs.fold(driving, |set, net| set | 1 << net);
+        (0..given.len()).fold((beyond.live)(&self.wiring.instances(), &fixed, wanted), |set, net| set | 1 << net)
     }
 
     /// Returns how the loop goes on if no count arrives: `None` if its outputs do not repeat then.

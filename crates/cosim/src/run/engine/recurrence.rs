@@ -71,12 +71,27 @@ pub(super) struct Search<W, E: World> {
     pub(super) tape: Option<Box<Tape>>,
     round: Option<Round<W, E>>,
     found: Option<Recurrence>,
+    /// The nets that matter, if not all do.
+    #[cfg(not(target_family = "wasm"))]
+    pub(super) live: Option<u64>,
 }
 
 impl<W, E: World> Default for Search<W, E> {
     fn default() -> Self {
         let (marks, pasts) = (Vec::new(), Vec::new());
-        Self { marks, pasts, passed: FEW, place: 0, counts: 0, driven: 0, tape: None, round: None, found: None }
+        Self {
+            marks,
+            pasts,
+            passed: FEW,
+            place: 0,
+            counts: 0,
+            driven: 0,
+            tape: None,
+            round: None,
+            found: None,
+            #[cfg(not(target_family = "wasm"))]
+            live: None,
+        }
     }
 }
 
@@ -199,7 +214,7 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone> ClosedLoop
         let known = self.search.marks.iter().position(|&known| known == mark);
         if let Some(place) = known {
             let past = &self.search.pasts[place];
-            if self.wiring.recurs(&past.wiring) && self.world.recurs(&past.world) {
+            if self.is_as_in(past) && self.world.recurs(&past.world) {
                 let past = self.search.pasts.swap_remove(place);
                 self.search.found = Some(Recurrence { from: past.edge, period: self.edge - past.edge });
                 self.come_round(past, end, observer, control);
@@ -222,6 +237,15 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone> ClosedLoop
         if search.place >= COPIES[usize::from(is_busy)] {
             (search.place, search.passed) = (0, search.passed << 1 | 1);
         }
+    }
+
+    /// Whether the registers are those of a copy; beyond the end of a run, those that matter then.
+    fn is_as_in(&self, past: &Past<W, E>) -> bool {
+        #[cfg(not(target_family = "wasm"))]
+        if let Some(live) = self.search.live {
+            return self.wiring.recurs_in(live, &past.wiring);
+        }
+        self.wiring.recurs(&past.wiring)
     }
 
     fn copy(&self) -> Box<Past<W, E>> {
