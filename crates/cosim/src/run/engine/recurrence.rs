@@ -19,6 +19,8 @@
 use hpu_datapath::Wiring;
 use hpu_signal::{Cycle, Observe};
 
+#[cfg(not(target_family = "wasm"))]
+use super::Driver;
 use super::rows::Recorded;
 use super::{ClosedLoop, Control};
 use crate::result::summary::Recurrence;
@@ -71,9 +73,25 @@ pub(super) struct Search<W, E: World> {
     pub(super) tape: Option<Box<Tape>>,
     round: Option<Round<W, E>>,
     found: Option<Recurrence>,
-    /// The nets that matter, if not all do.
+    /// The search beyond the end of a run.
     #[cfg(not(target_family = "wasm"))]
-    pub(super) live: Option<u64>,
+    beyond: Option<Far<W, E>>,
+}
+
+/// The search beyond the end of a run: beside the copies, each state is compared with one of them, which is replaced
+/// after 1, 2, 4 and so on more (Brent 1980, "An improved Monte Carlo factorization algorithm"). Any period is found so
+/// once the motion has come to its cycle, however few marks it has.
+#[cfg(not(target_family = "wasm"))]
+struct Far<W, E: World> {
+    /// The nets that matter, if not all do.
+    live: u64,
+    /// The bits of [`Search::passed`] at the end of the run: all states are looked at now.
+    passed: u64,
+    latest: Option<Box<Past<W, E>>>,
+    mark: u64,
+    /// The states until it is replaced, and how many that were at its beginning.
+    left: u64,
+    of: u64,
 }
 
 impl<W, E: World> Default for Search<W, E> {
@@ -90,7 +108,7 @@ impl<W, E: World> Default for Search<W, E> {
             round: None,
             found: None,
             #[cfg(not(target_family = "wasm"))]
-            live: None,
+            beyond: None,
         }
     }
 }
@@ -211,6 +229,10 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone> ClosedLoop
     /// Compares the present state with the copy of the same mark, and copies it.
     #[inline(never)]
     fn note<O: Observe>(&mut self, mark: u64, end: u64, observer: &mut O, control: &Control) {
+        #[cfg(not(target_family = "wasm"))]
+        if self.compare_far(mark) {
+            return;
+        }
         let known = self.search.marks.iter().position(|&known| known == mark);
         if let Some(place) = known {
             let past = &self.search.pasts[place];
@@ -236,14 +258,66 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone> ClosedLoop
         let is_busy = self.output_changes >= search.counts * OFTEN;
         if search.place >= COPIES[usize::from(is_busy)] {
             (search.place, search.passed) = (0, search.passed << 1 | 1);
+            #[cfg(not(target_family = "wasm"))]
+            if let Some(far) = &mut search.beyond {
+                (search.passed, far.passed) = (0, far.passed << 1 | 1);
+            }
+        }
+    }
+
+    /// Looks at every state from here on, of which only these nets matter.
+    #[cfg(not(target_family = "wasm"))]
+    pub(super) fn look_far(&mut self, live: u64) {
+        let passed = std::mem::take(&mut self.search.passed);
+        self.search.beyond = Some(Far { live, passed, latest: None, mark: 0, left: 0, of: 1 });
+    }
+
+    /// Compares the present state with the latest one that was kept beyond the end of a run. Returns whether no copy is
+    /// to be looked for any more: a recurrence is found, or copies of such marks are passed over.
+    #[cfg(not(target_family = "wasm"))]
+    fn compare_far(&mut self, mark: u64) -> bool {
+        let Some(far) = &self.search.beyond else { return false };
+        if let Some(past) = far.latest.as_ref().filter(|_| far.mark == mark)
+            && self.is_as_in(past)
+            && self.world.recurs(&past.world)
+        {
+            self.search.found = Some(Recurrence { from: past.edge, period: self.edge - past.edge });
+            return true;
+        }
+        let copy = (far.left == 0).then(|| self.copy());
+        let Some(far) = &mut self.search.beyond else { return false };
+        match copy {
+            None => far.left -= 1,
+            Some(_) => (far.latest, far.mark, far.left, far.of) = (copy, mark, far.of, 2 * far.of),
+        }
+        mark & far.passed != 0
+    }
+
+    /// Runs on by so many edges at a time, after which the outputs repeat as long as no count arrives, up to `most` times
+    /// or until one arrives. Compares each state of the world with one before, as for counts.
+    #[cfg(not(target_family = "wasm"))]
+    pub(super) fn beat<O: Observe>(&mut self, edges: u64, most: u64, observer: &mut O, control: &Control) {
+        let (counts, mut latest, mut left, mut of) = (self.search.counts, self.copy(), 1, 1);
+        for _ in 0..most {
+            if !self.go(Driver::Events, self.edge + edges, observer, control) || self.search.counts != counts {
+                return;
+            }
+            if self.world.recurs(&latest.world) {
+                self.search.found = Some(Recurrence { from: latest.edge, period: self.edge - latest.edge });
+                return;
+            }
+            left -= 1;
+            if left == 0 {
+                (latest, left, of) = (self.copy(), 2 * of, 2 * of);
+            }
         }
     }
 
     /// Whether the registers are those of a copy; beyond the end of a run, those that matter then.
     fn is_as_in(&self, past: &Past<W, E>) -> bool {
         #[cfg(not(target_family = "wasm"))]
-        if let Some(live) = self.search.live {
-            return self.wiring.recurs_in(live, &past.wiring);
+        if let Some(far) = &self.search.beyond {
+            return self.wiring.recurs_in(far.live, &past.wiring);
         }
         self.wiring.recurs(&past.wiring)
     }
