@@ -30,8 +30,11 @@ impl WordRamp {
     /// Returns the steps of one done up to an edge: all `k` with `(k - 1/2) edges <= distance gone`.
     #[inline]
     fn steps(&self, edge: u64) -> u64 {
-        let gone = edge.saturating_sub(self.start).min(self.edges);
-        let (distance, edges) = (self.from.abs_diff(self.to), u128::from(self.edges));
+        let (gone, distance) = (edge.saturating_sub(self.start), self.from.abs_diff(self.to));
+        if gone >= self.edges {
+            return distance;
+        }
+        let edges = u128::from(self.edges);
         quotient(2 * u128::from(distance) * u128::from(gone) + edges, 2 * edges)
     }
 

@@ -18,7 +18,6 @@ pub(crate) struct Firmware {
     ports: PaddleIn<Signal>,
     inside: Vec<Signal>,
     modulator: TimerPwm,
-    rests: bool,
     /// Edges before the next sample of the converter, of the current controller and of the position controller.
     left: [u64; 3],
     phase: Option<i64>,
@@ -60,7 +59,6 @@ impl Firmware {
             inside: INSIDE.map(|name| nets.iter().find(|net| net.name == name).expect("a net").clone()).into(),
             floats,
             modulator,
-            rests: false,
             left: [0, 1, 1],
             phase: None,
             primed: false,
@@ -176,10 +174,8 @@ impl Block for Firmware {
     }
 
     fn tick(&mut self, input: PaddleIn<i64>) -> LoopOut<i64> {
-        if !self.rests {
-            let timer_pwm::Out { a_high, a_low, b_high, b_low } = self.modulator.tick(self.at_modulator());
-            self.words[INPUTS..POSITION].copy_from_slice(&[a_high, a_low, b_high, b_low]);
-        }
+        let timer_pwm::Out { a_high, a_low, b_high, b_low } = self.modulator.tick(self.at_modulator());
+        self.words[INPUTS..POSITION].copy_from_slice(&[a_high, a_low, b_high, b_low]);
         let [adc, current, haptic] = &mut self.left;
         let regulates = samples(current, input.current_period);
         let follows = samples(haptic, input.haptic_period);
@@ -217,16 +213,14 @@ impl Block for Firmware {
 
     fn quiet(&self, input: &PaddleIn<i64>) -> u64 {
         let unseen = self.words[..2] != [input.a_pin, input.b_pin];
-        let pulses = if self.rests { u64::MAX } else { self.modulator.quiet(&self.at_modulator()) };
+        let pulses = self.modulator.quiet(&self.at_modulator());
         if unseen { 0 } else { self.left.into_iter().fold(pulses, u64::min) }
     }
 
     fn skip(&mut self, edges: u64, input: &PaddleIn<i64>) {
         debug_assert!(edges <= self.quiet(input));
         self.left = self.left.map(|left| left - edges);
-        if !self.rests {
-            self.modulator.skip(edges, &self.at_modulator());
-        }
+        self.modulator.skip(edges, &self.at_modulator());
     }
 }
 
@@ -252,7 +246,7 @@ impl Wiring for Firmware {
     }
 
     fn rest_modulator(&mut self) {
-        self.rests = true;
+        self.modulator.rest();
     }
 
     fn uses(&self) -> Vec<SignalUse> {

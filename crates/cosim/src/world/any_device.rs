@@ -305,6 +305,12 @@ impl AnyDevice<'_> {
         network!(self, body => body.floor(sensor, edge, scale))
     }
 
+    /// Gives the floors of multiples of the current at edges that have not been left yet. See
+    /// [`NetworkDevice::floors`].
+    pub(crate) fn floors(&mut self, (first, stride): (u64, u64), scale: f64, count: usize, give: impl FnMut(i64)) {
+        network!(self, body => body.floors(first, stride, scale, count, give));
+    }
+
     /// Returns on which side of a band the reading of a further sensor lies. See [`NetworkDevice::side_of_reading`].
     pub(crate) fn side_of_reading(&mut self, sensor: usize, edge: u64, value: f64, band: (f64, f64)) -> i8 {
         network!(self, body => body.side_of_reading(sensor, edge, value, band))

@@ -9,7 +9,7 @@ use std::marker::PhantomData;
 use hpu_datapath::paddle::PaddleIn;
 use hpu_datapath::{LoopIn, LoopOut, Repeat};
 use hpu_plant::network::NetworkDevice;
-use hpu_plant::{Band, Device, Drive, Gates, Pace, Pulses, REALS};
+use hpu_plant::{Band, Device, Drive, Event, Gates, Pace, Pulses, REALS};
 use hpu_signal::{Cycle, Observe, Ports, Real};
 
 use crate::result::columns::{AXIS_ROW, CURRENT_BETWEEN, SPEED_BETWEEN, TORQUE_BETWEEN, tell};
@@ -122,6 +122,8 @@ pub struct AxisWorld<'p, I = LoopIn<i64>> {
     /// The next edge at which something is due at a time fixed beforehand: a knot, a recorded change, a word, the
     /// shaper, a duty.
     next_due: u64,
+    /// The same but for the samples of the converter whose code is an input.
+    due_apart: u64,
     /// Scheduled words in the place of the scene's constants.
     stiffness: Option<i64>,
     scale: Option<i64>,
@@ -183,6 +185,7 @@ impl<'p, I> AxisWorld<'p, I> {
             pins: Pins::default(),
             next: 0,
             next_due: 0,
+            due_apart: 0,
             stiffness: None,
             scale: None,
             reference: None,
@@ -207,9 +210,7 @@ impl<'p, I> AxisWorld<'p, I> {
                 AnyLaws::Small(laws) => Other::Small(NetworkDevice::new(laws, 0.0)),
                 AnyLaws::Large(laws) => Other::Large(NetworkDevice::new(laws, 0.0)),
             }));
-            // The loop of the paddle has periods of its own in the place of pins that tell when words come.
-            let tells_new = read == [None; 2];
-            let sensors = (!sensors.is_empty()).then(|| Sensors::new(sensors, *seed, &mut device, tells_new));
+            let sensors = (!sensors.is_empty()).then(|| Sensors::new(sensors, *seed, &mut device, read[0]));
             world.sensors = sensors.map(Box::new);
             world.device = Some(device);
             world.begin(*angle_rad);
@@ -375,7 +376,7 @@ impl<'p, I> AxisWorld<'p, I> {
             }
         }
         if let (Some(sensors), Some(device)) = (&mut self.sensors, &mut self.device)
-            && sensors.next() <= edge
+            && self.next_due <= edge
         {
             sensors.happen(edge, device);
         }
@@ -530,12 +531,24 @@ impl<'p, I> AxisWorld<'p, I> {
             due = due.min(*edge);
         }
         if let Some(sensors) = &self.sensors {
-            due = due.min(sensors.next());
+            due = due.min(sensors.next_apart());
         }
         if self.is_scheduled {
             due = due.min(self.schedule.next(self.edge).unwrap_or(u64::MAX));
         }
-        self.next_due = due;
+        if self.edge < self.begins.0 {
+            due = due.min(self.begins.0);
+        }
+        self.due_apart = due;
+        let converts = self.sensors.as_ref().and_then(|sensors| sensors.conversions());
+        self.next_due = converts.map_or(due, |(first, _)| due.min(first));
+    }
+
+    /// Returns the first edge up to `last` at which the device changes by itself.
+    #[inline(always)]
+    fn event(&mut self, last: u64) -> Option<Event> {
+        let Band { low, high, .. } = self.encoder.band();
+        self.device.as_mut().and_then(|device| device.next_event(self.edge, last, (low, high)))
     }
 }
 
@@ -583,8 +596,7 @@ impl<I: Placed> World for AxisWorld<'_, I> {
     fn advance(&mut self, limit: u64, before: impl FnOnce(&Self, u64)) {
         // Whatever is due at no edge of its own takes effect at the next edge.
         let last = self.next_due.max(self.edge + 1).min(limit);
-        let Band { low, high, .. } = self.encoder.band();
-        let event = self.device.as_mut().and_then(|device| device.next_event(self.edge, last, (low, high)));
+        let event = self.event(last);
         let edge = event.map_or(last, |event| event.0);
         before(self, edge);
         self.edge = edge;
@@ -604,8 +616,7 @@ impl<I: Placed> World for AxisWorld<'_, I> {
 
     fn next_change(&mut self, limit: u64) -> u64 {
         let last = self.next_due.max(self.edge + 1).min(limit);
-        let Band { low, high, .. } = self.encoder.band();
-        let event = self.device.as_mut().and_then(|device| device.next_event(self.edge, last, (low, high)));
+        let event = self.event(last);
         event.map_or(last, |event| event.0)
     }
 
@@ -622,6 +633,27 @@ impl<I: Placed> World for AxisWorld<'_, I> {
     #[inline]
     fn coast(&mut self, edges: u64) {
         self.edge += edges;
+    }
+
+    #[inline(never)]
+    fn convert(&mut self, limit: u64, before: impl FnOnce(&Self, u64), codes: &mut Vec<i64>) -> (u64, u64) {
+        let Some((first, period)) = self.sensors.as_ref().and_then(|sensors| sensors.conversions()) else {
+            return (0, 0);
+        };
+        let last = self.due_apart.min(limit);
+        let event = if first < last { self.event(last) } else { None };
+        let count = event.map_or(last, |event| event.0).saturating_sub(first).div_ceil(period);
+        if count == 0 {
+            return (0, 0);
+        }
+        let edge = first + (count - 1) * period;
+        before(self, edge);
+        self.edge = edge;
+        if let (Some(sensors), Some(device)) = (&mut self.sensors, &mut self.device) {
+            sensors.convert(count, device, codes);
+        }
+        self.next_due = self.due_apart.min(edge + period);
+        (first, period)
     }
 
     #[inline(always)]

@@ -17,6 +17,8 @@ pub(crate) struct Sensors<'p> {
     pins: Vec<[i64; 2]>,
     /// Whether anything reads that a word came: else it stays 0, and the edge after a word is no event.
     tells_new: bool,
+    /// The sampler whose words an input shows at once, if there is one.
+    converter: Option<usize>,
 }
 
 /// An encoder that the device watches for it.
@@ -58,10 +60,11 @@ enum Taking<'p> {
 const BIT: i64 = 1 << 24;
 
 impl<'p> Sensors<'p> {
-    /// Puts sensors on a device that stands at edge 0. `tells_new`: words have a pin that tells when they come.
-    pub(crate) fn new(all: &'p [Sensor], seed: u64, device: &mut AnyDevice, tells_new: bool) -> Self {
-        let pins = vec![[0; 2]; all.len()];
-        let mut sensors = Self { encoders: Vec::new(), samplers: Vec::new(), pins, tells_new };
+    /// Puts sensors on a device that stands at edge 0. Words have a pin that tells when they come, unless the logic
+    /// reads the current's sensor `current` at a pace of its own.
+    pub(crate) fn new(all: &'p [Sensor], seed: u64, device: &mut AnyDevice, current: Option<usize>) -> Self {
+        let (pins, tells_new) = (vec![[0; 2]; all.len()], current.is_none());
+        let mut sensors = Self { encoders: Vec::new(), samplers: Vec::new(), pins, tells_new, converter: None };
         for (sensor, one) in all.iter().enumerate() {
             match &one.kind {
                 SensorKind::Encoder(reading, encoder) => {
@@ -71,6 +74,9 @@ impl<'p> Sensors<'p> {
                 }
                 SensorKind::Sampled(of) => {
                     let taking = Taking::word(of, sensor, seed);
+                    if current == Some(sensor) && of.latency == 0 {
+                        sensors.converter = Some(sensors.samplers.len());
+                    }
                     sensors.samplers.push(Sampler::new(sensor, taking, (of.phase, of.period, of.latency)));
                 }
                 SensorKind::Modulator(Modulator { period, phase, charge_as }) => {
@@ -117,9 +123,31 @@ impl<'p> Sensors<'p> {
         device.watch(*reading, (low, high));
     }
 
-    /// Returns the next edge at which a sample is taken or a word comes or stops being new.
-    pub(crate) fn next(&self) -> u64 {
-        self.samplers.iter().map(Sampler::due).min().unwrap_or(u64::MAX)
+    /// Returns the next edge at which a sample is taken or a word comes or stops being new, but for those of
+    /// [`conversions`](Self::conversions).
+    pub(crate) fn next_apart(&self) -> u64 {
+        let apart = |(place, _): &(usize, _)| Some(*place) != self.converter;
+        self.samplers.iter().enumerate().filter(apart).map(|(_, sampler)| sampler.due()).min().unwrap_or(u64::MAX)
+    }
+
+    /// Returns the edge of the next sample of a current whose word an input shows at once, and the edges from one to the
+    /// next.
+    pub(crate) fn conversions(&self) -> Option<(u64, u64)> {
+        self.converter.map(|place| (self.samplers[place].next, self.samplers[place].period))
+    }
+
+    /// Takes a number of these samples, and appends their words.
+    pub(crate) fn convert(&mut self, count: u64, device: &mut AnyDevice, codes: &mut Vec<i64>) {
+        let Some(place) = self.converter else { return };
+        let Sampler { next, period, taking, sensor, .. } = &mut self.samplers[place];
+        if let Taking::Word(of, random, zero) = taking {
+            let word = |value| codes.push(of.word(value, *zero, |bound| random.below(bound)));
+            device.floors((*next, *period), of.scale, count as usize, word);
+        }
+        *next += count * *period;
+        if let Some(&code) = codes.last() {
+            self.pins[*sensor][0] = code;
+        }
     }
 
     /// Carries out what is due at an edge.

@@ -2,11 +2,12 @@
 //! elsewhere, and its words against the firmware.
 
 use hpu_cosim::scene::{Experiment, SceneFile};
-use hpu_cosim::{Wired, WiredSimulation};
+use hpu_cosim::{Control, Driver, Simulation, Wired, WiredSimulation};
 
 /// A locked rotor, whose target asks for 0.3 A from the first edge on: 0.02421 N·m/deg times 10 degrees over 15 and
-/// 53.8 mN·m/A. The converter has another bit, so that it does not clamp.
-const LOCKED: [(&str, &str); 11] = [
+/// 53.8 mN·m/A. The converter begins with the modulator, and has another bit, so that it does not clamp.
+const LOCKED: [(&str, &str); 12] = [
+    ("device.sensors.current.phase", "5.9523810 ns"),
     ("device.sensors.current.bits", "13"),
     ("device.sensors.current.range", "5.0012210 V"),
     ("device.bodies.paddle.coulomb_friction", "1000 N.m"),
@@ -94,6 +95,18 @@ fn events_and_clock_agree_to_the_bit_in_words_and_floats_by_encoder_and_hall_sen
         let experiment = scene(name, &[more, ("method.target_from", "100 us"), ("run.duration", "400 us")]);
         let comparison = WiredSimulation::new(&experiment).unwrap().compare(60_000);
         assert_eq!((comparison.edges, comparison.mismatches), (60_000, 0), "{name} {more:?}");
+    }
+    // A run takes the converter's codes many at a time.
+    for (name, more) in [("epfl-paddle-cycle", "switching"), ("epfl-paddle-step", "averaged")] {
+        let sets = [("model.bridge", more), ("method.target_from", "10 us"), ("run.duration", "160 us")];
+        let experiment = scene(name, &sets);
+        let simulation = WiredSimulation::new(&experiment).unwrap();
+        let [events, clock] = [Driver::Events, Driver::Clock].map(|driver| {
+            let mut trace = simulation.trace(&["command"]);
+            let summary = simulation.run(driver, &mut trace, &mut (), &Control::new());
+            (trace.words(0).to_vec(), summary.nets, summary.energy, summary.encoder_edges)
+        });
+        assert_eq!(events, clock, "{name} {more}");
     }
 }
 

@@ -31,8 +31,8 @@ impl History {
     #[inline]
     pub(crate) fn push(&mut self, position: i64, samples: u64) {
         for _ in 0..samples.min(self.0.len() as u64) {
-            self.0.rotate_right(1);
-            self.0[0] = position;
+            self.0.pop_back();
+            self.0.push_front(position);
         }
     }
 

@@ -118,6 +118,17 @@ pub trait Wiring: Block {
     {
         (1, self.tick_again(input))
     }
+    /// Returns for how many edges only nets change that follow a converter's code, and these nets: bit `n` is net `n`.
+    /// A wiring that [gathers](Wiring::gather) no codes returns 0.
+    #[inline(always)]
+    fn gathers(&self) -> (u64, u64) {
+        (0, 0)
+    }
+    /// Ticks while a converter gives these codes, up to the last one: the first comes after so many edges, the others
+    /// so many edges apart. All come within the edges that [`gathers`](Wiring::gathers) has just announced.
+    fn gather(&mut self, _: (u64, u64), _codes: &[i64]) {
+        unreachable!("no codes are gathered")
+    }
     /// Returns how the outputs repeat from the edge just ticked on while this input stays, or `None` if they do not.
     fn repeats(&self, _: &Self::In<i64>) -> Option<Repeat<Self::Out<i64>>> {
         None

@@ -8,7 +8,9 @@ use hpu_signal::{Meter, Ports, Signal, SignalUse};
 
 use crate::circuit::{Circuit, Lost, NEVER, Pace, Set, driven, instance, put};
 use crate::{
-    AxisWiring, Block, Generic, Instance, Loaded, LoopIn, LoopOut, Parts, Pwm, Repeat, Wiring, flatten, pins::pwm,
+    AxisWiring, Block, Generic, Instance, Loaded, LoopIn, LoopOut, Parts, PositionCounter, Pwm, QuadratureDecoder,
+    Repeat, Synchronizer, Wiring, flatten, pins::position_counter, pins::pwm, pins::quadrature_decoder,
+    pins::synchronizer,
 };
 
 /// The circuit of a loop. Its inputs are those of the loop, then come the loop's outputs.
@@ -39,6 +41,15 @@ pub trait LoopCircuit<const N: usize>: Circuit<N> + PartialEq {
     fn modulator_mut(&mut self) -> Option<&mut Pwm> {
         None
     }
+    /// Stops a modulator that is one of the circuit's blocks, from the edge after this one on.
+    fn rest(&mut self, _edge: u64) {}
+    /// See [`Wiring::gathers`]; this is the present edge.
+    #[inline(always)]
+    fn gathers(&self, _edge: u64) -> (u64, Set) {
+        (0, 0)
+    }
+    /// See [`Wiring::gather`]; the first code comes at the edge `first`. Tells all words that the nets show.
+    fn gather(&mut self, _: (u64, u64), _codes: &[i64], _words: &mut [i64; N], _tell: impl FnMut(usize, i64)) {}
     /// The nets that a step of the encoder changes before it comes to the position; none if
     /// [`pass_step`](Self::pass_step) computes nothing.
     const PASSED: Set = 0;
@@ -53,6 +64,36 @@ pub trait LoopCircuit<const N: usize>: Circuit<N> + PartialEq {
 
 /// The number of edges in which a step of the encoder comes from the synchronizer's first register to the position.
 pub const WAY: u64 = 3;
+
+/// The blocks that a step of the encoder passes, with their paces.
+pub(crate) struct Way<'c> {
+    pub(crate) sync: (&'c mut Pace<synchronizer::In<i64>>, &'c mut Synchronizer),
+    pub(crate) decoder: (&'c mut Pace<quadrature_decoder::In<i64>>, &'c mut QuadratureDecoder),
+    pub(crate) counter: &'c mut PositionCounter,
+}
+
+impl Way<'_> {
+    /// Passes a step as [`LoopCircuit::pass_step`] asks, if the synchronizer shows one and no other block is due before
+    /// the edge `others`. Returns the lines, the step and the position.
+    #[inline(always)]
+    pub(crate) fn pass(self, edge: u64, others: u64) -> Option<(synchronizer::Out<i64>, [i64; 2])> {
+        let Self { sync: (pace, sync), decoder: (decoding, decoder), counter } = self;
+        if pace.due() != edge + 1 || others.min(decoding.due()) <= edge + WAY {
+            return None;
+        }
+        pace.catch_up(sync, edge);
+        let synchronizer::Out { a, b } = sync.coming();
+        let lines = quadrature_decoder::In { a, b };
+        // Up to the edge at which the synchronizer shows the step, the decoder sees the lines before it.
+        decoding.catch_up(decoder, edge + 1);
+        let step = decoder.pass(lines)?;
+        decoding.rest(edge + WAY, lines);
+        pace.tick(sync, edge + 1);
+        // The counter has no step to count before and after this one.
+        let position_counter::Out { position } = counter.tick(position_counter::In { step });
+        Some((synchronizer::Out { a, b }, [step, position]))
+    }
+}
 
 /// The nets after a step of the encoder has come to the position.
 pub struct Passed {
@@ -434,8 +475,28 @@ impl<C: LoopCircuit<N>, const N: usize> Wiring for CircuitLoop<C, N> {
         if let Some(modulator) = self.circuit.modulator_mut() {
             modulator.rest();
             self.modulation.wake(self.edge + 1);
-            self.plan();
         }
+        self.circuit.rest(self.edge);
+        // The next edge looks at all blocks.
+        self.settled = false;
+        self.plan();
+    }
+
+    #[inline(always)]
+    fn gathers(&self) -> (u64, Set) {
+        if self.settled { self.circuit.gathers(self.edge) } else { (0, 0) }
+    }
+
+    #[inline(never)]
+    fn gather(&mut self, (first, period): (u64, u64), codes: &[i64]) {
+        let (mut changed, meter, times) = (0, &mut self.meter, (self.edge + first, period));
+        self.circuit.gather(times, codes, &mut self.words, |net, word| {
+            changed |= 1 << net;
+            meter.range_of(net, word);
+        });
+        self.edge += first + period * (codes.len() as u64 - 1);
+        self.spread(self.edge, changed, self.lost);
+        self.range();
     }
 
     #[inline]

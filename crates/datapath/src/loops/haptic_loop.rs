@@ -5,7 +5,7 @@ use hpu_signal::{Format, Overflow, Signal};
 
 use crate::base::config::{COUNTER, within};
 use crate::base::listed::{Configured, Given, Listed};
-use crate::circuit::circuit_loop::{AxisCircuit, CircuitLoop, LoopCircuit, Passed, WAY};
+use crate::circuit::circuit_loop::{AxisCircuit, CircuitLoop, LoopCircuit, Passed, Way};
 use crate::circuit::{Set, circuit, put};
 use crate::{
     AnyWiring, Block, CommandLimiter, ConfigError, Displacement, Generic, LoopConfig, LoopIn, LoopOut, PositionCounter,
@@ -154,20 +154,10 @@ impl<const HELD: bool> LoopCircuit<25> for HapticCircuit<HELD> {
     #[inline(always)]
     fn pass_step(&mut self, edge: u64, words: &mut [i64; 25]) -> Option<Passed> {
         let Paces { sync, decoder, counter, hold, velocity_reg, limiter, .. } = &mut self.paces;
-        let mut others = [decoder.due(), counter.due(), hold.due(), velocity_reg.due(), limiter.due()].into_iter();
-        if sync.due() != edge + 1 || others.any(|due| due <= edge + WAY) {
-            return None;
-        }
-        sync.catch_up(&mut self.sync, edge);
-        let synchronizer::Out { a, b } = self.sync.coming();
-        let lines = quadrature_decoder::In { a, b };
-        // Up to the edge at which the synchronizer shows the step, the decoder sees the lines before it.
-        decoder.catch_up(&mut self.decoder, edge + 1);
-        let step = self.decoder.pass(lines)?;
-        decoder.rest(edge + WAY, lines);
-        sync.tick(&mut self.sync, edge + 1);
-        // The counter has no step to count before and after this one.
-        let position_counter::Out { position } = self.counter.tick(position_counter::In { step });
+        let others = counter.due().min(hold.due()).min(velocity_reg.due()).min(limiter.due());
+        let (sync, decoder) = ((sync, &mut self.sync), (decoder, &mut self.decoder));
+        let way = Way { sync, decoder, counter: &mut self.counter };
+        let (synchronizer::Out { a, b }, [step, position]) = way.pass(edge, others)?;
         let nets = [(Self::NET.a, a), (Self::NET.b, b), (Self::NET.position, position)];
         let changed = nets.into_iter().fold(0, |changed, (net, word)| changed | put(words, net, word));
         Some(Passed { changed, step: (Self::NET.step, step) })

@@ -26,10 +26,11 @@ use super::{
     timer_pwm, window_sum,
 };
 use crate::base::block::renamed;
+use crate::base::countdown::edges;
 use crate::base::listed::{Configured, Given, Listed};
 use crate::base::words::natural;
-use crate::circuit::circuit;
-use crate::circuit::circuit_loop::{CircuitLoop, LoopCircuit};
+use crate::circuit::circuit_loop::{CircuitLoop, LoopCircuit, Passed, Way};
+use crate::circuit::{NEVER, Set, circuit, put};
 use crate::{
     Block, ConfigError, Displacement, Generic, LoopOut, PositionCounter, QuadratureDecoder, SampleTimer, Synchronizer,
     gimbal::sample_timer, pins::displacement, pins::position_counter, pins::quadrature_decoder, pins::synchronizer,
@@ -219,6 +220,16 @@ impl Default for EpflPaddleLoop {
     }
 }
 
+impl Paces {
+    /// Returns the next edge at which a block is due that neither codes nor lines of the encoder come to first.
+    #[inline]
+    fn apart(&self) -> u64 {
+        let Self { counter, haptic_timer, haptic, current_timer, current_control, modulator, .. } = self;
+        let loops = haptic_timer.due().min(haptic.due()).min(current_timer.due()).min(current_control.due());
+        loops.min(counter.due()).min(modulator.due())
+    }
+}
+
 impl LoopCircuit<37> for EpflPaddleCircuit {
     const NAME: &'static str = "epfl_paddle_loop";
     const INPUTS: usize = 19;
@@ -236,6 +247,63 @@ impl LoopCircuit<37> for EpflPaddleCircuit {
 
     fn generics(&self) -> Vec<(&'static str, Generic)> {
         self.config.generics()
+    }
+
+    fn rest(&mut self, edge: u64) {
+        self.modulator.rest();
+        self.paces.modulator.wake(edge + 1);
+    }
+
+    #[inline]
+    fn gathers(&self, edge: u64) -> (u64, Set) {
+        let Paces { sync, decoder, window_of_codes, .. } = &self.paces;
+        let due = self.paces.apart().min(sync.due()).min(decoder.due());
+        // A sum that stands still does not tell when it samples.
+        let is_known = window_of_codes.due() != NEVER;
+        (if is_known { due - edge - 1 } else { 0 }, 1 << Self::NET.code | 1 << Self::NET.sum)
+    }
+
+    fn gather(
+        &mut self,
+        (first, period): (u64, u64),
+        codes: &[i64],
+        words: &mut [i64; 37],
+        mut tell: impl FnMut(usize, i64),
+    ) {
+        let Nets { code, sum, zero, adc_period, .. } = Self::NET;
+        let (block, pace) = (&mut self.window_of_codes, &mut self.paces.window_of_codes);
+        let mut input = window_sum::In { code: words[code], zero: words[zero], period: words[adc_period] };
+        let (mut due, last) = (pace.due(), first + period * (codes.len() as u64 - 1));
+        let (mut total, mut ends) = (words[sum], [words[sum]; 2]);
+        let given = (first..).step_by(period as usize).zip(codes);
+        for (at, next) in given.chain([(last + 1, &codes[codes.len() - 1])]) {
+            while due < at {
+                total = block.sampled(input).sum;
+                ends = [ends[0].min(total), ends[1].max(total)];
+                due += edges(input.period);
+            }
+            input.code = *next;
+        }
+        block.wait(due - last - 1);
+        pace.rest(last, input);
+        pace.come(block, last);
+        (words[code], words[sum]) = (input.code, total);
+        ends.iter().for_each(|word| tell(sum, *word));
+        codes.iter().for_each(|word| tell(code, *word));
+    }
+
+    const PASSED: Set = 1 << Self::NET.a | 1 << Self::NET.b | 1 << Self::NET.step | 1 << Self::NET.error;
+
+    #[inline(always)]
+    fn pass_step(&mut self, edge: u64, words: &mut [i64; 37]) -> Option<Passed> {
+        let others = self.paces.apart().min(self.paces.window_of_codes.due());
+        let Paces { sync, decoder, .. } = &mut self.paces;
+        let (sync, decoder) = ((sync, &mut self.sync), (decoder, &mut self.decoder));
+        let way = Way { sync, decoder, counter: &mut self.counter };
+        let (synchronizer::Out { a, b }, [step, position]) = way.pass(edge, others)?;
+        let nets = [(Self::NET.a, a), (Self::NET.b, b), (Self::NET.position, position)];
+        let changed = nets.into_iter().fold(0, |changed, (net, word)| changed | put(words, net, word));
+        Some(Passed { changed, step: (Self::NET.step, step) })
     }
 
     fn described(&self, net: Signal) -> Signal {

@@ -59,6 +59,7 @@ pub struct TimerPwm {
     held: i64,
     /// Whether leg B is high; `None` after a reset, with all gates 0.
     shown: Option<bool>,
+    resting: bool,
 }
 
 impl TimerPwm {
@@ -74,7 +75,13 @@ impl TimerPwm {
         within(Self::NAME, "STEPS", config.steps, 2..=1 << 16)?;
         within(Self::NAME, "CENTRE", config.centre, 0..=config.steps)?;
         let period = i64::from(config.prescale) * i64::from(config.steps);
-        Ok(Self { config, period, phase: 0, held: 0, shown: None })
+        Ok(Self { config, period, phase: 0, held: 0, shown: None, resting: false })
+    }
+
+    /// Stops the modulator for good, all gates 0: for a loop whose gates drive nothing.
+    pub fn rest(&mut self) {
+        self.resting = true;
+        self.reset();
     }
 
     fn phase(&self) -> Format {
@@ -130,13 +137,16 @@ impl Block for TimerPwm {
         if self.phase == 0 {
             self.held = input.command;
         }
-        self.shown = Some(self.phase < self.pulse(self.held));
+        self.shown = (!self.resting).then(|| self.phase < self.pulse(self.held));
         self.phase = if self.phase == self.period - 1 { 0 } else { self.phase + 1 };
         self.gates()
     }
 
     #[inline]
     fn quiet(&self, input: &In<i64>) -> u64 {
+        if self.resting {
+            return u64::MAX;
+        }
         let pulse = self.pulse(if self.phase == 0 { input.command } else { self.held });
         let on = self.phase < pulse;
         if self.shown != Some(on) {

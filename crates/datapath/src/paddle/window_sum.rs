@@ -89,6 +89,20 @@ impl WindowSum {
         [next, next - zero]
     }
 
+    /// Ticks a sample edge, whenever it comes.
+    #[inline]
+    pub(crate) fn sampled(&mut self, input: In<i64>) -> Out<i64> {
+        self.sums = self.sample(&input);
+        self.history.push(input.code, if self.primed { 1 } else { u64::MAX });
+        self.primed = true;
+        Out { sum: self.sums[1] }
+    }
+
+    /// Lets the next sample edge come after this number of other edges.
+    pub(crate) fn wait(&mut self, edges: u64) {
+        self.countdown = Countdown::after(edges as u32);
+    }
+
     #[inline]
     fn sample(&self, input: &In<i64>) -> [i64; 2] {
         let of = hpu_signal::Machine::<i64>::of;
@@ -152,9 +166,7 @@ impl Block for WindowSum {
     #[inline]
     fn tick(&mut self, input: In<i64>) -> Out<i64> {
         if self.countdown.tick(input.period) {
-            self.sums = self.sample(&input);
-            self.history.push(input.code, if self.primed { 1 } else { u64::MAX });
-            self.primed = true;
+            self.sampled(input);
         }
         Out { sum: self.sums[1] }
     }

@@ -484,18 +484,45 @@ where
     /// Returns the greatest integer up to `scale` times the reading of a sensor at an edge, or times the current
     /// without a sensor: in double-double where the `f64` value is too near to an integer to tell.
     pub fn floor(&self, sensor: Option<usize>, edge: u64, scale: f64) -> i64 {
-        let (edges, guard) =
-            (edge - self.anchor, sensor.map_or(&self.mode.current, |sensor| &self.mode.sensed[sensor]));
-        let dyadic = dyadic(edges.max(HEARD)).min(self.motion.system().dyadic() - 1);
-        let value = scale * guard.value(&self.states(edge));
-        let anywhere = Limits { low: Double::ZERO, high: Double::ZERO, open: true };
-        let noise = scale.abs() * guard.noise(&self.motion, dyadic, &anywhere) + 4.0 * f64::EPSILON * value.abs();
-        let whole = value.floor();
-        if value - whole > noise && whole + 1.0 - value > noise {
-            return whole as i64;
-        }
         let (index, units) = sensor.map_or((CURRENT, 1.0), |sensor| self.laws.net.reading(sensor));
-        let Double { hi, lo } = self.exact(edge).lane(index) * Double::product(units, scale);
+        let guard = sensor.map_or(&self.mode.current, |sensor| &self.mode.sensed[sensor]);
+        let scales = (scale, Double::product(units, scale));
+        self.floor_of(edge, guard.value(&self.states(edge)), index, scales, self.blur(guard, edge, scale))
+    }
+
+    /// Returns the [`floor`](Self::floor)s of the current at the edges `first`, `first + stride` and so on.
+    pub fn floors(&self, first: u64, stride: u64, scale: f64, count: usize, mut give: impl FnMut(i64)) {
+        let last = first + stride * (count as u64).saturating_sub(1);
+        let blur = self.blur(&self.mode.current, last, scale);
+        let mut states = [[0.0; N]; 16];
+        for from in (0..count).step_by(states.len()) {
+            let states = &mut states[..(count - from).min(16)];
+            let begin = first + stride * from as u64;
+            self.motion.rows(begin - self.anchor, stride, states);
+            for (x, edge) in states.iter().zip((begin..).step_by(stride as usize)) {
+                give(self.floor_of(edge, x[CURRENT], CURRENT, (scale, scale.into()), blur));
+            }
+        }
+    }
+
+    /// Returns a bound of the error of `scale` times a function's `f64` value at every edge up to this one.
+    fn blur(&self, guard: &Guard<N>, edge: u64, scale: f64) -> f64 {
+        let dyadic = dyadic((edge - self.anchor).max(HEARD)).min(self.motion.system().dyadic() - 1);
+        let anywhere = Limits { low: Double::ZERO, high: Double::ZERO, open: true };
+        scale.abs() * guard.noise(&self.motion, dyadic, &anywhere)
+    }
+
+    /// Returns the greatest integer up to `scale` times a value, which is `units` of the state at an index.
+    #[inline]
+    fn floor_of(&self, edge: u64, value: f64, index: usize, (scale, units): (f64, Double), blur: f64) -> i64 {
+        let value = scale * value;
+        let (toward_0, blur) = (value as i64, blur + 4.0 * f64::EPSILON * value.abs());
+        let whole = toward_0 - i64::from(toward_0 as f64 > value);
+        let part = value - whole as f64;
+        if part > blur && 1.0 - part > blur {
+            return whole;
+        }
+        let Double { hi, lo } = self.exact(edge).lane(index) * units;
         let whole = hi.floor();
         whole as i64 - i64::from(whole == hi && lo < 0.0)
     }

@@ -103,6 +103,7 @@ impl Sampled {
     }
 
     /// Returns the error of a place among all words, both in 2^-16 counts.
+    #[inline]
     fn error(&self, place: i64) -> i64 {
         let pieces = self.inl.len() - usize::from(self.reading.is_none() && !self.inl.is_empty());
         if pieces == 0 {

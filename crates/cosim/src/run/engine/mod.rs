@@ -138,6 +138,8 @@ pub struct ClosedLoop<W, E: World> {
     watched: u64,
     /// Whether the world has changed its inputs at the latest tick.
     turned: bool,
+    /// Codes that a converter has given; kept for their memory.
+    codes: Vec<i64>,
     search: Search<W, E>,
 }
 
@@ -160,6 +162,7 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
             tells_overflows: false,
             watched: u64::MAX,
             turned: false,
+            codes: Vec::new(),
             search: Search::default(),
         }
     }
@@ -325,6 +328,9 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
             }
             quiet = self.wiring.quiet_again(&self.input);
         }
+        if GLIDE && !passed && self.gather(end, observer) {
+            return events;
+        }
         let due = self.edge.saturating_add(quiet).saturating_add(1);
         if !passed {
             if GLIDE {
@@ -342,6 +348,29 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
             self.edge = edge;
         }
         events
+    }
+
+    /// Lets the datapath take codes of a converter, many at a time, before the edge at which anything else happens.
+    /// Returns whether there were any.
+    #[inline(always)]
+    fn gather<O: Observe>(&mut self, end: u64, observer: &mut O) -> bool {
+        let (quiet, nets) = self.wiring.gathers();
+        if quiet == 0 || nets & self.watched != 0 {
+            return false;
+        }
+        let (edge, rows, mut codes) = (self.edge, &mut self.rows, std::mem::take(&mut self.codes));
+        let before = |world: &E, edge: u64| rows.leave(world, edge, observer);
+        let (first, period) = self.world.convert(end.min(edge + 1 + quiet), before, &mut codes);
+        let has_some = !codes.is_empty();
+        if has_some {
+            (self.edge, self.turned) = (self.world.edge(), false);
+            self.ticks += codes.len() as u64;
+            self.wiring.gather((first - edge, period), &codes);
+            self.world.place(&mut self.input);
+            codes.clear();
+        }
+        self.codes = codes;
+        has_some
     }
 
     /// Ticks the datapath at the world's edge, with changed inputs or with those of the tick before.
