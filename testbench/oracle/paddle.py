@@ -171,8 +171,11 @@ class Paddle:
 
 
 def run(gains, seconds, *, hall=None, friction_nm=F, switched=False, start=-0.186, target=10.0, enable_s=0.02,
-        number=np.float32, phase=(0, 0)):
-    """Returns the filtered angle in degrees at each tick of the haptic loop, and the true one."""
+        number=np.float32, phase=(0, 0), adc=252):
+    """Returns the filtered angle in degrees at each tick of the haptic loop, and the true one.
+
+    The converter's samples begin `adc` clocks after a period of the modulator does.
+    """
     degree, quantum = math.pi / 180, 0.012
     paddle = Paddle(start * degree, friction_nm)
     zero = SUPPLY * (2 * 511 / 1024 - 1) / R
@@ -186,7 +189,8 @@ def run(gains, seconds, *, hall=None, friction_nm=F, switched=False, start=-0.18
     rows, next_current, next_haptic = [], CURRENT - phase[0], HAPTIC - phase[1]
     enabled = False
     while now < end:
-        edge = min((now // ADC + 1) * ADC, next_current, next_haptic)
+        sample, period = ((now - adc) // ADC + 1) * ADC + adc, (now // PERIOD + 1) * PERIOD
+        edge = min(sample, period, next_current, next_haptic)
         if switched and now % PERIOD < STEP * code:
             edge = min(edge, now - now % PERIOD + STEP * code)
         before = paddle.x[2]
@@ -198,7 +202,7 @@ def run(gains, seconds, *, hall=None, friction_nm=F, switched=False, start=-0.18
         now = edge
         if now % PERIOD == 0:
             code = wanted
-        if now % ADC == 0:
+        if now % ADC == adc:
             # Where the converter's codes end is written nowhere; none does here.
             codes = codes[1:] + [math.floor(paddle.x[0] / ADC_A + 0.5)]
         if now == next_current:
