@@ -211,7 +211,8 @@ impl Axis {
 
     fn checked(motor: Motor, bridge: Option<Bridge>, hand: Hand, edge_s: f64, horizon: u64) -> Result<Self, AxisError> {
         let amplified = bridge.is_none();
-        let bridge = bridge.unwrap_or(Bridge { supply_v: 0.0, on_resistance_ohm: 0.0, diode_drop_v: 0.0 });
+        let bridge =
+            bridge.unwrap_or(Bridge { supply_v: 0.0, on_resistance_ohm: 0.0, diode_drop_v: 0.0, dead_band_v: 0.0 });
         let (hand_k, hand_b) = match hand {
             Hand::Spring(push) => (push.stiffness_nm_per_rad, push.damping_nm_s_per_rad),
             Hand::Torque(torque_nm) if !torque_nm.is_finite() => {
@@ -229,6 +230,7 @@ impl Axis {
             ("supply", bridge.supply_v, !amplified),
             ("on-resistance", bridge.on_resistance_ohm, false),
             ("diode drop", bridge.diode_drop_v, false),
+            ("dead band", bridge.dead_band_v, false),
             ("hand stiffness", hand_k, false),
             ("hand damping", hand_b, false),
             ("clock period", edge_s, true),

@@ -17,6 +17,8 @@ pub struct Bridge {
     pub on_resistance_ohm: f64,
     /// Drop of a conducting diode in V.
     pub diode_drop_v: f64,
+    /// Mean voltage in V, in either direction, that does not reach the motor; 0 of one that switches.
+    pub dead_band_v: f64,
 }
 
 /// The four gates, in the order of the PWM block's outputs.
@@ -109,9 +111,13 @@ impl Bridge {
     }
 
     /// Returns the averaged circuit for a duty of the command between -1 and 1, with both switches of the path closed
-    /// throughout.
-    pub fn averaged(duty: f64) -> Circuit {
-        Circuit::Closed { supply_share: -duty, diodes: 0, direction: 0, switches: 2 }
+    /// throughout. What the dead band takes off the voltage is off the circuit's share.
+    pub fn averaged(&self, duty: f64) -> Circuit {
+        let supply_share = match self.dead_band_v {
+            0.0 => -duty,
+            dead_band_v => (duty.abs() - dead_band_v / self.supply_v).max(0.0).copysign(-duty),
+        };
+        Circuit::Closed { supply_share, diodes: 0, direction: 0, switches: 2 }
     }
 
     fn closed(&self, plus: Leg, minus: Leg, direction: i8) -> Circuit {

@@ -1,10 +1,10 @@
 //! The drive of an axis from one instant to the next, as integrators in steps use it.
 
+use crate::Circuit;
 use crate::axis::{Axis, Hand};
 use crate::device::{Device, Drive, REALS};
 use crate::energy::{Energy, stored_j};
 use crate::flow::matrix::{ANGLE, CURRENT, INTENT, SPEED, State};
-use crate::{Bridge, Circuit};
 
 /// The drive of an axis over one step: its circuit at the step's start, and the hand's speed.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -32,7 +32,7 @@ impl Axis {
         let motor = &self.motor;
         let circuit = match drive {
             Drive::Current(_) => Circuit::Amplified,
-            Drive::Average(duty) => Bridge::averaged(duty),
+            Drive::Average(duty) => self.bridge.averaged(duty),
             Drive::Gates(gates) => self.bridge.circuit(gates, x[CURRENT], motor.torque_constant_nm_per_a * x[SPEED]),
         };
         let mut excitation = Excitation {
@@ -90,7 +90,7 @@ impl Axis {
         match drive {
             Drive::Current(current_a) => x[CURRENT] = current_a,
             Drive::Average(duty) if self.is_resistive() => {
-                x[CURRENT] = self.ohmic_a(self.bridge.voltage_v(Bridge::averaged(duty)), 2, x[SPEED]);
+                x[CURRENT] = self.ohmic_a(self.bridge.voltage_v(self.bridge.averaged(duty)), 2, x[SPEED]);
             }
             Drive::Average(_) | Drive::Gates(_) => {}
         }

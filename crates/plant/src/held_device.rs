@@ -12,7 +12,7 @@ use crate::flow::guard::dyadic;
 use crate::flow::leap::{Integrals, Leap, Quadrature};
 use crate::flow::linear::{Linear, Stride};
 use crate::flow::matrix::{ANGLE, CURRENT, SPEED, State, dot, plus, sizes};
-use crate::{Bridge, Circuit, Device, Drive};
+use crate::{Circuit, Device, Drive};
 
 /// The map of a step in one mode.
 struct Map<'a> {
@@ -92,7 +92,7 @@ impl<'a> HeldDevice<'a> {
                 self.powers.source_nm = axis.motor.torque_constant_nm_per_a * current_a;
             }
             Drive::Average(duty) if self.ahead && matches!(self.device.drive, Drive::Average(_)) => {
-                let circuit = Bridge::averaged(duty);
+                let circuit = axis.bridge.averaged(duty);
                 self.device.circuit = circuit;
                 self.powers.source_v = axis.bridge.voltage_v(circuit);
                 if axis.is_resistive() {

@@ -80,12 +80,17 @@ fn leaping_and_stepping_agree_at_every_edge_of_networks() {
     let late = format!("{KNOB}host = {{ late = 2, latency = \"3 us\" }}\n");
     let two = format!("{KNOB}{HANDLE}method.position = \"far\"\n");
     let all = [("knob", KNOB), ("wheel", WHEEL), ("hand", &hand), ("pi", &pi), ("rigid", &rigid), ("late", &late)];
-    for (name, text) in all.into_iter().chain([("two", &*two)]) {
+    for (name, text) in all.into_iter().chain([("two", &*two), ("banded", &banded())]) {
         let experiment = Experiment::Axis(scene(text));
         let simulation = simulation(&experiment);
         let comparison = simulation.compare(20_000);
         assert_eq!(comparison.mismatches, 0, "{name}: {:?}", comparison.first);
     }
+}
+
+/// The wheel on an averaged bridge with a dead band, far larger than that of a good one.
+fn banded() -> String {
+    format!("{WHEEL}model.bridge = \"averaged\"\nbridge = {{ supply = \"12 V\", dead_band = \"2 V\" }}\n")
 }
 
 /// An encoder on the handle of the knob, an absolute one with a lag on its rotor, and the drive's current.
@@ -126,7 +131,7 @@ fn the_pins_of_further_sensors_do_not_depend_on_the_driver() {
 /// Energy is lost by rounding alone, although the mode changes often.
 #[test]
 fn the_energies_of_networks_add_up() {
-    for (name, text, changes) in [("knob", KNOB, 4), ("wheel", WHEEL, 3)] {
+    for (name, text, changes) in [("knob", KNOB, 4), ("wheel", WHEEL, 3), ("banded", &banded(), 3)] {
         let experiment = Experiment::Axis(scene(text));
         let simulation = simulation(&experiment);
         let summary = simulation.run(Driver::Events, &mut simulation.trace(&[]), &mut (), &Control::default());

@@ -27,7 +27,7 @@ use crate::flow::guard::{Band, Forecast, Guard, Limits, MotionPoint, STEADY, Sid
 use crate::flow::leap::Integrals;
 use crate::flow::linear::Trajectory;
 use crate::flow::matrix::{ANGLE, CURRENT, INTENT, SPEED, State};
-use crate::{Axis, Bridge, Circuit, Gates};
+use crate::{Axis, Circuit, Gates};
 
 use cruise::{Cruise, Ripple};
 use known::{Ahead, Known};
@@ -109,7 +109,7 @@ impl<'a> Device<'a> {
         let (drive, circuit) = if axis.amplified {
             (Drive::Current(current_a), Circuit::Amplified)
         } else if axis.is_resistive() {
-            (Drive::Average(0.0), Bridge::averaged(0.0))
+            (Drive::Average(0.0), axis.bridge.averaged(0.0))
         } else {
             (Drive::Gates(Gates::default()), axis.bridge.circuit(Gates::default(), current_a, emf_v))
         };
@@ -382,9 +382,9 @@ impl<'a> Device<'a> {
             }
             _ if self.axis.amplified => panic!("an amplified axis has no bridge"),
             Drive::Average(duty) => {
-                let circuit = Bridge::averaged(duty);
-                if self.axis.is_resistive() {
-                    x.set(CURRENT, self.axis.exact_ohmic_a(-duty, 2, x.lane(SPEED)));
+                let circuit = self.axis.bridge.averaged(duty);
+                if let (true, Circuit::Closed { supply_share, switches, .. }) = (self.axis.is_resistive(), circuit) {
+                    x.set(CURRENT, self.axis.exact_ohmic_a(supply_share, switches, x.lane(SPEED)));
                     self.let_go::<P>(&x);
                 }
                 circuit

@@ -53,7 +53,7 @@ fn a_mode_is_known_to_last_only_as_far_as_errors_are_bounded() {
 /// A cruise is tried on the smooth motion of the pulses. The direction of that motion says nothing of the switched one.
 #[test]
 fn a_cruise_leaves_no_direction_behind() {
-    let bridge = Bridge { supply_v: 24.0, on_resistance_ohm: 0.1, diode_drop_v: 0.7 };
+    let bridge = Bridge { supply_v: 24.0, on_resistance_ohm: 0.1, diode_drop_v: 0.7, dead_band_v: 0.0 };
     let axis = Axis::new(motor(0.0), bridge, Hand::Torque(0.0), 2e-8, 1 << 24).expect("a motor");
     let pulse = Gates { a_high: true, a_low: false, b_high: false, b_low: true };
     let pause = Gates { a_high: false, a_low: true, b_high: false, b_low: true };
@@ -107,7 +107,7 @@ fn a_reversal_under_a_constant_torque_has_its_closed_form_to_thirty_digits() {
 /// The general search for ends of modes flows to the instant and on from there.
 #[test]
 fn a_reversal_is_what_the_general_search_finds() {
-    let bridge = Bridge { supply_v: 24.0, on_resistance_ohm: 0.01, diode_drop_v: 0.7 };
+    let bridge = Bridge { supply_v: 24.0, on_resistance_ohm: 0.01, diode_drop_v: 0.7, dead_band_v: 0.0 };
     let motor = Motor {
         resistance_ohm: 2.35,
         inductance_h: 2.3e-4,
@@ -189,7 +189,7 @@ fn a_shaft_that_friction_holds_for_a_part_of_an_edge_is_not_turned_about_at_once
 /// A device recurs if it is as it was in every bit: in states, drive, hand, and in the time since its anchor.
 #[test]
 fn the_last_bit_of_any_state_is_a_difference() {
-    let bridge = Bridge { supply_v: 24.0, on_resistance_ohm: 0.1, diode_drop_v: 0.7 };
+    let bridge = Bridge { supply_v: 24.0, on_resistance_ohm: 0.1, diode_drop_v: 0.7, dead_band_v: 0.0 };
     let push = Push { stiffness_nm_per_rad: 0.3, damping_nm_s_per_rad: 1e-4 };
     let axis = Axis::new(motor(1e-3), bridge, Hand::Spring(push), 2e-8, 1 << 24).expect("a motor");
     let pulse = Gates { a_high: true, a_low: false, b_high: false, b_low: true };
@@ -226,7 +226,7 @@ fn the_last_bit_of_any_state_is_a_difference() {
     let modes: [fn(&mut Device); 3] = [
         |device| device.shaft = Shaft::Stuck,
         |device| device.drive = Drive::Average(0.5),
-        |device| device.circuit = Bridge::averaged(0.5),
+        |device| device.circuit = device.axis.bridge.averaged(0.5),
     ];
     for change in modes {
         let mut other = device.clone();

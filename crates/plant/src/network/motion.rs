@@ -14,7 +14,7 @@ use crate::flow::lanes::{Count, Size};
 use crate::flow::leap::{Integrals, Quadrature};
 use crate::flow::linear::Trajectory;
 use crate::flow::matrix::{ANGLE, CURRENT, INTENT, SPEED, State};
-use crate::{Bridge, Circuit, Gates, Hand};
+use crate::{Circuit, Gates, Hand};
 
 /// The least number of edges that the next event is searched for.
 const NEAR: u64 = 64;
@@ -326,7 +326,7 @@ where
         self.drive = drive;
         self.circuit = match (drive, self.laws.bridge()) {
             (Drive::Gates(gates), Some(bridge)) => bridge.circuit(gates, x.hi[CURRENT], self.mode.emf.value(&x.hi)),
-            (Drive::Average(duty), Some(_)) => Bridge::averaged(duty),
+            (Drive::Average(duty), Some(bridge)) => bridge.averaged(duty),
             (Drive::Current(reference_a), None) => {
                 if self.laws.net.feed.kind.is_ideal() {
                     let before = x.hi;

@@ -246,7 +246,7 @@ fn a_current_source_pays_for_heat_and_work() {
 #[test]
 fn an_amplifier_takes_over_from_a_bridge_and_hands_back() {
     let motor = Motor { resistance_ohm: 2.0, inductance_h: 1e-3, ..Motor::on_rail(1e-3, 0.1, 0.0) };
-    let bridge = Bridge { supply_v: 10.0, on_resistance_ohm: 0.0, diode_drop_v: 0.7 };
+    let bridge = Bridge { supply_v: 10.0, on_resistance_ohm: 0.0, diode_drop_v: 0.7, dead_band_v: 0.0 };
     let axis = Axis::new(motor, bridge, Hand::Prescribed, EDGE_S, 1 << 29).unwrap();
     let mut device = Device::new(&axis, 0.0, 0.0, 0.0);
     device.drive_average(0, -0.5);

@@ -5,7 +5,7 @@ use hpu_plant::{Axis, Bridge, Device, Energy, Gates, Hand, Motor, Pulses, Push};
 use crate::random::Random;
 
 const EDGE_S: f64 = 20e-9;
-const BRIDGE: Bridge = Bridge { supply_v: 24.0, on_resistance_ohm: 0.3, diode_drop_v: 0.7 };
+const BRIDGE: Bridge = Bridge { supply_v: 24.0, on_resistance_ohm: 0.3, diode_drop_v: 0.7, dead_band_v: 0.0 };
 const FORWARD: Gates = Gates { a_high: false, a_low: true, b_high: true, b_low: false };
 const BACKWARD: Gates = Gates { a_high: true, a_low: false, b_high: false, b_low: true };
 const BRAKE: Gates = Gates { a_high: false, a_low: true, b_high: false, b_low: true };

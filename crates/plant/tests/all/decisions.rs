@@ -13,7 +13,7 @@ fn axis(hand: Hand) -> Axis {
         viscous_nm_s_per_rad: 1.3e-6,
         coulomb_nm: 0.0,
     };
-    let bridge = Bridge { supply_v: 24.0, on_resistance_ohm: 0.1, diode_drop_v: 0.7 };
+    let bridge = Bridge { supply_v: 24.0, on_resistance_ohm: 0.1, diode_drop_v: 0.7, dead_band_v: 0.0 };
     Axis::new(motor, bridge, hand, EDGE_S, 1 << 30).unwrap()
 }
 

@@ -4,7 +4,7 @@ use hpu_plant::{Axis, Bridge, Device, Gates, Hand, Motor, Push};
 
 use crate::random::Random;
 
-const BRIDGE: Bridge = Bridge { supply_v: 24.0, on_resistance_ohm: 0.3, diode_drop_v: 0.7 };
+const BRIDGE: Bridge = Bridge { supply_v: 24.0, on_resistance_ohm: 0.3, diode_drop_v: 0.7, dead_band_v: 0.0 };
 /// An edge of the slow clock in seconds, and edges of the fast one in it.
 const EDGE_S: f64 = 1e-6;
 const FINE: u64 = 1000;

@@ -5,7 +5,7 @@ use hpu_plant::{Axis, Bridge, Device, Drive, Hand, HeldDevice, Motor, Push};
 const EDGE_S: f64 = 1e-6;
 const STEP: u64 = 1_000;
 const HORIZON: u64 = 1 << 26;
-const BRIDGE: Bridge = Bridge { supply_v: 24.0, on_resistance_ohm: 0.1, diode_drop_v: 0.7 };
+const BRIDGE: Bridge = Bridge { supply_v: 24.0, on_resistance_ohm: 0.1, diode_drop_v: 0.7, dead_band_v: 0.0 };
 const START: [f64; 3] = [0.2, 3.0, 0.1];
 
 fn motor(coulomb_nm: f64) -> Motor {

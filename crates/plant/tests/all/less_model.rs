@@ -6,7 +6,7 @@ const EDGE_S: f64 = 20e-9;
 const HORIZON: u64 = 1 << 29;
 /// A band of angles that no test leaves.
 const ANYWHERE: (f64, f64) = (-1e6, 1e6);
-const BRIDGE: Bridge = Bridge { supply_v: 24.0, on_resistance_ohm: 0.1, diode_drop_v: 0.7 };
+const BRIDGE: Bridge = Bridge { supply_v: 24.0, on_resistance_ohm: 0.1, diode_drop_v: 0.7, dead_band_v: 0.0 };
 
 fn motor() -> Motor {
     Motor {
@@ -62,6 +62,36 @@ fn a_motor_without_inductance_is_of_first_order_and_its_current_ohms() {
         close(current, (volts - k * speed) / r, 1e-11);
     }
     balances(&device, 7_654_321);
+}
+
+#[test]
+fn a_dead_band_takes_its_share_of_a_mean_voltage_in_either_direction() {
+    let (m, r) = (motor(), 2.3457 + 0.2);
+    let (k, j) = (m.torque_constant_nm_per_a, m.inertia_kg_m2);
+    let rate = (k * k / r + m.viscous_nm_s_per_rad) / j;
+    let bridge = Bridge { dead_band_v: 0.6, ..BRIDGE };
+    let axis = Axis::new(m, bridge, Hand::Torque(0.0), EDGE_S, HORIZON).unwrap();
+    let resistive = Axis::new(m, bridge, Hand::Torque(0.0), EDGE_S, HORIZON).unwrap().without_inductance();
+    for (duty, volts) in [(0.02, 0.0), (0.025, 0.0), (-0.02, 0.0), (0.25, -5.4), (-0.25, 5.4), (-1.0, 23.4)] {
+        let mut device = Device::new(&resistive, 0.0, 30.0, 0.0);
+        device.drive_average(0, duty);
+        let t = 100_000.0 * EDGE_S;
+        let (last, gone) = (k * volts / r / j / rate, -(-rate * t).exp_m1());
+        let [current, speed, angle, _] = device.state(100_000);
+        close(speed, 30.0 + (last - 30.0) * gone, 1e-11);
+        close(current, (volts - k * speed) / r, 1e-11);
+        close(angle, last * t + (30.0 - last) * gone / rate, 1e-11);
+        balances(&device, 100_000);
+        // With its inductance at rest in a held shaft's place: after many time constants V / R.
+        let held = Axis::new(Motor { inertia_kg_m2: 1e6, ..m }, bridge, Hand::Torque(0.0), EDGE_S, HORIZON).unwrap();
+        let mut device = Device::new(&held, 0.0, 0.0, 0.0);
+        device.drive_average(0, duty);
+        assert!((device.state(1_000_000)[0] - volts / r).abs() < 1e-9);
+        let mut device = Device::new(&axis, 0.0, 0.0, 0.0);
+        device.drive_average(0, duty);
+        go(&mut device, 0, 100_000);
+        balances(&device, 100_000);
+    }
 }
 
 #[test]

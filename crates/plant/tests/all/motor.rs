@@ -17,7 +17,7 @@ fn motor() -> Motor {
     }
 }
 
-const BRIDGE: Bridge = Bridge { supply_v: 24.0, on_resistance_ohm: 0.0, diode_drop_v: 0.7 };
+const BRIDGE: Bridge = Bridge { supply_v: 24.0, on_resistance_ohm: 0.0, diode_drop_v: 0.7, dead_band_v: 0.0 };
 /// Positive voltage at the motor.
 const FORWARD: Gates = Gates { a_high: false, a_low: true, b_high: true, b_low: false };
 const BRAKE: Gates = Gates { a_high: false, a_low: true, b_high: false, b_low: true };

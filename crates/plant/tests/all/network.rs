@@ -478,7 +478,9 @@ where
     let stop = |body, damping| Stop { body, low: -0.02, high: 0.015, stiffness: 10.0, damping };
     let winding = |kind| Feed { torque_constant: 0.03, resistance_ohm: 2.0, inductance_h: 0.3e-3, kind };
     let feed = winding(match seed % 4 {
-        0 | 1 => FeedKind::Bridge(Bridge { supply_v: 12.0, on_resistance_ohm: 0.1, diode_drop_v: 0.7 }),
+        0 | 1 => {
+            FeedKind::Bridge(Bridge { supply_v: 12.0, on_resistance_ohm: 0.1, diode_drop_v: 0.7, dead_band_v: 0.0 })
+        }
         2 => FeedKind::Current { bandwidth_rad_per_s: number(3e3, 2e4), supply_v: 3.0 },
         _ => FeedKind::Pi {
             proportional_ohm: number(0.5, 3.0),

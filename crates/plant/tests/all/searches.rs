@@ -300,7 +300,7 @@ impl<'a> Walker<'a> {
 
 #[test]
 fn searches_of_any_length_stop_where_steps_of_an_edge_find_something() {
-    let bridge = Bridge { supply_v: 24.0, on_resistance_ohm: 0.3, diode_drop_v: 0.7 };
+    let bridge = Bridge { supply_v: 24.0, on_resistance_ohm: 0.3, diode_drop_v: 0.7, dead_band_v: 0.0 };
     let (spring, torque) = (Push { stiffness_nm_per_rad: 3.0, damping_nm_s_per_rad: 1e-4 }, Hand::Torque(0.02));
     let axes = [
         Axis::amplified(motor(1e-3, 0.0), torque, CLOCK_S, 1 << 24).unwrap(),
@@ -365,7 +365,7 @@ fn friction_that_stops_a_shaft_around_the_end_of_a_quick_look_is_met() {
 #[test]
 fn a_diode_s_current_that_ends_within_rounding_of_an_edge_ends_where_steps_find_it() {
     // Without friction the current alone decides when the mode ends.
-    let bridge = Bridge { supply_v: 24.0, on_resistance_ohm: 0.3, diode_drop_v: 0.7 };
+    let bridge = Bridge { supply_v: 24.0, on_resistance_ohm: 0.3, diode_drop_v: 0.7, dead_band_v: 0.0 };
     let axis = Axis::new(motor(1e-3, 0.0), bridge, Hand::Torque(0.0), CLOCK_S, 1 << 24).unwrap();
     let end = |current_a: f64| {
         let mut device = Device::new(&axis, current_a, 3.0, 0.5);

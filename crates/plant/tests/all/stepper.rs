@@ -4,7 +4,7 @@ use hpu_plant::{Axis, Bridge, Device, Drive, Energy, Gates, Hand, Method, Motor,
 
 const EDGE_S: f64 = 1e-6;
 const HORIZON: u64 = 1 << 24;
-const BRIDGE: Bridge = Bridge { supply_v: 24.0, on_resistance_ohm: 0.1, diode_drop_v: 0.7 };
+const BRIDGE: Bridge = Bridge { supply_v: 24.0, on_resistance_ohm: 0.1, diode_drop_v: 0.7, dead_band_v: 0.0 };
 const METHODS: [(Method, i32); 4] =
     [(Method::Euler, 1), (Method::SemiImplicit, 1), (Method::Midpoint, 2), (Method::Rk4, 4)];
 

@@ -379,7 +379,9 @@ fn drive(
     let supply_v = s.given(&key::supply)?.unwrap_or(f64::INFINITY);
     let bandwidth_rad_per_s = s.given(&key::bandwidth)?.map(|hz| 2.0 * PI * hz);
     let kind = match kind {
-        DriveKind::Bridge => FeedKind::Bridge(Bridge { supply_v: 0.0, on_resistance_ohm: 0.0, diode_drop_v: 0.0 }),
+        DriveKind::Bridge => {
+            FeedKind::Bridge(Bridge { supply_v: 0.0, on_resistance_ohm: 0.0, diode_drop_v: 0.0, dead_band_v: 0.0 })
+        }
         DriveKind::Current => {
             let bandwidth_rad_per_s = bandwidth_rad_per_s.unwrap_or(f64::INFINITY);
             if bandwidth_rad_per_s.is_infinite() && supply_v.is_finite() {

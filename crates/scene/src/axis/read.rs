@@ -114,6 +114,9 @@ fn scene_of_network(
     let mut model = model_of_network(&root.section("model")?)?;
     if compound.dac.is_some() {
         // There are no gates to switch.
+        if root.section("model")?.has(keys::model_bridge::bridge.name) {
+            return Err(root.error("model.bridge", "the drive is no bridge; leave this out"));
+        }
         model.bridge = BridgeModel::Averaged;
     }
     let mut method = method(&if follows { outside } else { root }.section("method")?, &["network"])?;

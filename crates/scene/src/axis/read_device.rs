@@ -6,11 +6,14 @@ use crate::axis::library::{MOTORS, NamedPart};
 use crate::axis::parts::{Amplifier, Device, Encoder, Motor};
 use crate::axis::rows as keys;
 use crate::axis::rows::{AnalogShaper, Mass};
+use crate::head::Head;
+use crate::head::model::BridgeModel;
 use crate::schema::parameter::Origin;
 use crate::schema::quantity::{Axis, RAIL, SHAFT};
 use crate::schema::section::Section;
 use crate::schema::source::SceneError;
 use crate::schema::{Key, Quantity};
+use crate::text::message::number;
 
 /// The kind of an axis.
 #[derive(Clone, Copy)]
@@ -116,9 +119,26 @@ pub(crate) fn amplifier(root: &Section, device: &Device, words: bool) -> Result<
 pub(crate) fn bridge(s: &Section) -> Result<Bridge, SceneError> {
     s.accept(&[])?;
     let s = s.alike(s.axis()).with(s.given(&keys::bridge::part)?.map(NamedPart::gives));
-    Ok(Bridge {
+    let bridge = Bridge {
         supply_v: s.read(&keys::bridge::supply)?,
         on_resistance_ohm: s.read(&keys::bridge::on_resistance)?,
         diode_drop_v: s.read(&keys::bridge::diode_drop)?,
-    })
+        dead_band_v: s.read(&keys::bridge::dead_band)?,
+    };
+    if bridge.dead_band_v >= bridge.supply_v {
+        let reason =
+            format!("not below the supply, {} V, so that no voltage reaches the motor", number(bridge.supply_v));
+        return Err(s.error(keys::bridge::dead_band.name, reason));
+    }
+    Ok(bridge)
+}
+
+/// Refuses a dead band of a bridge that switches: it takes its share of a mean voltage, and a pulse is the whole supply.
+pub(crate) fn agree_on_dead_band(head: &Head, bridge: &Bridge, model: BridgeModel) -> Result<(), SceneError> {
+    if bridge.dead_band_v > 0.0 && model == BridgeModel::Switching {
+        let reason = "of a mean voltage, and this bridge switches the whole supply; write model.bridge = \"averaged\", \
+                      or leave this out";
+        return Err(head.error("bridge.dead_band", reason));
+    }
+    Ok(())
 }

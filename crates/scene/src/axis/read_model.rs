@@ -2,16 +2,16 @@
 
 use crate::axis::Scene;
 use crate::axis::parts::{Device, Hand};
-use crate::axis::read_device::kind;
+use crate::axis::read_device::{agree_on_dead_band, kind};
 use crate::axis::rows as keys;
 use crate::head::model::{BridgeModel, Datapath, EncoderModel, FIXED, Friction, Model, Solver, Winding, step};
 use crate::schema::section::Section;
 use crate::schema::source::SceneError;
 
 pub(crate) fn model(s: &Section, device: &Device) -> Result<Model, SceneError> {
-    use keys::{model as key, model_law as of_the_law, model_motor as of_a_motor};
+    use keys::{model as key, model_bridge as of_a_bridge, model_law as of_the_law, model_motor as of_a_motor};
     for (key, lacks) in
-        [(of_a_motor::bridge.name, "a force amplifier and no bridge"), (of_a_motor::winding.name, "no winding")]
+        [(of_a_bridge::bridge.name, "a force amplifier and no bridge"), (of_a_motor::winding.name, "no winding")]
     {
         if let (Device::Mass(_), true) = (device, s.has(key)) {
             return Err(s.error(key, format!("a mass has {lacks}; leave this out")));
@@ -23,7 +23,7 @@ pub(crate) fn model(s: &Section, device: &Device) -> Result<Model, SceneError> {
         solver,
         step_s: step(s, &key::step, solver)?,
         datapath: s.read(&key::datapath)?,
-        bridge: s.read(&of_a_motor::bridge)?,
+        bridge: s.read(&of_a_bridge::bridge)?,
         winding: s.read(&of_a_motor::winding)?,
         friction: friction(s)?,
         encoder: s.read(&of_the_law::encoder)?,
@@ -56,7 +56,7 @@ pub(crate) fn model_of_network(s: &Section) -> Result<Model, SceneError> {
         solver,
         step_s: step(s, &keys::model::step, solver)?,
         datapath,
-        bridge: BridgeModel::Switching,
+        bridge: s.read(&keys::model_bridge::bridge)?,
         winding: Winding::Inductive,
         friction,
         encoder,
@@ -83,7 +83,11 @@ pub(crate) fn agree_on_model(scene: &Scene) -> Result<(), SceneError> {
     let Model { solver, datapath, bridge, winding, friction, encoder, .. } = scene.model;
     let name = solver.name();
     let on_bridge = matches!(scene.device, Device::Motor(_)) && bridge == BridgeModel::Switching;
+    agree_on_dead_band(scene, &scene.bridge, bridge)?;
     if datapath == Datapath::Linear {
+        if scene.bridge.dead_band_v > 0.0 {
+            return refused("bridge.dead_band", "the linear law has none; leave this out".into());
+        }
         if solver != Solver::Events {
             let reason = format!("\"{name}\" is not for the linear law, which is flowed exactly; leave it out");
             return refused("model.solver", reason);

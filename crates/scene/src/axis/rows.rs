@@ -100,6 +100,9 @@ keys! { bridge: "bridge" of [];
     on_resistance: Quantity = Quantity::new(&q::RESISTANCE, NotNegative, Is(0.0));
     /// Forward voltage of a freewheeling diode.
     diode_drop: Quantity = Quantity::new(&q::VOLTAGE, NotNegative, Is(0.7));
+    /// Mean voltage that does not reach the motor: it gets 0 V up to it in either direction, and beyond it the rest.
+    /// Only of a bridge that is averaged.
+    dead_band: Quantity = Quantity::new(&q::VOLTAGE, NotNegative, Is(0.0));
 }
 
 keys! { amplifier: "amplifier" of [];
@@ -221,10 +224,13 @@ keys! { model: "model" of ["axis"];
     datapath: Choice<Datapath> = Choice::new(|| named(&Datapath::ALL, Datapath::name), Is(Datapath::Words));
 }
 
-keys! { model_motor: "model" of ["motor"];
+keys! { model_bridge: "model" of ["motor", "network"];
     /// Models every switching of the bridge, or its mean voltage with the pulses' area and first moment.
     bridge: Choice<BridgeModel> =
         Choice::new(|| named(&BridgeModel::ALL, BridgeModel::name), Is(BridgeModel::Switching));
+}
+
+keys! { model_motor: "model" of ["motor"];
     /// Models the winding with or without its inductance; without needs an averaged bridge.
     winding: Choice<Winding> = Choice::new(|| named(&Winding::ALL, Winding::name), Is(Winding::Inductive));
 }

@@ -9,7 +9,7 @@ use toml_edit::{Array, Item, TableLike, Value};
 use crate::axis::network::Compound;
 use crate::axis::parts::{Amplifier, Device, Encoder, Hand};
 use crate::axis::read::{Built, axis_expect, built, host, imposed, no_converter};
-use crate::axis::read_device::{Kind, amplifier, bridge, device, encoder};
+use crate::axis::read_device::{Kind, agree_on_dead_band, amplifier, bridge, device, encoder};
 use crate::axis::read_hand::{Load, Recorded, hand};
 use crate::axis::read_model::friction;
 use crate::axis::sensors::Sensor;
@@ -93,6 +93,7 @@ pub(crate) fn scene(file: &str, source: &Source, kind: Kind, load: Load) -> Resu
     if driving == Driving::Duty {
         scene.model.bridge = BridgeModel::Averaged;
     }
+    agree_on_dead_band(&scene, &scene.bridge, scene.model.bridge)?;
     if scene.dut.lines().any(|line| line == Line::Index) && matches!(scene.device, Device::Mass(_)) {
         return Err(scene.error("dut.ports", "the encoder of a mass has no index; leave encoder.index out"));
     }

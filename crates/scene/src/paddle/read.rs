@@ -3,6 +3,7 @@
 use crate::axis::network::Compound;
 use crate::axis::network_rows::method_network;
 use crate::axis::read::{Built, axis_expect, built};
+use crate::axis::read_device::agree_on_dead_band;
 use crate::axis::read_hand::Load;
 use crate::axis::read_model::friction;
 use crate::axis::sensors::{ENCODER, SensorKind, one_of};
@@ -64,6 +65,7 @@ pub(crate) fn scene(file: &str, source: &Source, load: Load) -> Result<PaddleSce
     if let Some(faults) = &scene.faults {
         agree_on_faults(&scene.places, faults, Pins { lines: true, index: false, switches: true })?;
     }
+    agree_on_dead_band(&scene, &scene.bridge, scene.model.bridge)?;
     scene.parameters = source.parameters.take(&["about", "expect", "accuracy"]).into();
     scene.words()?;
     Ok(scene)

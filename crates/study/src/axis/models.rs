@@ -69,7 +69,7 @@ pub(super) fn contestants(scene: &Scene) -> Vec<Contestant> {
     let mut plain = |name: &str, set: &[(&str, &str)]| all.push(Contestant::new(name, set));
     if switching {
         plain("averaged", averaged);
-    } else if motor && in_words {
+    } else if motor && in_words && scene.bridge.dead_band_v == 0.0 {
         plain("switching", &[("model.bridge", "switching")]);
     }
     if motor {

@@ -12,6 +12,7 @@ pub mod settling;
 mod unknown;
 mod words;
 
+use hpu_cosim::number;
 use hpu_cosim::scene::{Datapath, Friction, Miss, Scene};
 
 use hpu_prove::linear::{BoxSet, Damping, DrivenSet, NotDriven, Ripple, StableSet};
@@ -57,7 +58,7 @@ pub struct Limits {
     /// Relative error of the word of the scene's damping, if it is more than [`Miss::FLAGGED`]: the runs in words have
     /// the word's damping, linear loops and criteria what is asked for.
     pub damping_error: Option<f64>,
-    /// What linear loops around a network leave out beside its Coulomb friction, each as text.
+    /// What linear loops leave out of a network or a bridge beside Coulomb friction, each as text.
     pub left_out: Vec<String>,
     /// Coulomb friction of the device, in SI units: linear loops and ripple leave it out.
     pub coulomb: f64,
@@ -98,6 +99,10 @@ pub fn limits(scene: &Scene, range: [f64; 2], in_words: impl FnOnce() -> Result<
         }
     }
     let in_words = in_words();
+    let mut left_out = scene.network.as_ref().map_or_else(Vec::new, |network| network.left_out());
+    if scene.bridge.dead_band_v > 0.0 {
+        left_out.push(format!("the bridge's dead band, {} V", number(scene.bridge.dead_band_v)));
+    }
     // The linear loop has no words that could miss the stiffness.
     let words = if scene.model.datapath == Datapath::Linear { None } else { scene.words().ok() };
     let realised = words.as_ref().map(|words| &words.realised);
@@ -113,7 +118,7 @@ pub fn limits(scene: &Scene, range: [f64; 2], in_words: impl FnOnce() -> Result<
         in_words,
         stiffness_miss: realised.and_then(|realised| realised.stiffness_miss),
         damping_error: realised.map(|realised| realised.damping_error).filter(|error| error.abs() > Miss::FLAGGED),
-        left_out: scene.network.as_ref().map_or_else(Vec::new, |network| network.left_out()),
+        left_out,
         coulomb: if scene.model.friction == Friction::None { 0.0 } else { Rigid::new(scene).coulomb_nm },
         is_ramped: scene.wall.ramp.is_some(),
     }

@@ -104,6 +104,18 @@ fn one_step_a_sample_sees_no_switching() {
 }
 
 #[test]
+fn a_dead_band_is_that_of_a_mean_voltage_below_the_supply() {
+    let banded = |band: &str, bridge: &str| parse(GOOD, &[("bridge.dead_band", band), ("model.bridge", bridge)]);
+    let has = |said: String, part: &str| assert!(said.contains(part), "{said}");
+    assert_eq!(banded("60 mV", "averaged").unwrap().bridge.dead_band_v, 0.06);
+    has(banded("60 mV", "switching").unwrap_err(), "this bridge switches the whole supply; write model.bridge");
+    has(banded("24 V", "averaged").unwrap_err(), "not below the supply, 24 V");
+    let linear =
+        parse(GOOD, &[("bridge.dead_band", "1 V"), ("model.bridge", "averaged"), ("model.datapath", "linear")]);
+    has(linear.unwrap_err(), "bridge.dead_band: the linear law has none");
+}
+
+#[test]
 fn a_winding_without_inductance_asks_for_an_averaged_bridge_and_has_no_current_of_its_own() {
     refused(
         "winding = \"resistive\"",
