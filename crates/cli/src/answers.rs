@@ -7,7 +7,7 @@ use clap::Args;
 use serde_json::Value;
 
 use crate::shell::modes;
-use crate::{fit as fits, keys as all_keys, limits as sets, map as maps, widths as bits};
+use crate::{fit as fits, identify as identified, keys as all_keys, limits as sets, map as maps, widths as bits};
 
 pub use crate::page::Answer;
 pub use crate::run::{Finished, Recorded, finished as run, table, unseen};
@@ -43,6 +43,21 @@ pub fn limits((name, source): &Named, words: &[String], watch: Watch) -> Result<
 pub fn fit((name, source): &Named, words: &[String], watch: Watch) -> Result<Option<Answer>, Failure> {
     let page = fits::answer(&read("fit", words, &[name])?, name, source, watch)?;
     Ok(page.map(|page| Answer { page, pictures: Vec::new() }))
+}
+
+/// Finds the values of a scene's keys that logs tell, as `hpu identify`; `None` when stopped. `words` are the options.
+///
+/// # Errors
+///
+/// As the command.
+pub fn identify(
+    (name, source): &Named,
+    logs: &[String],
+    words: &[String],
+    watch: Watch,
+) -> Result<Option<Answer>, Failure> {
+    let scene_and_logs: Vec<&str> = [name].into_iter().chain(logs).map(String::as_str).collect();
+    identified::answer(&read("identify", words, &scene_and_logs)?, source, watch)
 }
 
 /// Finds the bits that the signals of these scenes need, as `hpu widths` without its search and its prices; `None` when

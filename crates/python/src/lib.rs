@@ -34,7 +34,7 @@ mod _hpu {
     #[pymodule_export]
     use crate::signal::Signal;
     #[pymodule_export]
-    use crate::study::{Study, fit, limits, map, widths};
+    use crate::study::{Study, fit, identify, limits, map, widths};
     #[pymodule_export]
     use crate::trace::{Column, Trace};
 }

@@ -1,5 +1,7 @@
 //! Studies of many runs: maps, limits, widths, the least model.
 
+use std::path::PathBuf;
+
 use hpu_chart::Picture;
 use hpu_cli::answers::{self, Answer, Failure, Named, Watch};
 use pyo3::prelude::*;
@@ -20,10 +22,14 @@ pub struct Study {
     summary: Py<PyAny>,
 }
 
-/// Returns pictures as PNG, by their names.
+/// Returns pictures as PNG, by their names; a name that comes again has a number.
 pub fn drawn<'py>(py: Python<'py>, pictures: &[Picture]) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
-    pictures.iter().try_for_each(|picture| dict.set_item(picture.name, PyBytes::new(py, &picture.png)))?;
+    for (picture, number) in pictures.iter().zip(1..) {
+        let name =
+            if dict.contains(picture.name)? { format!("{}-{number}", picture.name) } else { picture.name.into() };
+        dict.set_item(name, PyBytes::new(py, &picture.png))?;
+    }
     Ok(dict)
 }
 
@@ -243,4 +249,39 @@ pub fn fit<'py>(
     let (scene, set) = (self::scene(scene)?, self::overrides(overrides, keys)?);
     let verb = |words: &[String], watch: Watch| answers::fit(&scene, words, watch);
     study(py, std::slice::from_ref(&scene), &set, &[("within", within)], progress, verb)
+}
+
+/// Finds the values of a scene's keys that logs of its device tell, as `hpu identify`, and returns a Study.
+///
+/// `logs` is a list of tables, each read as the scene's `[expect.recording]` says, or of scenes with their own logs
+/// [the log that the scene names]. `free` is a list of keys. Logs in `held` are only predicted. `summary["keys"]` has a
+/// dict for each key, with `value`, `low` and `high`; `summary["explained"]` is False if a log is rejected.
+///
+/// `scene` is a shipped name (`hpu.scenes()`), a path, or `hpu.Scene(text)`. `overrides` is a dict such as
+/// `{"wall.stiffness": 2}`; in further keywords two underscores stand for a dot: `wall__stiffness=2`. `hpu.keys()`
+/// lists the keys. A str may have a unit.
+///
+/// `progress(done, total)` is called every 50 ms, with a total of 0 while it is unknown; an exception of it, or Ctrl-C,
+/// stops the work. Other threads of Python run meanwhile.
+///
+/// Raises `hpu.SceneError` when the scene or an override is refused, and `hpu.Error` when a log or a key is.
+#[pyfunction]
+#[pyo3(signature = (scene, logs = Vec::new(), overrides = None, *, free, held = None, progress = None, **keys))]
+#[allow(clippy::too_many_arguments, reason = "they are keywords of Python")]
+pub fn identify<'py>(
+    py: Python<'py>,
+    scene: &Bound<PyAny>,
+    logs: Vec<PathBuf>,
+    overrides: Option<&Bound<PyDict>>,
+    free: Bound<'py, PyAny>,
+    held: Option<Vec<PathBuf>>,
+    progress: Option<&Bound<PyAny>>,
+    keys: Option<&Bound<PyDict>>,
+) -> PyResult<Study> {
+    let (scene, set) = (self::scene(scene)?, self::overrides(overrides, keys)?);
+    let [logs, held] = [logs, held.unwrap_or_default()]
+        .map(|paths| paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>());
+    let options = [("free", Some(free)), ("held", Some(PyList::new(py, held)?.into_any()))];
+    let verb = |words: &[String], watch: Watch| answers::identify(&scene, &logs, words, watch);
+    study(py, std::slice::from_ref(&scene), &set, &options, progress, verb)
 }

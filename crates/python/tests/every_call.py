@@ -66,6 +66,10 @@ def main():
         made("widths", "hybrid-wall", SHORT, no_trials=True),
         made("fit", "conventional-wall-100hz", {"run.duration": "20 ms"}, within=0.5),
     ]
+    with tempfile.TemporaryDirectory() as folder:
+        (log := Path(folder) / "log.csv").write_text("time_ms,angle_deg\n0,0\n1,0\n2,-0.01\n")
+        free = ["device.resistance"]
+        studies.append(made("identify", "hybrid-wall", [log], {"run.duration": "4 ms"}, free=free, held=[log]))
     for study in studies:
         use(study, "summary", "pictures")
         study._repr_html_(), study._repr_png_(), repr(study), str(study)

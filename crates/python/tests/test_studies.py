@@ -2,9 +2,11 @@
 
 import os
 import signal
+import tempfile
 import threading
 import time
 import unittest
+from pathlib import Path
 
 import hpu
 from common import options, told, without
@@ -48,6 +50,32 @@ class Studies(unittest.TestCase):
         self.assertEqual(study.summary.keys(), command.keys())
         self.assertEqual({key: study.summary[key] for key in kept}, {key: command[key] for key in kept})
         self.assertIsNone(study._repr_png_())
+
+    def test_keys_are_identified_as_by_the_command(self):
+        text = """about = "A shorted motor runs down."
+clock.frequency = "1 MHz"
+device = { kind = "motor", motor = "vasudevan_2007", initial_speed = "60 rad/s" }
+method = { kind = "hybrid", sample_rate = "1 kHz", damping_format = "(0,8,4)" }
+wall = { position = "3 rad", stiffness = 0 }
+hand.kind = "none"
+run.duration = "40 ms"
+"""
+        with tempfile.TemporaryDirectory() as folder:
+            scene, logs = Path(folder) / "motor.toml", []
+            scene.write_text(text)
+            for resistance in (2.5, 2.6):
+                run = hpu.run(scene, {"device.resistance": resistance}, trace=True).trace
+                rows = zip(run["time_s"][:-1], run["angle_rad"][:-1])
+                logs.append(Path(folder) / f"{resistance}.csv")
+                logs[-1].write_text("time_s,angle_rad\n" + "".join(f"{time},{angle}\n" for time, angle in rows))
+            study = hpu.identify(scene, logs[:1], free=["device.resistance"], held=logs[1:])
+            command = told("identify", str(scene), str(logs[0]), "--free=device.resistance", f"--held={logs[1]}")
+            self.assertEqual(study.summary, command)
+            self.assertAlmostEqual(study.summary["keys"][0]["value"], 2.5, places=3)
+            self.assertEqual(len(study.pictures()), 2)
+            with self.assertRaises(hpu.Error) as refusal:
+                hpu.identify(scene, logs[:1], free="device.resistanc")
+            self.assertIn("did you mean device.resistance?", str(refusal.exception))
 
     def test_keys_and_scenes_are_those_of_the_command(self):
         self.assertEqual(hpu.keys(), told("keys")["keys"])

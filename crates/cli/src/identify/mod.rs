@@ -13,7 +13,7 @@ use hpu_study::identify::{Free, Identified, Met};
 
 use crate::command::CommandLine;
 use crate::document::{Content, Document, Section};
-use crate::page::{self as pages, show};
+use crate::page::{self as pages, Answer, show};
 use crate::scene;
 use crate::shell::{Exit, Failure, Folder, Watch, hdl, interrupt};
 
@@ -85,6 +85,12 @@ impl Identification {
         };
         self.runs.iter().zip(&self.held).map(picture).collect()
     }
+}
+
+/// Returns the page of the identified keys and the pictures of the logs; `None` when stopped.
+pub fn answer(args: &Args, source: &SceneFile, watch: Watch) -> Result<Option<Answer>, Failure> {
+    let Some(result) = find(args, source, watch)? else { return Ok(None) };
+    Ok(Some(Answer { page: page::page(&args.scene, &result), pictures: result.pictures(&command(args)) }))
 }
 
 /// Runs `hpu identify`.

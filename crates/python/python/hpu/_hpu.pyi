@@ -217,6 +217,16 @@ def fit(
     progress: Progress | None = None,
     **keys: Value,
 ) -> Study: ...
+def identify(
+    scene: SceneLike,
+    logs: list[str | PathLike[str]] = ...,
+    overrides: Overrides | None = None,
+    *,
+    free: str | Iterable[str],
+    held: list[str | PathLike[str]] | None = None,
+    progress: Progress | None = None,
+    **keys: Value,
+) -> Study: ...
 def keys(section: str | None = None) -> list[dict[str, Any]]: ...
 def scenes() -> dict[str, str]: ...
 def blocks() -> tuple[str, ...]: ...
