@@ -127,14 +127,51 @@ fn what_cannot_be_identified_is_refused_with_its_reason() {
     refused(4, &[&log, "--free", "device.viscous_friction"], "starts at 0");
     refused(4, &[&log, "--free", "wall.position"], "wall.position has no effect on the runs");
     refused(4, &["/nowhere.csv", "--free", key], "cannot read `/nowhere.csv`");
+    // An encoder with a fourth of the lines, its counts taken times 4.
+    let mut fourth = "time_ms,count\n".to_string();
+    (0..20).for_each(|row| _ = writeln!(fourth, "{row},{}", 4 * (5 * row - row * row / 10)));
     for (name, rows, said) in [
         ("again.csv", "time_ms,count\n1,0\n2,0\n2,1\n", "again.csv:4: time must increase"),
+        ("back.csv", "time_ms,count\n1,0\n3,0\n2,1\n", "back.csv:4: time must increase"),
+        ("half.csv", "time_ms,count\n1,0\n2,19.5\n", "half.csv:3: `19.5` is not a count; write a whole number"),
+        ("none.csv", "time_ms,count\n1,0\n2,nan\n", "none.csv:3: "),
+        ("units.csv", "time_h,angle_mm\n1,0\n2,19\n", "units.csv:1: "),
+        ("fourth.csv", &fourth, "all 20 counts are 4 apart, or a multiple of it"),
         ("few.csv", "time_ms,count\n1,19\n", "1 rows for 1 keys"),
         ("unit.csv", "time_ms,angle_rad\n0,0\n10,31\n20,57\n30,77\n40,93\n50,105\n", "times as far as the run"),
     ] {
         fs::write(dir.join(name), rows).expect("written");
         refused(4, &[&dir.join(name).display().to_string(), "--free", key], said);
     }
+}
+
+#[test]
+fn positions_between_counts_are_none_of_a_counter() {
+    let dir = scratch("identify-between");
+    let scene = dir.join("motor.toml").display().to_string();
+    fs::write(&scene, format!("{SCENE}expect.recording = {{ file = \"log.csv\", column = \"position\" }}\n"))
+        .expect("written");
+    let mut log = "time_ms,angle_rad\n".to_string();
+    counts(60.0).iter().zip(0..).for_each(|(count, row)| _ = writeln!(log, "{row},{}", (*count as f64 + 0.5) * COUNT));
+    fs::write(dir.join("log.csv"), log).expect("written");
+    let output = run(&["identify", &scene, "--free", "device.coulomb_friction"]);
+    assert_refused(&output, 4, &["counts at 0.000000 s of the run; a counter has whole counts"]);
+}
+
+#[test]
+fn a_clock_that_drifts_is_told() {
+    let dir = scratch("identify-drift");
+    let scene = dir.join("motor.toml").display().to_string();
+    let recording = "expect.recording = { file = \"log.csv\", shift = 20, step = \"500 us\" }";
+    fs::write(&scene, format!("{SCENE}{recording}\n")).expect("written");
+    // A clock that is 10 % fast: the later a row, the sooner it lies in the run.
+    let mut log = "time_ms,count\n".to_string();
+    for (count, row) in counts(60.0).iter().zip(0..) {
+        _ = writeln!(log, "{},{count}", 1.1 * f64::from(row));
+    }
+    fs::write(dir.join("log.csv"), log).expect("written");
+    let said = stdout(&run(&["identify", &scene, "--free", "device.resistance"]));
+    assert!(said.contains("for its second: a clock drifts"), "{said}");
 }
 
 #[test]

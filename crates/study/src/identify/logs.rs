@@ -61,6 +61,16 @@ impl LogRun {
         let unit = experiment.setup().units().position;
         let kind = if unit == "m" { Unit::Length } else { Unit::Angle };
         let (mut motion, taken) = log.read(&bytes, kind).map_err(|error| Error::new(format!("{file}:{error}")))?;
+        if let Motion::Counts(counts) = &motion
+            && let Some(step) = coarser(counts)
+        {
+            let reason = format!(
+                "all {} counts are {step} apart, or a multiple of it, which the scene's encoder would not give; \
+                 write the lines, or the resolution, of the encoder that made the log",
+                counts.len()
+            );
+            return Err(Error::new(format!("{file}: {reason}")));
+        }
         // The middle of a count beside the position itself: a sum of squares without the steps of this quantiser.
         if let (Motion::Counts(counts), None) = (&motion, &log.column) {
             let middle = |(time_s, number): &(f64, i64)| (*time_s, (*number as f64 + 0.5) * count);
@@ -136,6 +146,19 @@ impl LogRun {
         let of = if gaps.len() == 1 { "a gap".into() } else { format!("{} gaps, the first", gaps.len()) };
         Some(format!("{of} of {:.6} s behind row {}, of rows {usual:.6} s apart", apart[first], first + 1))
     }
+}
+
+/// Returns the step of which all changes of at least ten are multiples, if it is not 1.
+fn coarser(counts: &[(f64, i64)]) -> Option<u64> {
+    let changes = counts.windows(2).map(|pair| pair[1].1.abs_diff(pair[0].1)).filter(|change| *change > 0);
+    let divisor = |mut a: u64, mut b: u64| {
+        while b > 0 {
+            (a, b) = (b, a % b);
+        }
+        a
+    };
+    let (step, found) = changes.fold((0, 0), |(step, found), change| (divisor(step, change), found + 1));
+    (found >= 10 && step > 1).then_some(step)
 }
 
 /// Runs all scenes beside their logs with keys changed; each log at its shift, or at the best one. Returns `None` when
