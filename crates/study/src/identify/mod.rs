@@ -5,8 +5,8 @@
 //! count to some counts, and the optimum is where these slopes call the sum least: the mean of many steps, which
 //! scatters less than the lowest place.
 //!
-//! Intervals allow for differences that last for many rows (`scatter.rs`); the naive ones of independent rows stand
-//! beside them. Each key is moved away from its optimum, the others following, to see on which sides the sum rises at
+//! Intervals allow for differences that last for many rows (`scatter.rs`), and for a sum that is rough by more than
+//! these tell; the naive ones of independent rows stand beside them. Each key is moved away from its optimum, the others following, to see on which sides the sum rises at
 //! all.
 
 pub mod logs;
@@ -28,6 +28,8 @@ const FARTHEST: f64 = 1.386_294_4;
 const SECANT: [f64; 2] = [0.25, 4.0];
 /// The last steps, at most.
 const POLISHES: usize = 3;
+/// The roughness of a sum that intervals allow for, at most: a sum near 0 has no other share.
+const MOST_ROUGH: f64 = 0.25;
 /// By how much steps may raise the sum at an optimum.
 const ROUGH: f64 = 1.1;
 /// The most steps by which logs are shifted, all together.
@@ -179,7 +181,7 @@ pub fn identify(free: &[Free], runs: Runs) -> Result<Option<Identified>, Error> 
     if let Some(Free { key, .. }) = free.iter().find(|free| free.start == 0.0) {
         return Err(Error::new(format!("{key} starts at 0; set a start of its size and sign: --set {key}=...")));
     }
-    let mut search = Search { free, runs, sets: 0, shifts: None };
+    let mut search = Search { free, runs, sets: 0, shifts: None, rough: 0.0 };
     match search.identify() {
         Ok(found) => Ok(Some(found)),
         Err(Ended::Stopped) => Ok(None),
@@ -210,6 +212,8 @@ struct Search<'a, 'r> {
     sets: usize,
     /// The shifts of the logs; none while each run finds its own.
     shifts: Option<Vec<i64>>,
+    /// By what share the sum lies beside what the slopes expect, at the last place with slopes: 0 of a smooth sum.
+    rough: f64,
 }
 
 impl Search<'_, '_> {
@@ -231,22 +235,22 @@ impl Search<'_, '_> {
     /// Returns the secants around a place. `over` are their half lengths, which are made longer or shorter until the
     /// runs differ as [`SECANT`] says, and kept.
     fn slopes(&mut self, at: &Place, over: &mut [f64]) -> Result<Slopes, Ended> {
-        let mut columns = Vec::new();
+        let (mut columns, mut rough) = (Vec::new(), Vec::new());
         for (key, over) in over.iter_mut().enumerate() {
             let mut tries = 0;
-            let (apart, length) = loop {
+            let (above, below, apart, length) = loop {
                 let (above, below) = (self.moved(at, key, *over)?, self.moved(at, key, -*over)?);
                 let length = above.at[key] - below.at[key];
                 let apart = apart(&above.rows, &below.rows);
                 let rms = (apart.iter().map(|off| off * off).sum::<f64>() / apart.len() as f64).sqrt();
                 tries += 1;
                 if tries == 6 || (SECANT[0]..=SECANT[1]).contains(&rms) {
-                    break (apart, length);
+                    break (above, below, apart, length);
                 }
                 let wanted = if rms < SECANT[0] { *over * 3.0 } else { *over / 3.0 };
                 let wanted = wanted.clamp(1e-5, 0.5);
                 if wanted == *over {
-                    break (apart, length);
+                    break (above, below, apart, length);
                 }
                 *over = wanted;
             };
@@ -255,8 +259,18 @@ impl Search<'_, '_> {
                 let reason = format!("{key} has no effect on the runs; leave it out of --free");
                 return Err(Ended::Failed(Error::new(reason)));
             }
-            columns.push(apart.iter().map(|off| off / length).collect::<Vec<f64>>());
+            let column: Vec<f64> = apart.iter().map(|off| off / length).collect();
+            for place in [above, below] {
+                let by = place.at[key] - at.at[key];
+                let along = at.rows.iter().flat_map(|rows| &rows.off).zip(&column);
+                let expected: f64 = along.map(|(off, slope)| (off + by * slope).powi(2)).sum();
+                rough.push((place.sum / expected - 1.0).abs());
+            }
+            columns.push(column);
         }
+        // Keys of which a limit is near are no straight lines, and no rough ones.
+        rough.sort_by(f64::total_cmp);
+        self.rough = rough[(rough.len() - 1) / 2].min(MOST_ROUGH);
         Ok((0..columns[0].len()).map(|row| columns.iter().map(|column| column[row]).collect()).collect())
     }
 
@@ -377,7 +391,7 @@ impl Search<'_, '_> {
         let mut found = Vec::new();
         for (key, free) in self.free.iter().enumerate() {
             let (sd, quantile) = (scatter.sds[key], scatter.quantiles[key]);
-            let most = 1.0 + quantile.powi(2) / scatter.effective[key];
+            let most = 1.0 + quantile.powi(2) / scatter.effective[key] + 2.0 * self.rough;
             let (bound, profile) = self.profile(&best, &slopes, key, (sd, most))?;
             let value = free.value(best.at[key]);
             // Steps of the sum can end a profile too early.
@@ -427,15 +441,20 @@ impl Search<'_, '_> {
                 Ok(((place.at[key] - best.at[key]).abs(), ratio))
             };
             let (mut inside, mut distance) = ((0.0, 1.0), sd.clamp(1e-4, FARTHEST / 16.0));
+            // A step of a rough sum may reach as far up, and the sum fall again: what lies farther has to be as high.
+            let mut above = None;
             let mut outside = loop {
                 let (reached, ratio) = risen(distance)?;
-                if ratio >= most {
-                    break Some((reached, ratio));
+                if ratio < most {
+                    (inside, above) = ((reached, ratio), None);
+                } else if above.is_some() {
+                    break above;
+                } else {
+                    above = Some((reached, ratio));
                 }
                 if distance >= FARTHEST || reached < 0.999 * distance {
-                    break None;
+                    break above;
                 }
-                inside = (reached, ratio);
                 distance = (distance * 1.8).min(FARTHEST);
             };
             // Most sums rise as a square, but a limit that the motion does not reach costs nothing up to a point.
