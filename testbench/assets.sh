@@ -5,7 +5,7 @@ set -eu
 cd "$(dirname "$0")/.."
 
 rm -rf crates/assets/files
-for file in hdl/*.vhd hdl/generated/*.vhd testbench/scenes/* testbench/parts/*/* testbench/recordings/qube/* \
+for file in hdl/*.vhd hdl/generated/*.vhd testbench/scenes/* testbench/parts/*/* testbench/recordings/qube/[aLR]* \
     testbench/recordings/epfl-paddle/*.csv \
     testbench/studies/*.toml testbench/hands.toml testbench/vhdl/vector_reader.vhd testbench/vhdl/hpu_dut_bridge.vhd \
     testbench/dut/begin.vhd testbench/dut/ci.yml; do

@@ -1,6 +1,7 @@
 //! Keys from logs: oscillations in closed form, in whole counts, with differences that last for many rows.
 
 mod emulated;
+mod qube;
 
 use hpu_study::Error;
 use hpu_study::identify::{Bound, Free, Identified, Rows, identify};
