@@ -133,7 +133,7 @@ pub(crate) fn bridge(s: &Section) -> Result<Bridge, SceneError> {
     Ok(bridge)
 }
 
-/// Refuses a dead band of a bridge that switches: it takes its share of a mean voltage, and a pulse is the whole supply.
+/// Refuses a dead band of a bridge that switches: it is that of a mean voltage, and a pulse has the whole supply.
 pub(crate) fn agree_on_dead_band(head: &Head, bridge: &Bridge, model: BridgeModel) -> Result<(), SceneError> {
     if bridge.dead_band_v > 0.0 && model == BridgeModel::Switching {
         let reason = "of a mean voltage, and this bridge switches the whole supply; write model.bridge = \"averaged\", \

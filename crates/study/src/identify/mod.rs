@@ -6,8 +6,8 @@
 //! scatters less than the lowest place.
 //!
 //! Intervals allow for differences that last for many rows (`scatter.rs`), and for a sum that is rough by more than
-//! these tell; the naive ones of independent rows stand beside them. Each key is moved away from its optimum, the others following, to see on which sides the sum rises at
-//! all.
+//! these tell; the naive ones of independent rows stand beside them. Each key is moved away from its optimum, the others
+//! following, to see on which sides the sum rises at all.
 
 pub mod logs;
 
