@@ -6,8 +6,8 @@
 //! scatters less than the lowest place.
 //!
 //! Intervals allow for differences that last for many rows (`scatter.rs`), and for a sum that is rough by more than
-//! these tell; the naive ones of independent rows stand beside them. Each key is moved away from its optimum, the others
-//! following, to see on which sides the sum rises at all.
+//! these tell; the naive ones of independent rows stand beside them. Each key is moved away from its optimum, the
+//! others following, to see on which sides the sum rises at all.
 
 pub mod logs;
 
@@ -181,7 +181,7 @@ pub fn identify(free: &[Free], runs: Runs) -> Result<Option<Identified>, Error> 
     if let Some(Free { key, .. }) = free.iter().find(|free| free.start == 0.0) {
         return Err(Error::new(format!("{key} starts at 0; set a start of its size and sign: --set {key}=...")));
     }
-    let mut search = Search { free, runs, sets: 0, shifts: None, rough: 0.0 };
+    let mut search = Search { free, runs, sets: 0, shifts: None, rough: Vec::new() };
     match search.identify() {
         Ok(found) => Ok(Some(found)),
         Err(Ended::Stopped) => Ok(None),
@@ -212,8 +212,9 @@ struct Search<'a, 'r> {
     sets: usize,
     /// The shifts of the logs; none while each run finds its own.
     shifts: Option<Vec<i64>>,
-    /// By what share the sum lies beside what the slopes expect, at the last place with slopes: 0 of a smooth sum.
-    rough: f64,
+    /// By what share the sum lies beside what the slopes expect, along each key or at most keys, at the last place with
+    /// slopes: 0 of a smooth sum.
+    rough: Vec<f64>,
 }
 
 impl Search<'_, '_> {
@@ -260,17 +261,19 @@ impl Search<'_, '_> {
                 return Err(Ended::Failed(Error::new(reason)));
             }
             let column: Vec<f64> = apart.iter().map(|off| off / length).collect();
-            for place in [above, below] {
+            // Where a limit is near on one side, the other one tells how rough the sum is.
+            let beside = [above, below].map(|place| {
                 let by = place.at[key] - at.at[key];
                 let along = at.rows.iter().flat_map(|rows| &rows.off).zip(&column);
                 let expected: f64 = along.map(|(off, slope)| (off + by * slope).powi(2)).sum();
-                rough.push((place.sum / expected - 1.0).abs());
-            }
+                (place.sum / expected - 1.0).abs()
+            });
+            rough.push(beside[0].min(beside[1]).min(MOST_ROUGH));
             columns.push(column);
         }
-        // Keys of which a limit is near are no straight lines, and no rough ones.
-        rough.sort_by(f64::total_cmp);
-        self.rough = rough[(rough.len() - 1) / 2].min(MOST_ROUGH);
+        let mut sorted = rough.clone();
+        sorted.sort_by(f64::total_cmp);
+        self.rough = rough.iter().map(|own| own.max(sorted[(rough.len() - 1) / 2])).collect();
         Ok((0..columns[0].len()).map(|row| columns.iter().map(|column| column[row]).collect()).collect())
     }
 
@@ -391,7 +394,7 @@ impl Search<'_, '_> {
         let mut found = Vec::new();
         for (key, free) in self.free.iter().enumerate() {
             let (sd, quantile) = (scatter.sds[key], scatter.quantiles[key]);
-            let most = 1.0 + quantile.powi(2) / scatter.effective[key] + 2.0 * self.rough;
+            let most = 1.0 + quantile.powi(2) / scatter.effective[key] + 2.0 * self.rough[key];
             let (bound, profile) = self.profile(&best, &slopes, key, (sd, most))?;
             let value = free.value(best.at[key]);
             // Steps of the sum can end a profile too early.

@@ -140,7 +140,11 @@ fn the_arm_of_a_qube_has_a_dead_band_and_another_run_is_predicted() {
     println!("QUBE: q'' = a dz(u) - b q' - c sgn q' - d p'', three runs searched");
     println!("{:8}{:>10}{:>10}{:>10}{:>18}", "key", "value", "from", "to", "another search");
     for (found, (key, _, other)) in found.found.iter().zip(others) {
-        let Bound::Both(low, high) = found.bound else { panic!("{found:?}") };
+        let (low, high) = match found.bound {
+            Bound::Both(low, high) => (low, high),
+            Bound::Upper(high) => (0.0, high),
+            bound => panic!("{key}: {bound:?}"),
+        };
         println!("{key:8}{:10.3}{low:10.3}{high:10.3}{other:18.3}", found.value);
         assert!((low..=high).contains(&other), "{key}: {other}, {found:?}");
     }
