@@ -34,7 +34,7 @@ fn shown(scene: &Shipped) -> Result<Shown> {
     let (control, total) = (Control::default(), AtomicU64::new(0));
     let watch = Watch::Kept { control: &control, total: &total };
     let watching = |_: &AnySimulation| Ok(Watching);
-    let ran = answers::run(&source, &[], watch, watching).map_err(|error| message(&error))?;
+    let ran = answers::run(&source, &[], None, watch, watching).map_err(|error| message(&error))?;
     let (finished, recorded) = ran.ok_or_else(|| message(&"it was stopped"))?;
     let pictures = finished.pictures(&recorded).map_err(|error| message(&error))?;
     // The range of each word is on the page of the run; here the motion is shown, or the bits of a recording.

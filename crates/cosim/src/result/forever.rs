@@ -57,13 +57,16 @@ pub enum Forever {
 /// Why nothing is told of the time after a run.
 pub type NotTold = String;
 
+/// Returns the nets on which those of a set depend, bit `n` net `n`, in a wiring of these instances whose first nets are
+/// inputs: those with a word keep it.
+pub type Live<'a> = dyn Fn(&[Instance], &[Option<i64>], u64) -> u64 + Sync + 'a;
+
 /// The question how a run goes on for ever.
 pub struct Beyond<'a> {
     /// The clock edges after the end of the run up to which a recurrence is looked for.
     pub edges: u64,
-    /// Returns the nets on which those of a set depend, bit `n` net `n`, in a wiring of these instances whose first
-    /// nets are inputs: those with a word keep it.
-    pub live: &'a (dyn Fn(&[Instance], &[Option<i64>], u64) -> u64 + Sync),
+    /// The nets that gates and device depend on.
+    pub live: &'a Live<'a>,
     /// The proof that a device at rest stays there, or why there is none.
     pub prove: &'a (dyn Fn(&Rest) -> Result<Quiet, String> + Sync),
 }

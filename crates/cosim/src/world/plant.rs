@@ -250,10 +250,8 @@ fn stepping(scene: &Scene) -> Option<Stepping> {
 fn actuator(scene: &Scene) -> Result<Actuator, PlantError> {
     let bits = if scene.model.datapath == Datapath::Law { COMMAND_BITS } else { scene.method.pwm.bits };
     let full_scale = 2f64.powi(bits.cast_signed());
-    if let Some(compound) = scene.network.as_deref() {
-        if let Some(dac) = compound.dac {
-            return Ok(Actuator::Converted { dac, width: bits, sign: -1.0 });
-        }
+    if let Some(dac) = scene.network.as_deref().and_then(|compound| compound.dac) {
+        return Ok(Actuator::Converted { dac, width: bits, sign: -1.0 });
     }
     match (&scene.device, &scene.amplifier, scene.model.bridge) {
         (hpu_scene::Device::Motor(_), _, BridgeModel::Switching) => Ok(Actuator::Switching),

@@ -158,6 +158,7 @@ fn a_cell_comes_back_from_its_row_as_it_was() {
         switching: Some(Box::new(Switching { count: 12, bump_n: 2.0 / 7.0, switch_j: None })),
         edges: u64::MAX,
         telling_s: Some(0.3),
+        for_ever: None,
     };
     let displayed = Some(Displayed { stiffness: f64::NEG_INFINITY, asked: 1.0 / 7.0 });
     let touching =

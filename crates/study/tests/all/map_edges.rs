@@ -36,6 +36,7 @@ fn cell(outcome: OutcomeKind, counts: f64, frequency_hz: Option<f64>, overflow_s
         switching: None,
         edges: 1,
         telling_s: None,
+        for_ever: None,
     }))
 }
 

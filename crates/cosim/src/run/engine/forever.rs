@@ -22,6 +22,8 @@ const LEAST_ROWS: u64 = 256;
 
 /// Outputs, each with the edges for which they last.
 type Phases<O> = Vec<(O, u64)>;
+/// Those of a lead, and those that repeat after it.
+type Repeating<O> = (Phases<O>, Phases<O>);
 
 impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone> ClosedLoop<W, E> {
     /// Looks on after the end of a run. The observer is shown no rows.
@@ -116,7 +118,7 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone> ClosedLoop
     }
 
     /// Returns the outputs from the present edge on under inputs that stay: those of a lead, and those that repeat.
-    fn phases(&self) -> Option<(Phases<E::Out>, Phases<E::Out>)> {
+    fn phases(&self) -> Option<Repeating<E::Out>> {
         let (mut wiring, mut out, mut lead) = (self.wiring.clone(), self.out, Vec::new());
         while lead.len() < MOST_PHASES {
             let quiet = wiring.quiet(&self.input);
