@@ -94,7 +94,10 @@ fn the_ripple_bounds_the_rms_that_is_known_in_closed_form() {
         // Counts are those of the band that is given.
         let ripple = found.ripple_counts * 101.0;
         assert!((rms..2.0 * rms).contains(&ripple), "{name} at {of}: {ripple}, rms {rms}");
-        assert_eq!(stays(&scene, &rest).is_ok(), rms < 0.1, "{name} at {of}");
+        // A band that the ripple alone leaves.
+        let narrow =
+            [-0.9, 0.9].map(|side| 1000.5 * scene.encoder.count_rad() + side * rms * scene.encoder.count_rad());
+        assert!(stays(&scene, &Rest { band_rad: narrow, ..rest }).is_err(), "{name} at {of}");
     }
 }
 
@@ -132,14 +135,13 @@ fn friction_holds_a_shaft_as_long_as_the_current_and_the_hand_are_too_weak() {
     }
     // The greatest current of a periodic voltage: V/R (1 - e^(-D T R/L)) / (1 - e^(-T R/L)).
     let hertz = scene.clock.frequency_hz() as f64;
-    let (period, of) = (4096u64, 100u64);
+    let (period, of) = (4096u64, 10u64);
     let fall = |clocks: u64| -(-(clocks as f64) / hertz * ohm / motor.inductance_h).exp_m1();
     let greatest = stall_nm * fall(of) / fall(period);
     let bent = 0.9 * friction - greatest;
+    // It begins without current, below the least of the period: on the other side than the limit.
     let found = held(0.0, bent, vec![(1.0, of), (0.0, period - of)]).expect("nine tenths of friction");
-    // It begins without current, which adds a deviation of the least current of the period at most.
-    let least = greatest * (1.0 - fall(period - of));
-    assert!((0.1 - least / friction - 1e-9..0.1 + 1e-9).contains(&found), "{found}, least current {least}");
+    near(found, 0.1, 1e-9);
     assert!(held(0.0, 1.01 * friction - greatest, vec![(1.0, of), (0.0, period - of)]).is_err());
 }
 
@@ -208,23 +210,24 @@ fn told(name: &str, stiffnesses: u32, dampings: u32) -> [u32; 3] {
 fn where_no_count_is_to_come_none_comes_in_a_run_ten_times_as_long() {
     let [quiet, repeats, settled] = told("hybrid-wall", 4, 3);
     assert!(quiet >= 3 && quiet + repeats + 2 >= settled && settled >= 8, "{quiet} {repeats} of {settled}");
+    // The ripple breaks the shaft loose twice a period, and each period is the one before to the last bit.
     let [quiet, repeats, settled] = told("friction-wall", 2, 2);
-    assert!(quiet >= 1 && quiet + repeats <= settled, "{quiet} {repeats} of {settled}");
+    assert_eq!([quiet, repeats], [0, settled]);
 }
 
-/// The grid of 80 cells: 29 of 64 are quiet, and 28 repeat.
+/// The grids of 80 cells.
 #[test]
 #[ignore = "testbench/long.sh runs it"]
-fn of_a_grid_of_eighty_cells_all_but_seven_that_settle_do_so_for_ever() {
+fn of_three_grids_of_eighty_cells_all_but_five_that_settle_do_so_for_ever() {
     let [quiet, repeats, settled] = told("hybrid-wall", 16, 5);
     println!("hybrid-wall: {quiet} quiet, {repeats} repeat, {settled} settled");
-    assert!(quiet >= 29 && quiet + repeats >= 57 && settled == 64, "{quiet} {repeats} of {settled}");
+    assert!(quiet == 29 && quiet + repeats >= 59 && settled == 64, "{quiet} {repeats} of {settled}");
     let [quiet, repeats, settled] = told("conventional-wall-10khz", 16, 5);
     println!("conventional-wall-10khz: {quiet} quiet, {repeats} repeat, {settled} settled");
     assert!(quiet + repeats == settled && settled == 66, "{quiet} {repeats} of {settled}");
     let [quiet, repeats, settled] = told("friction-wall", 16, 5);
     println!("friction-wall: {quiet} quiet, {repeats} repeat, {settled} settled");
-    assert!(quiet + repeats >= 66 && settled == 77, "{quiet} {repeats} of {settled}");
+    assert!(quiet + repeats == settled && settled == 77, "{quiet} {repeats} of {settled}");
 }
 
 #[test]
