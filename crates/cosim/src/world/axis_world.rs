@@ -530,18 +530,18 @@ impl<'p, I> AxisWorld<'p, I> {
         if let Some((edge, _)) = self.waiting.front() {
             due = due.min(*edge);
         }
-        if let Some(sensors) = &self.sensors {
-            due = due.min(sensors.next_apart());
-        }
         if self.is_scheduled {
             due = due.min(self.schedule.next(self.edge).unwrap_or(u64::MAX));
         }
-        if self.edge < self.begins.0 {
-            due = due.min(self.begins.0);
+        self.next_due = due;
+        if let Some(sensors) = &self.sensors {
+            due = due.min(sensors.next_apart());
+            if self.edge < self.begins.0 {
+                due = due.min(self.begins.0);
+            }
+            self.due_apart = due;
+            self.next_due = sensors.conversions().map_or(due, |(first, _)| due.min(first));
         }
-        self.due_apart = due;
-        let converts = self.sensors.as_ref().and_then(|sensors| sensors.conversions());
-        self.next_due = converts.map_or(due, |(first, _)| due.min(first));
     }
 
     /// Returns the first edge up to `last` at which the device changes by itself.

@@ -73,12 +73,16 @@ pub(crate) struct Way<'c> {
 }
 
 impl Way<'_> {
-    /// Passes a step as [`LoopCircuit::pass_step`] asks, if the synchronizer shows one and no other block is due before
-    /// the edge `others`. Returns the lines, the step and the position.
+    /// Passes a step as [`LoopCircuit::pass_step`] asks, if the synchronizer shows one and `is_due` says of no edge up
+    /// to its last one that another block is due there. Returns the lines, the step and the position.
     #[inline(always)]
-    pub(crate) fn pass(self, edge: u64, others: u64) -> Option<(synchronizer::Out<i64>, [i64; 2])> {
+    pub(crate) fn pass(
+        self,
+        edge: u64,
+        is_due: impl FnOnce(u64) -> bool,
+    ) -> Option<(synchronizer::Out<i64>, [i64; 2])> {
         let Self { sync: (pace, sync), decoder: (decoding, decoder), counter } = self;
-        if pace.due() != edge + 1 || others.min(decoding.due()) <= edge + WAY {
+        if pace.due() != edge + 1 || decoding.due() <= edge + WAY || is_due(edge + WAY) {
             return None;
         }
         pace.catch_up(sync, edge);

@@ -154,10 +154,10 @@ impl<const HELD: bool> LoopCircuit<25> for HapticCircuit<HELD> {
     #[inline(always)]
     fn pass_step(&mut self, edge: u64, words: &mut [i64; 25]) -> Option<Passed> {
         let Paces { sync, decoder, counter, hold, velocity_reg, limiter, .. } = &mut self.paces;
-        let others = counter.due().min(hold.due()).min(velocity_reg.due()).min(limiter.due());
+        let mut others = [counter.due(), hold.due(), velocity_reg.due(), limiter.due()].into_iter();
         let (sync, decoder) = ((sync, &mut self.sync), (decoder, &mut self.decoder));
         let way = Way { sync, decoder, counter: &mut self.counter };
-        let (synchronizer::Out { a, b }, [step, position]) = way.pass(edge, others)?;
+        let (synchronizer::Out { a, b }, [step, position]) = way.pass(edge, |last| others.any(|due| due <= last))?;
         let nets = [(Self::NET.a, a), (Self::NET.b, b), (Self::NET.position, position)];
         let changed = nets.into_iter().fold(0, |changed, (net, word)| changed | put(words, net, word));
         Some(Passed { changed, step: (Self::NET.step, step) })

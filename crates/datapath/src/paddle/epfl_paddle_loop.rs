@@ -300,7 +300,7 @@ impl LoopCircuit<37> for EpflPaddleCircuit {
         let Paces { sync, decoder, .. } = &mut self.paces;
         let (sync, decoder) = ((sync, &mut self.sync), (decoder, &mut self.decoder));
         let way = Way { sync, decoder, counter: &mut self.counter };
-        let (synchronizer::Out { a, b }, [step, position]) = way.pass(edge, others)?;
+        let (synchronizer::Out { a, b }, [step, position]) = way.pass(edge, |last| others <= last)?;
         let nets = [(Self::NET.a, a), (Self::NET.b, b), (Self::NET.position, position)];
         let changed = nets.into_iter().fold(0, |changed, (net, word)| changed | put(words, net, word));
         Some(Passed { changed, step: (Self::NET.step, step) })
