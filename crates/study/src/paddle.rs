@@ -58,6 +58,11 @@ impl widths::Device for PaddleScene {}
 impl widths::search::Device for PaddleScene {}
 
 impl Device for PaddleScene {
+    #[cfg(not(target_family = "wasm"))]
+    fn bounds(&self) -> Result<hpu_prove::ranges::Proof, Error> {
+        Ok(hpu_prove::arms::paddle_proof(self)?)
+    }
+
     fn limited(&self) -> Result<&Scene, Error> {
         Err(Error::new(format_args!("{} follows a target and has no wall", self.name)))
     }

@@ -4,7 +4,7 @@
 use std::f64::consts::PI;
 
 use crate::proofs_common::axis;
-use hpu_cosim::scene::Scene;
+use hpu_cosim::scene::{Experiment, Scene, SceneFile};
 use hpu_prove::ranges::axis_bounds;
 
 /// The motor of all scenes.
@@ -118,4 +118,26 @@ fn commands_of_one_sign_narrow_the_limits() {
     let (wide, narrow) = (limit(&both, "angle"), limit(&one, "angle"));
     assert!(wide.0 < narrow.0 && narrow.1 < wide.1, "{narrow:?} within {wide:?}");
     assert!(narrow.1 - 1.9 < 0.5 * (wide.1 - 1.9), "{narrow:?} within {wide:?}");
+}
+
+#[test]
+fn the_paddles_words_stay_within_the_sums_of_their_codes_and_the_limits_of_their_controllers() {
+    let experiment = SceneFile::find("epfl-paddle-cycle").unwrap().parse(&[]).unwrap();
+    let Experiment::Paddle(scene) = &experiment else { panic!("a scene of the paddle") };
+    let proof = hpu_prove::arms::paddle_proof(scene).unwrap();
+    // 33 codes of 13 bits with their sign, less 33 of -4.42 mA; the filter takes the mean's place among them.
+    let zero = (-0.046_875f64 / 10.6 / (2.5 / (0.75 * 4095.0)) * 33.0).round();
+    let sums = (33.0 * -4096.0 - zero, 33.0 * 4095.0 - zero);
+    // 12 bits of the Hall sensor; 32.3 mN.m over 53.8 mN.m/A in units of the sum; 98 % of 511 steps.
+    for (name, ends) in [
+        ("sum", sums),
+        ("current", sums),
+        ("filtered", (-2048.0, 2047.0)),
+        ("aim", (-24339.0, 24339.0)),
+        ("command", (-501.0, 500.0)),
+    ] {
+        let bound = proof.of(name).unwrap();
+        // A filter cuts off: its least word is some 2^-12 below.
+        assert!(bound.max == ends.1 && (0.0..0.01).contains(&(ends.0 - bound.min)), "{name}: {bound:?}");
+    }
 }
