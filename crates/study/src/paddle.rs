@@ -54,7 +54,11 @@ impl fit::Device for PaddleScene {
 }
 
 impl map::Device for PaddleScene {}
-impl widths::Device for PaddleScene {}
+impl widths::Device for PaddleScene {
+    fn no_fields(&self) -> &'static str {
+        "the loop's formats are fixed: there are no widths to choose"
+    }
+}
 impl widths::search::Device for PaddleScene {}
 
 impl Device for PaddleScene {
