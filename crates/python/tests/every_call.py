@@ -6,6 +6,7 @@ Runs are short, for valgrind is slow. Ends with the number of names called, and 
 import contextlib
 import inspect
 import tempfile
+from pathlib import Path
 
 import numpy as np
 
@@ -67,9 +68,8 @@ def main():
         made("fit", "conventional-wall-100hz", {"run.duration": "20 ms"}, within=0.5),
     ]
     with tempfile.TemporaryDirectory() as folder:
-        (log := Path(folder) / "log.csv").write_text("time_ms,angle_deg\n0,0\n1,0\n2,-0.01\n")
-        free = ["device.resistance"]
-        studies.append(made("identify", "hybrid-wall", [log], {"run.duration": "4 ms"}, free=free, held=[log]))
+        (log := Path(folder) / "log.csv").write_text("time_ms,angle_deg\n0,0\n1,20\n2,60\n3,100\n")
+        studies.append(made("identify", "hybrid-wall", [log], SHORT, free="device.rotor_inertia", held=[log]))
     for study in studies:
         use(study, "summary", "pictures")
         study._repr_html_(), study._repr_png_(), repr(study), str(study)
