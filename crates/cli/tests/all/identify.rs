@@ -191,3 +191,75 @@ fn a_gap_in_a_log_is_told() {
     let value: Value = json(&run(&["identify", &scene, &path.display().to_string(), "--free", FREE, "--json"]));
     assert_eq!(value["keys"][0]["key"], "device.rotor_inertia");
 }
+
+/// Writes the scene of EPFL's paddle for each of its three logs of steps, with the gains and the start of each.
+fn paddles(dir: &Path) -> Vec<String> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").canonicalize().expect("the project");
+    let scene = fs::read_to_string(root.join("testbench/scenes/epfl-paddle-step.toml")).expect("the scene");
+    let logs = [("p05-d0003", "-0.186"), ("p05-d0008", "0.342"), ("p01-d0003", "-0.222")];
+    let written = logs.map(|(log, start)| {
+        let (kp, kd) = (&log[1..3], &log[5..]);
+        let text = scene
+            .replace("../recordings", &root.join("testbench/recordings").display().to_string())
+            .replace("step-p05-d0003", &format!("step-{log}"))
+            .replace("\"-0.186 deg\"", &format!("\"{start} deg\""))
+            .replace("\"0.05 N.m/deg\"", &format!("\"0.{kp} N.m/deg\""))
+            .replace("\"0.0003 N.m.s/deg\"", &format!("\"0.{kd} N.m.s/deg\""));
+        assert!(text.contains(start) && text.contains(&format!("0.{kd} N.m.s/deg")));
+        let path = dir.join(format!("{log}.toml"));
+        fs::write(&path, text).expect("written");
+        path.display().to_string()
+    });
+    written.to_vec()
+}
+
+/// Identifies inertia and friction of the paddle, and one key more. Returns for each key its value and its interval,
+/// whose missing side is infinite.
+fn of_paddle(scenes: &[String], key: Option<&str>, set: &[&str]) -> Vec<[f64; 3]> {
+    let body = |key: &str| format!("device.bodies.paddle.{key}");
+    let keys = [Some(body("inertia")), Some(body("coulomb_friction")), key.map(String::from)];
+    let free = keys.into_iter().flatten().collect::<Vec<_>>().join(",");
+    let logs: Vec<&str> = scenes.iter().map(String::as_str).collect();
+    let options = ["--free", &free, "--json", "--set", "model.bridge=averaged"];
+    let words = [&["identify", logs[0]], &*logs, &options, set].concat();
+    let said = json(&run(&words));
+    let number = |key: &Value, name: &str, other: f64| key[name].as_f64().unwrap_or(other);
+    let row = |key: &Value| {
+        [number(key, "value", f64::NAN), number(key, "low", f64::NEG_INFINITY), number(key, "high", f64::INFINITY)]
+    };
+    said["keys"].as_array().expect("keys").iter().map(row).collect()
+}
+
+/// Inertia and friction are those of a search with another simulator (steps of 1 us, Gauss and Newton), within its
+/// intervals: 5.353 +- 0.025 in 1e-4 kg.m2, and 0.693 +- 0.010 mN.m at the motor.
+#[test]
+#[ignore = "testbench/long.sh runs it"]
+fn three_logs_of_the_paddle_tell_its_inertia_and_friction() {
+    let scenes = paddles(&scratch("identify-paddle"));
+    let found = of_paddle(&scenes, None, &[]);
+    assert!((found[0][0] - 5.353e-4).abs() < 0.025e-4, "{found:?}");
+    assert!((found[1][0] / 15.0 - 0.693e-3).abs() < 0.010e-3, "{found:?}");
+}
+
+/// Each further key beside inertia and friction; for the table of the page.
+#[test]
+#[ignore = "testbench/long.sh runs it"]
+fn three_logs_of_the_paddle_tell_its_other_keys_or_one_side_of_them() {
+    let scenes = paddles(&scratch("identify-paddle-keys"));
+    let zero = ["--set", "method.zero=exact", "--set", "device.sensors.current.offset=4.83 mA"];
+    println!("{:40}{:>14}{:>14}{:>14}", "key, with inertia and friction", "value", "from", "to");
+    for (key, set, accepted) in [
+        // The half code of a converter that rounds down is in the offset.
+        ("device.sensors.current.offset", &zero[..], 4.87e-3..5.51e-3),
+        ("device.bodies.paddle.return_spring", &[], 0.0147..0.0183),
+        ("device.drive.resistance", &[], 9.5..12.0),
+        ("device.drive.inductance", &[], 0.3e-3..1.5e-3),
+        ("method.current_share", &[], 0.045..0.052),
+        ("method.integral_limit", &[], 5.0..100.0),
+        ("device.bodies.paddle.viscous_friction", &[], 0.0..8e-4),
+    ] {
+        let [value, low, high] = of_paddle(&scenes, Some(key), set)[2];
+        println!("{key:40}{value:14.5}{low:14.5}{high:14.5}");
+        assert!(accepted.contains(&value), "{key}: {value} {low} {high}");
+    }
+}
