@@ -5,14 +5,14 @@
 //! the same plant if closed switches carry the current in both, so the motion is the periodic one plus a deviation that
 //! dies out. Two facts bound it:
 //!
-//! - The deviation's energy, `L i² + J ω² + k θ²` over two, never grows: winding, friction and the hand's damper only
-//!   take from it. So its angle never exceeds the root of twice its energy over the hand's stiffness `k`.
+//! - The deviation's energy, `L i² + J ω² + k θ²` over two, never grows: winding, friction and the hand's damper
+//!   only take from it. So its angle never exceeds the root of twice its energy over the hand's stiffness `k`.
 //! - Some power of two of the period at least halves every deviation, which is proved for its map. A state that a
 //!   period moves by `r` is then within `2 n |r|` of the periodic one, after `n` periods.
 //!
-//! So a state is computed in `f64` that a period almost leaves as it is, and all else in intervals: where a period takes
-//! it, what angles it passes, and how far the device is from it. If all of that stays inside the count, no count ever
-//! arrives. The proof is about the motion of real numbers from the emulator's state on, rounded once.
+//! So a state is computed in `f64` that a period almost leaves as it is, and all else in intervals: where a period
+//! takes it, what angles it passes, and how far the device is from it. If all of that stays inside the count, no count
+//! ever arrives. The proof is about the motion of real numbers from the emulator's state on, rounded once.
 //!
 //! A shaft that friction holds has a current alone, and stays as long as its torque is below friction's.
 

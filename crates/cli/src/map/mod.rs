@@ -68,8 +68,8 @@ pub(crate) struct Args {
     /// How long a cell may take. One that takes longer is not run: the same command runs it again
     #[arg(long, value_name = "TIME", default_value = "30min", value_parser = values::time)]
     cell_timeout: Duration,
-    /// Let each cell that is run look on after its end for so long [default: 10s]: is it proved that it stays settled for
-    /// ever, or repeats? Such cells have a mark in a corner
+    /// Let each cell that is run look on after its end for so long [default: 10s]: is it proved that it stays settled
+    /// for ever, or repeats? Such cells have a mark in a corner
     #[arg(long, value_name = "TIME", num_args = 0..=1, require_equals = true, default_missing_value = "10s",
         value_parser = values::time, conflicts_with = "from")]
     for_ever: Option<Duration>,

@@ -50,7 +50,7 @@ fn options(verb: &[String]) -> BTreeSet<String> {
     let help = stdout(&run(&[&verb[..], &["--help"]].concat()));
     let lines = help.lines().filter(|line| line.trim_start().starts_with('-'));
     let words = lines.flat_map(|line| line.split_whitespace().take(2)).filter(|word| word.starts_with("--"));
-    words.map(|word| word.trim_end_matches(',').to_string()).collect()
+    words.map(|word| word.split([',', '[']).next().unwrap_or(word).to_string()).collect()
 }
 
 /// Returns the text of one option in the help of a verb, without line breaks; `None` where the verb has no such option.

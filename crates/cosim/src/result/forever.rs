@@ -8,7 +8,14 @@
 use hpu_datapath::Instance;
 use hpu_plant::Standing;
 
-use crate::result::summary::Recurrence;
+/// A run's state at one clock edge was, to the last bit, that at an earlier one.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Recurrence {
+    /// The earlier edge. The state may have recurred before, which was not looked at.
+    pub from: u64,
+    /// The clock edges from one to the other. It may be a multiple of the least period.
+    pub period: u64,
+}
 
 /// A device under outputs that repeat for ever as long as no count arrives.
 #[derive(Clone, PartialEq, Debug)]
@@ -57,8 +64,8 @@ pub enum Forever {
 /// Why nothing is told of the time after a run.
 pub type NotTold = String;
 
-/// Returns the nets on which those of a set depend, bit `n` net `n`, in a wiring of these instances whose first nets are
-/// inputs: those with a word keep it.
+/// Returns the nets on which those of a set depend, bit `n` net `n`, in a wiring of these instances whose first nets
+/// are inputs: those with a word keep it.
 pub type Live<'a> = dyn Fn(&[Instance], &[Option<i64>], u64) -> u64 + Sync + 'a;
 
 /// The question how a run goes on for ever.

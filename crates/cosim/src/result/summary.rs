@@ -3,7 +3,7 @@
 use hpu_plant::Energy;
 use hpu_signal::{Signal, SignalUse};
 
-use crate::result::forever::{Forever, NotTold};
+use crate::result::forever::{Forever, NotTold, Recurrence};
 use crate::result::heard::Heard;
 use crate::result::stays::Stays;
 use crate::result::trace::{ANGLE, TORQUE, Trace};
@@ -81,15 +81,6 @@ impl EnergyAudit {
             ..Self::default()
         }
     }
-}
-
-/// A run's state at one clock edge was, to the last bit, that at an earlier one.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Recurrence {
-    /// The earlier edge. The state may have recurred before, which was not looked at.
-    pub from: u64,
-    /// The clock edges from one to the other. It may be a multiple of the least period.
-    pub period: u64,
 }
 
 /// A position counter that wrapped under its device: the distance to the wall did not fit its width.

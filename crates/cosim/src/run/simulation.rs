@@ -493,6 +493,7 @@ struct Run<'a> {
     clock: Clock,
     observer: (Judged<'a>, Option<&'a mut dyn Observe>),
     control: &'a Control,
+    #[cfg_attr(target_family = "wasm", allow(dead_code, reason = "a page does not look on after the end"))]
     beyond: Option<&'a Beyond<'a>>,
 }
 
@@ -517,7 +518,7 @@ impl<'s> LoopVisitor<'s> for Run<'_> {
         let of_world = run.world.summary();
         let nets = run.wiring.nets().into_iter().zip(run.wiring.uses());
         let nets = nets.map(|(signal, usage)| of_world.used(signal, usage));
-        let mut summary = Summary {
+        let summary = Summary {
             complete,
             edges: run.edge(),
             wall_s: start.seconds(),
@@ -531,12 +532,14 @@ impl<'s> LoopVisitor<'s> for Run<'_> {
         };
         let (contact, over) = (self.observer.0.contact(run.edge()), run.world.over());
         #[cfg(not(target_family = "wasm"))]
-        if let Some(beyond) = self.beyond.filter(|_| complete) {
+        let forever = self.beyond.filter(|_| complete).map(|beyond| {
             // No row is shown beyond the end, so this trace stays empty.
             let mut nothing = Trace::new(self.clock, self.stride, Vec::new(), Vec::new());
             let judged = Judged { trace: &mut nothing, contact: Contact::of(usize::MAX, u64::MAX), reals: 0 };
-            summary.forever = Some(run.last(beyond, &mut (judged, None::<&mut dyn Observe>), self.control));
-        }
+            run.last(beyond, &mut (judged, None::<&mut dyn Observe>), self.control)
+        });
+        #[cfg(not(target_family = "wasm"))]
+        let summary = Summary { forever, ..summary };
         (summary, contact, over)
     }
 }

@@ -79,7 +79,7 @@ pub trait World: Clone {
     fn coast(&mut self, _edges: u64) {
         unreachable!("no world coasts that does not idle")
     }
-    /// Moves on over samples of the converter whose code is an input, before `limit` and while nothing else changes, and
+    /// Moves on over samples of the converter whose code is an input, before `limit` while nothing else changes, and
     /// appends their codes. Calls `before` with the last sample's edge before it leaves the present one. Returns the
     /// edge of the first sample, and the edges from one to the next.
     fn convert(&mut self, _limit: u64, _before: impl FnOnce(&Self, u64), _codes: &mut Vec<i64>) -> (u64, u64) {

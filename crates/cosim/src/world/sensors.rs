@@ -130,8 +130,8 @@ impl<'p> Sensors<'p> {
         self.samplers.iter().enumerate().filter(apart).map(|(_, sampler)| sampler.due()).min().unwrap_or(u64::MAX)
     }
 
-    /// Returns the edge of the next sample of a current whose word an input shows at once, and the edges from one to the
-    /// next.
+    /// Returns the edge of the next sample of a current whose word an input shows at once, and the edges from one to
+    /// the next.
     pub(crate) fn conversions(&self) -> Option<(u64, u64)> {
         self.converter.map(|place| (self.samplers[place].next, self.samplers[place].period))
     }

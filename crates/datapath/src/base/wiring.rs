@@ -125,8 +125,9 @@ pub trait Wiring: Block {
         (0, 0)
     }
     /// Ticks while a converter gives these codes, up to the last one: the first comes after so many edges, the others
-    /// so many edges apart. All come within the edges that [`gathers`](Wiring::gathers) has just announced.
-    fn gather(&mut self, _: (u64, u64), _codes: &[i64]) {
+    /// so many edges apart. All come within the edges that [`gathers`](Wiring::gathers) has just announced. Returns the
+    /// edges at which a block is due or a code changes.
+    fn gather(&mut self, _: (u64, u64), _codes: &[i64]) -> u64 {
         unreachable!("no codes are gathered")
     }
     /// Returns how the outputs repeat from the edge just ticked on while this input stays, or `None` if they do not.

@@ -49,7 +49,9 @@ pub trait LoopCircuit<const N: usize>: Circuit<N> + PartialEq {
         (0, 0)
     }
     /// See [`Wiring::gather`]; the first code comes at the edge `first`. Tells all words that the nets show.
-    fn gather(&mut self, _: (u64, u64), _codes: &[i64], _words: &mut [i64; N], _tell: impl FnMut(usize, i64)) {}
+    fn gather(&mut self, _: (u64, u64), _codes: &[i64], _words: &mut [i64; N], _tell: impl FnMut(usize, i64)) -> u64 {
+        0
+    }
     /// The nets that a step of the encoder changes before it comes to the position; none if
     /// [`pass_step`](Self::pass_step) computes nothing.
     const PASSED: Set = 0;
@@ -492,15 +494,16 @@ impl<C: LoopCircuit<N>, const N: usize> Wiring for CircuitLoop<C, N> {
     }
 
     #[inline(never)]
-    fn gather(&mut self, (first, period): (u64, u64), codes: &[i64]) {
+    fn gather(&mut self, (first, period): (u64, u64), codes: &[i64]) -> u64 {
         let (mut changed, meter, times) = (0, &mut self.meter, (self.edge + first, period));
-        self.circuit.gather(times, codes, &mut self.words, |net, word| {
+        let ticks = self.circuit.gather(times, codes, &mut self.words, |net, word| {
             changed |= 1 << net;
             meter.range_of(net, word);
         });
         self.edge += first + period * (codes.len() as u64 - 1);
         self.spread(self.edge, changed, self.lost);
         self.range();
+        ticks
     }
 
     #[inline]

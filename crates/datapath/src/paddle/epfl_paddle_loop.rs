@@ -269,19 +269,24 @@ impl LoopCircuit<37> for EpflPaddleCircuit {
         codes: &[i64],
         words: &mut [i64; 37],
         mut tell: impl FnMut(usize, i64),
-    ) {
+    ) -> u64 {
         let Nets { code, sum, zero, adc_period, .. } = Self::NET;
         let (block, pace) = (&mut self.window_of_codes, &mut self.paces.window_of_codes);
         let mut input = window_sum::In { code: words[code], zero: words[zero], period: words[adc_period] };
         let (mut due, last) = (pace.due(), first + period * (codes.len() as u64 - 1));
         let (mut total, mut ends) = (words[sum], [words[sum]; 2]);
         let given = (first..).step_by(period as usize).zip(codes);
+        let mut ticks = 0;
         for (at, next) in given.chain([(last + 1, &codes[codes.len() - 1])]) {
             while due < at {
+                let before = total;
                 total = block.sampled(input).sum;
+                // A window that was full of this code is not due.
+                ticks += u64::from(total != before || !block.is_full(input.code));
                 ends = [ends[0].min(total), ends[1].max(total)];
                 due += edges(input.period);
             }
+            ticks += u64::from(input.code != *next && due != at);
             input.code = *next;
         }
         block.wait(due - last - 1);
@@ -290,6 +295,7 @@ impl LoopCircuit<37> for EpflPaddleCircuit {
         (words[code], words[sum]) = (input.code, total);
         ends.iter().for_each(|word| tell(sum, *word));
         codes.iter().for_each(|word| tell(code, *word));
+        ticks
     }
 
     const PASSED: Set = 1 << Self::NET.a | 1 << Self::NET.b | 1 << Self::NET.step | 1 << Self::NET.error;

@@ -98,6 +98,11 @@ impl WindowSum {
         Out { sum: self.sums[1] }
     }
 
+    /// Whether all codes of the window are this one.
+    pub(crate) fn is_full(&self, code: i64) -> bool {
+        (1..=self.history.window()).all(|ago| self.history.ago(0, 0, ago) == code)
+    }
+
     /// Lets the next sample edge come after this number of other edges.
     pub(crate) fn wait(&mut self, edges: u64) {
         self.countdown = Countdown::after(edges as u32);
@@ -173,9 +178,11 @@ impl Block for WindowSum {
 
     #[inline]
     fn quiet(&self, input: &In<i64>) -> u64 {
-        let window = self.history.window();
-        let is_full = || (1..=window).all(|ago| self.history.ago(0, 0, ago) == input.code);
-        if self.primed && self.sample(input) == self.sums && is_full() { u64::MAX } else { self.countdown.left() }
+        if self.primed && self.sample(input) == self.sums && self.is_full(input.code) {
+            u64::MAX
+        } else {
+            self.countdown.left()
+        }
     }
 
     #[inline]

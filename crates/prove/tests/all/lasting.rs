@@ -87,12 +87,11 @@ fn the_ripple_bounds_the_rms_that_is_known_in_closed_form() {
         let mean_a = of as f64 / period as f64 * scene.bridge.supply_v / ohm;
         rest.standing.current_a = mean_a;
         rest.standing.intent_rad -= motor.torque_constant_nm_per_a * mean_a / scene.hand.grip().0;
-        let wide =
-            [rest.band_rad[0] - 50.0 * scene.encoder.count_rad(), rest.band_rad[1] + 50.0 * scene.encoder.count_rad()];
+        let wide = [-5000.0, 5001.0].map(|counts| rest.band_rad[0] + counts * scene.encoder.count_rad());
         let widened = Rest { band_rad: wide, ..rest.clone() };
         let found = stays(&scene, &widened).unwrap_or_else(|why| panic!("{name}: {why}"));
         // Counts are those of the band that is given.
-        let ripple = found.ripple_counts * 101.0;
+        let ripple = found.ripple_counts * 10_001.0;
         assert!((rms..2.0 * rms).contains(&ripple), "{name} at {of}: {ripple}, rms {rms}");
         // A band that the ripple alone leaves.
         let narrow =

@@ -7,8 +7,8 @@ use std::time::Duration;
 use hpu_cosim::dut::{self, Inside};
 use hpu_cosim::scene::{Experiment, OutcomeKind};
 use hpu_cosim::{
-    AnySimulation, Beyond, Control, Driver, Forever, Simulation, Summary, Verdict, Wired, WiredSimulation,
-    displayed_stiffness, product_wraps, unseen_contact,
+    AnySimulation, Control, Driver, Forever, Simulation, Summary, Verdict, Wired, WiredSimulation, displayed_stiffness,
+    product_wraps, unseen_contact,
 };
 
 use hpu_farm::form;
@@ -225,7 +225,7 @@ impl Cell {
             return Err(format!("{most}: lower record.plant_rate or run.duration").into());
         }
         let mut trace = simulation.brief_trace();
-        let CellLimits { events, guard, for_ever } = limits;
+        let CellLimits { events, guard, .. } = limits;
         let mut switches = experiment.switches(&simulation);
         let mut nothing = ();
         let run = |own: &Control| match &simulation {
@@ -235,9 +235,10 @@ impl Cell {
                     None => &mut nothing,
                 };
                 #[cfg(not(target_family = "wasm"))]
-                if let Some(longest) = for_ever {
-                    let ask =
-                        |asked: &Beyond| ours.run_beyond(Driver::Events, &mut trace, &mut *observer, own, Some(asked));
+                if let Some(longest) = limits.for_ever {
+                    let ask = |asked: &hpu_cosim::Beyond| {
+                        ours.run_beyond(Driver::Events, &mut trace, &mut *observer, own, Some(asked))
+                    };
                     return Ok(lasting::beyond(experiment, longest.as_secs_f64(), ask));
                 }
                 Ok(ours.run(Driver::Events, &mut trace, observer, own))

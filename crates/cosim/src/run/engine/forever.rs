@@ -5,8 +5,7 @@ use hpu_signal::Observe;
 
 use super::rows::Rows;
 use super::{ClosedLoop, Control, Driver};
-use crate::result::forever::{Beyond, Forever, NotTold, Rest};
-use crate::result::summary::Recurrence;
+use crate::result::forever::{Beyond, Forever, NotTold, Recurrence, Rest};
 use crate::result::trace::ANGLE;
 use crate::world::World;
 

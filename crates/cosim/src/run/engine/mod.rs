@@ -364,8 +364,7 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         let has_some = !codes.is_empty();
         if has_some {
             (self.edge, self.turned) = (self.world.edge(), false);
-            self.ticks += codes.len() as u64;
-            self.wiring.gather((first - edge, period), &codes);
+            self.ticks += self.wiring.gather((first - edge, period), &codes);
             self.world.place(&mut self.input);
             codes.clear();
         }

@@ -23,7 +23,7 @@ use hpu_signal::{Cycle, Observe};
 use super::Driver;
 use super::rows::Recorded;
 use super::{ClosedLoop, Control};
-use crate::result::summary::Recurrence;
+use crate::result::forever::Recurrence;
 use crate::world::World;
 
 /// The number of copies held, and the number where the outputs changed [`OFTEN`] times or more for each count: periods
@@ -293,8 +293,8 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone> ClosedLoop
         mark & far.passed != 0
     }
 
-    /// Runs on by so many edges at a time, after which the outputs repeat as long as no count arrives, up to `most` times
-    /// or until one arrives. Compares each state of the world with one before, as for counts.
+    /// Runs on by so many edges at a time, after which the outputs repeat as long as no count arrives, up to `most`
+    /// times or until one arrives. Compares each state of the world with one before, as for counts.
     #[cfg(not(target_family = "wasm"))]
     pub(super) fn beat<O: Observe>(&mut self, edges: u64, most: u64, observer: &mut O, control: &Control) {
         let (counts, mut latest, mut left, mut of) = (self.search.counts, self.copy(), 1, 1);
