@@ -296,6 +296,7 @@ pub const COMMANDS: &[(&str, Form)] = &[
     ("hpu run friction-wall", Form::AsIs),
     (RECURS_60_S, Form::AsIs),
     ("hpu run conventional-wall-1khz", Form::AsIs),
+    ("hpu run hybrid-wall --for-ever", Form::AsIs),
     ("hpu run friction-wall --set run.duration=10s --set model.bridge=averaged", Form::AsIs),
     (
         "\u{2026} --set record.plant_rate=1kHz",
