@@ -532,8 +532,8 @@ pub const EXCEPTED: &[(&str, &str)] = &[
          | 0.692 | 0.693 \u{b1} 0.010 | | zero of the current, mA | -4.62 | -4.78 \u{b1} 0.32 | \
          | weight's stiffness, N\u{b7}m/rad | 0.0154 | 0.0165 \u{b1} 0.0018 | \
          | share of the current's filter | 0.0456 | 0.045 to 0.052 | | resistance, Ohm | 9.95 | near 10.6 | \
-         | inductance, mH | 1.43 | at most 1.5 | | limit of the integral, V | 6.97; higher ones fit as well | at least 8 \
-         | | viscous friction, 1e-4 N\u{b7}m\u{b7}s/rad | 7.1 | not told, 0 to 8 |",
+         | inductance, mH | 1.43 | at most 1.5 | | limit of the integral, V | 6.97; higher ones fit as well \
+         | at least 8 | | viscous friction, 1e-4 N\u{b7}m\u{b7}s/rad | 7.1 | not told, 0 to 8 |",
         "searches of minutes: a test of testbench/long.sh prints the first column, another simulator made the second",
     ),
     ("converter takes 16 samples of the current in a period", "the firmware's timers"),

@@ -64,10 +64,16 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone> ClosedLoop
             }
             let next = last.min(self.edge + part);
             part *= 2;
-            if !self.go(Driver::Events, next, observer, control) || self.world.over().is_some() {
+            if !self.go_far(next, observer, control) || self.world.over().is_some() {
                 return Err(self.world.over().unwrap_or("it was stopped").into());
             }
         }
+    }
+
+    /// Runs on by events. A loop of its own, so that there is no call in that of a run to its end.
+    #[inline(never)]
+    pub(super) fn go_far<O: Observe>(&mut self, end: u64, observer: &mut O, control: &Control) -> bool {
+        self.go(Driver::Events, end, observer, control)
     }
 
     /// Runs one period, and gathers its position.
@@ -83,7 +89,7 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone> ClosedLoop
         let (from, stride) = (self.edge, (period / LEAST_ROWS).max(1));
         let start = self.world.reals(from).as_ref()[ANGLE];
         let mut at = from;
-        while at < from + period && self.go(Driver::Events, at + stride, observer, control) {
+        while at < from + period && self.go_far(at + stride, observer, control) {
             at = self.edge;
             let off = (self.world.reals(at).as_ref()[ANGLE] - start) / count_rad;
             (sum, squares, rows) = (sum + off, squares + off * off, rows + 1.0);

@@ -232,7 +232,9 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         self.go(driver, end, observer, control)
     }
 
-    /// Runs on as [`run`](Self::run) does. What was copied in the search for a recurrence stays.
+    /// Runs on as [`run`](Self::run) does, of which it is the inner loop. What was copied in the search for a
+    /// recurrence stays.
+    #[inline(always)]
     fn go<O: Observe>(&mut self, driver: Driver, end: u64, observer: &mut O, control: &Control) -> bool
     where
         W: Clone,

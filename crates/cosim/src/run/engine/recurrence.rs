@@ -19,8 +19,6 @@
 use hpu_datapath::Wiring;
 use hpu_signal::{Cycle, Observe};
 
-#[cfg(not(target_family = "wasm"))]
-use super::Driver;
 use super::rows::Recorded;
 use super::{ClosedLoop, Control};
 use crate::result::forever::Recurrence;
@@ -299,7 +297,7 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone> ClosedLoop
     pub(super) fn beat<O: Observe>(&mut self, edges: u64, most: u64, observer: &mut O, control: &Control) {
         let (counts, mut latest, mut left, mut of) = (self.search.counts, self.copy(), 1, 1);
         for _ in 0..most {
-            if !self.go(Driver::Events, self.edge + edges, observer, control) || self.search.counts != counts {
+            if !self.go_far(self.edge + edges, observer, control) || self.search.counts != counts {
                 return;
             }
             if self.world.recurs(&latest.world) {
