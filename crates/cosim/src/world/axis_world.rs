@@ -548,7 +548,11 @@ impl<'p, I> AxisWorld<'p, I> {
     #[inline(always)]
     fn event(&mut self, last: u64) -> Option<Event> {
         let Band { low, high, .. } = self.encoder.band();
-        self.device.as_mut().and_then(|device| device.next_event(self.edge, last, (low, high)))
+        // No closure: one that several functions share is called.
+        match &mut self.device {
+            Some(device) => device.next_event(self.edge, last, (low, high)),
+            None => None,
+        }
     }
 }
 
