@@ -216,7 +216,10 @@ fn outcomes(page: &mut Page, mapped: &Mapped, method: usize) {
         };
         let all = mapped.layer(method).filter(settled).count();
         page.data("settled_for_ever", proved);
-        page.line("for ever", format!("{proved} of the {all} settled cells that were run are proved to stay settled"));
+        page.line(
+            "for ever",
+            format!("{proved} of the {all} settled cells that were run stay so: by proof, or the emulator repeats"),
+        );
     }
 }
 

@@ -181,8 +181,8 @@ impl Summary {
         NetUse { signal, usage: SignalUse { overflowed: usage.overflowed + unheld, ..usage }, losses_seen: true }
     }
 
-    /// Returns whether the run has settled and is proved to stay so for ever: no count arrives, or all that repeats has
-    /// less than one count rms.
+    /// Returns whether the run has settled and stays so for ever: it is proved that no count arrives, or the emulator
+    /// repeats with less than one count rms.
     pub fn is_settled_for_ever(&self) -> bool {
         let stays = match &self.forever {
             Some(Ok(Forever::Quiet(_))) => true,

@@ -134,7 +134,7 @@ impl ForEver {
         }
     }
 
-    /// Whether the device is proved to stay settled.
+    /// Whether the device stays settled, by proof or because the emulator repeats.
     pub fn is_settled(self) -> bool {
         matches!(self, Self::Quiet | Self::Stuck | Self::Settled)
     }

@@ -57,7 +57,8 @@ pub fn told_for_ever(found: &[Found]) -> bool {
     found.iter().any(|cell| matches!(cell, Found::Run(Ok(cell)) if cell.for_ever.is_some()))
 }
 
-/// Whether a cell was run and is proved to stay settled for ever. Of an inferred cell nothing is proved.
+/// Whether a cell was run and stays settled for ever, by proof or because the emulator repeats. Of an inferred cell
+/// nothing is told.
 pub fn settled_for_ever(found: &[Found], index: usize) -> bool {
     matches!(&found[index], Found::Run(Ok(cell)) if cell.for_ever.is_some_and(ForEver::is_settled))
 }

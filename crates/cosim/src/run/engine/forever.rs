@@ -15,7 +15,7 @@ const MOST_PHASES: usize = 16;
 const PARTS: u64 = 1 << 10;
 /// Periods of a modulator at rest that are compared. The steps of a shaft that friction stops twice a period shrink by
 /// a fifth or more from period to period: after 330 of them 32 digits stay.
-const MOST_BEATS: u64 = 512;
+pub(super) const MOST_BEATS: u64 = 512;
 /// Rows of a period, at least.
 const LEAST_ROWS: u64 = 256;
 
@@ -53,7 +53,9 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone> ClosedLoop
                     Err(said) => why = format!(", and of the rest at the end: {said}"),
                 }
                 if let [(_, on), (_, off)] = rest.cycle[..] {
-                    self.beat(on + off, MOST_BEATS, observer, control);
+                    // The outputs repeat from the end of the lead on, and not before.
+                    let lead = rest.lead.iter().fold(0, |sum, (_, edges)| sum + edges);
+                    self.beat(lead, on + off, observer, control);
                     if self.recurrence().is_some() {
                         continue;
                     }

@@ -19,6 +19,8 @@
 use hpu_datapath::Wiring;
 use hpu_signal::{Cycle, Observe};
 
+#[cfg(not(target_family = "wasm"))]
+use super::forever::MOST_BEATS;
 use super::rows::Recorded;
 use super::{ClosedLoop, Control};
 use crate::result::forever::Recurrence;
@@ -291,12 +293,17 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone> ClosedLoop
         mark & far.passed != 0
     }
 
-    /// Runs on by so many edges at a time, after which the outputs repeat as long as no count arrives, up to `most`
-    /// times or until one arrives. Compares each state of the world with one before, as for counts.
+    /// Runs on by so many edges, from whose end on the outputs repeat as long as no count arrives; then period by
+    /// period, until a count arrives or [`MOST_BEATS`] have passed. Compares each state of the world with one before,
+    /// as for counts.
     #[cfg(not(target_family = "wasm"))]
-    pub(super) fn beat<O: Observe>(&mut self, edges: u64, most: u64, observer: &mut O, control: &Control) {
-        let (counts, mut latest, mut left, mut of) = (self.search.counts, self.copy(), 1, 1);
-        for _ in 0..most {
+    pub(super) fn beat<O: Observe>(&mut self, lead: u64, edges: u64, observer: &mut O, control: &Control) {
+        let counts = self.search.counts;
+        if lead > 0 && !self.go_far(self.edge + lead, observer, control) || self.search.counts != counts {
+            return;
+        }
+        let (mut latest, mut left, mut of) = (self.copy(), 1, 1);
+        for _ in 0..MOST_BEATS {
             if !self.go_far(self.edge + edges, observer, control) || self.search.counts != counts {
                 return;
             }
