@@ -15,11 +15,22 @@
 //! ever arrives. The proof is about the motion of real numbers from the emulator's state on, rounded once.
 //!
 //! A shaft that friction holds has a current alone, and stays as long as its torque is below friction's.
+//!
+//! # From the emulator's recurrence to the model's
+//!
+//! A state that comes back to the last bit is the emulator's, which rounds. Let its rounding in one period move the
+//! motion by at most `e`. The motion of real numbers under the same words then has a state that comes back exactly, and
+//! it stays within `2 n e` of the emulator's, if `n` periods at least halve every deviation. It has the same words if
+//! no decision falls otherwise so near to it. All decisions of the emulator are made in `f64` where the value is
+//! farther from the limit than twice a bound of its error, of which 2⁻⁵² of a count is a part; so where none had to be
+//! made again in double-double, a deviation of 2⁻⁵³ counts changes none. What `e` is, is tested and not proved: a flow
+//! of the device over `t` is taken to err by no more than 2⁻⁹⁵ of its state, and as much for each `1/‖A‖` of `t`. A test
+//! of the device holds it to that, against arithmetic of 80 digits (`a_flow_has_thirty_digits`).
 
 use std::array::from_fn;
 
-use hpu_cosim::scene::{Device, Experiment, Friction, Hand, Scene, Winding};
-use hpu_cosim::{Beyond, Quiet, Rest};
+use hpu_cosim::scene::{Device, Experiment, Friction, Hand, Motor, Scene, Winding};
+use hpu_cosim::{Beyond, Period, Quiet, Rest};
 
 use hpu_datapath::Instance;
 use hpu_signal::{Signal, Word as _};
@@ -47,7 +58,11 @@ pub fn beyond<T>(experiment: &Experiment, seconds: f64, ask: impl FnOnce(&Beyond
         Experiment::Axis(scene) => stays(scene, rest).map_err(|why| why.to_string()),
         _ => Err("the device is no axis".to_string()),
     };
-    ask(&Beyond { edges: experiment.clock.edges(seconds), live: &live, prove: &prove })
+    let follow = |period: &Period| match experiment {
+        Experiment::Axis(scene) => follows(scene, period),
+        _ => Err("the device is no axis"),
+    };
+    ask(&Beyond { edges: experiment.clock.edges(seconds), live: &live, prove: &prove, follow: &follow })
 }
 
 /// Returns the nets on which those of a set depend, as [`Beyond::live`] asks. A net whose word is the same whatever
@@ -87,16 +102,9 @@ fn live(instances: &[Instance], fixed: &[Option<i64>], wanted: u64) -> u64 {
 ///
 /// Returns why that is not proved.
 pub fn stays(scene: &Scene, rest: &Rest) -> Result<Quiet, Error> {
-    let Device::Motor(motor) = &scene.device else { return Err("the device is no motor".into()) };
-    if scene.network.is_some() || scene.model.winding == Winding::Resistive {
-        return Err("the device is no single motor with an inductance".into());
-    }
+    let (motor, ohm) = single(scene)?;
     let exact = Interval::exact;
-    let ohm = exact(motor.resistance_ohm).plus(exact(2.0 * scene.bridge.on_resistance_ohm));
-    let (l, j, k) = (motor.inductance_h, motor.inertia_kg_m2(), motor.torque_constant_nm_per_a);
-    let hertz = scene.clock.frequency_hz() as f64;
-    let (grip, grip_damping) = scene.hand.grip();
-    let push = exact(scene.bridge.supply_v).divided(ohm);
+    let (grip, _) = scene.hand.grip();
     if rest.standing.is_stuck {
         let hand = match scene.hand {
             Hand::None => Interval::ZERO,
@@ -104,32 +112,46 @@ pub fn stays(scene: &Scene, rest: &Rest) -> Result<Quiet, Error> {
             Hand::SpringDamper { .. } => exact(grip).times(bent(rest)),
             Hand::Prescribed { .. } | Hand::Capture { .. } => return Err("a hand imposes the motion".into()),
         };
-        let friction = motor.coulomb_friction_nm;
-        return Held { rate: ohm.over(l), push, torque: exact(k), hand, friction, hertz }.stays(rest);
+        let (rate, push) = (ohm.over(motor.inductance_h), exact(scene.bridge.supply_v).divided(ohm));
+        let (torque, friction) = (exact(motor.torque_constant_nm_per_a), motor.coulomb_friction_nm);
+        return Held { rate, push, torque, hand, friction, hertz: scene.clock.frequency_hz() as f64 }.stays(rest);
     }
-    if motor.coulomb_friction_nm > 0.0 && scene.model.friction != Friction::None {
-        return Err("friction has not caught the shaft".into());
+    Ok(Plant::of(scene)?.stays(rest)?)
+}
+
+/// Returns the distance in counts within which the motion of real numbers repeats as the emulator's does.
+///
+/// # Errors
+///
+/// Returns why none is told.
+pub fn follows(scene: &Scene, period: &Period) -> Result<f64, &'static str> {
+    let plant = Plant::of(scene)?;
+    let pwm = scene.method.pwm;
+    if pwm.floating || pwm.dead_time_s > 0.0 {
+        return Err("in some phases of its bridge the winding is open");
     }
-    if grip <= 0.0 {
-        return Err("no hand's spring brings the device to rest".into());
+    if period.mode_changes > 0 {
+        return Err("a mode ends in it");
     }
-    let root = |x: Interval| Interval { lo: x.lo.sqrt().next_down(), hi: x.hi.sqrt().next_up() };
-    let negative = |x: Interval| Interval::ZERO.minus(x);
-    let viscous = exact(motor.viscous_friction_nm_s_per_rad).plus(exact(grip_damping));
-    let coupling = exact(k).divided(root(exact(l).times(exact(j))));
-    let turn = root(exact(grip).over(j));
-    let plant = Plant {
-        rates: [
-            [negative(ohm.over(l)), negative(coupling), Interval::ZERO],
-            [coupling, negative(viscous.over(j)), negative(turn)],
-            [Interval::ZERO, turn, Interval::ZERO],
-        ],
-        scales: [root(exact(l).over(grip)), root(exact(j).over(grip)), exact(1.0)],
-        push: push.times(root(exact(l).over(grip))),
-        bend: push.times(exact(k).over(grip)),
-        hertz,
-    };
-    plant.stays(rest)
+    if period.redecided > 0 {
+        return Err("a count arrives so near to a clock edge that rounding may decide");
+    }
+    let count_rad = scene.encoder.count_rad();
+    // The modulator's pulses, also those that the emulator passes without an event of its own.
+    let segments = 2.0 * period.events as f64 + 4.0 * (period.edges >> pwm.bits) as f64;
+    let within = plant.rounding(period, segments)? / count_rad;
+    // Written so that a number that is none proves nothing.
+    if within < 2f64.powi(-53) { Ok(within) } else { Err("rounding in a period may move a count") }
+}
+
+/// Returns the motor of a scene that has no other device, with the resistance of its circuit.
+fn single(scene: &Scene) -> Result<(&Motor, Interval), &'static str> {
+    let Device::Motor(motor) = &scene.device else { return Err("the device is no motor") };
+    if scene.network.is_some() || scene.model.winding == Winding::Resistive {
+        return Err("the device is no single motor with an inductance");
+    }
+    let switches = Interval::exact(2.0 * scene.bridge.on_resistance_ohm);
+    Ok((motor, Interval::exact(motor.resistance_ohm).plus(switches)))
 }
 
 /// Returns how far the hand's spring is bent.
@@ -164,6 +186,67 @@ impl Range {
 }
 
 impl Plant {
+    /// Returns motor and hand of a scene.
+    fn of(scene: &Scene) -> Result<Self, &'static str> {
+        let (motor, ohm) = single(scene)?;
+        if motor.coulomb_friction_nm > 0.0 && scene.model.friction != Friction::None {
+            return Err("friction has not caught the shaft");
+        }
+        let (grip, grip_damping) = scene.hand.grip();
+        if grip <= 0.0 {
+            return Err("no hand's spring brings the device to rest");
+        }
+        let exact = Interval::exact;
+        let (l, j, k) = (motor.inductance_h, motor.inertia_kg_m2(), motor.torque_constant_nm_per_a);
+        let push = exact(scene.bridge.supply_v).divided(ohm);
+        let root = |x: Interval| Interval { lo: x.lo.sqrt().next_down(), hi: x.hi.sqrt().next_up() };
+        let negative = |x: Interval| Interval::ZERO.minus(x);
+        let viscous = exact(motor.viscous_friction_nm_s_per_rad).plus(exact(grip_damping));
+        let coupling = exact(k).divided(root(exact(l).times(exact(j))));
+        let turn = root(exact(grip).over(j));
+        Ok(Self {
+            rates: [
+                [negative(ohm.over(l)), negative(coupling), Interval::ZERO],
+                [coupling, negative(viscous.over(j)), negative(turn)],
+                [Interval::ZERO, turn, Interval::ZERO],
+            ],
+            scales: [root(exact(l).over(grip)), root(exact(j).over(grip)), exact(1.0)],
+            push: push.times(root(exact(l).over(grip))),
+            bend: push.times(exact(k).over(grip)),
+            hertz: scene.clock.frequency_hz() as f64,
+        })
+    }
+
+    /// Returns a bound of the distance in rad of the emulator's motion from that of real numbers, in a period of so many
+    /// flows that repeats.
+    fn rounding(&self, period: &Period, segments: f64) -> Result<f64, &'static str> {
+        let period_s = self.time_s(period.edges);
+        // Each such time at least halves the motion, and the supply adds at most so much. So a motion that repeats is
+        // smaller than three times that: four of them are at least current, speed, angle and the hand's intent.
+        let decay_s = self.halves(Interval::exact(1e-5))? * 1e-5;
+        let added = decay_s * self.push.size() * self.rates[0][0].size();
+        let size = 2.0 * period.angle_rad.abs() + 4.0 * 3.0 * added;
+        let flows = segments + self.norm() * period_s.hi;
+        Ok(2.0 * self.halves(period_s)? * flows * size * 2f64.powi(-95))
+    }
+
+    /// Returns a power of two of a time after which every deviation is at least halved.
+    fn halves(&self, time_s: Interval) -> Result<f64, &'static str> {
+        let halved = |times: &f64| {
+            let flow = self.flow(time_s.scaled(*times));
+            let squares = flow.iter().flatten().fold(0.0, |sum: f64, cell| (sum + cell.size().powi(2)).next_up());
+            // Twice the cells' squares below a half: rounding cannot matter.
+            squares < 0.24
+        };
+        let times = (0..MOST_DOUBLINGS).map(|doublings| 2f64.powi(doublings)).find(halved);
+        times.ok_or("no deviation is proved to die out")
+    }
+
+    /// Returns a bound of the rates, in 1/s.
+    fn norm(&self) -> f64 {
+        self.rates.iter().map(|row| row.iter().map(|rate| rate.size()).sum::<f64>()).fold(0.0, f64::max)
+    }
+
     fn stays(&self, rest: &Rest) -> Result<Quiet, Error> {
         let at = &rest.standing;
         let numbers = [at.current_a, at.speed_rad_per_s].map(Interval::exact);
@@ -212,16 +295,8 @@ impl Plant {
         let mut passed = Range::NOTHING.with(start[2]);
         let end = cycle.iter().fold(start, |state, phase| self.passes(state, *phase, &mut passed));
         let residue = size(&from_fn(|index| end[index].minus(start[index])));
-        for doublings in 0..MOST_DOUBLINGS {
-            let times = 2f64.powi(doublings);
-            let flow = self.flow(self.time_s(clocks).scaled(times));
-            let squares = flow.iter().flatten().fold(0.0, |sum: f64, cell| (sum + cell.size().powi(2)).next_up());
-            // Twice the cells' squares below a half: rounding cannot matter.
-            if squares < 0.24 {
-                return Ok((start, passed, (2.0 * times * residue * (1.0 + 1e-12)).next_up()));
-            }
-        }
-        Err("no deviation is proved to die out".into())
+        let times = self.halves(self.time_s(clocks))?;
+        Ok((start, passed, (2.0 * times * residue * (1.0 + 1e-12)).next_up()))
     }
 
     fn time_s(&self, clocks: u64) -> Interval {
@@ -264,8 +339,7 @@ impl Plant {
     /// Returns the state after a phase, and adds the angles that it passes.
     fn passes(&self, state: State, (share, clocks): (f64, u64), passed: &mut Range) -> State {
         let whole_s = self.time_s(clocks);
-        let norm = self.rates.iter().map(|row| row.iter().map(|rate| rate.size()).sum::<f64>()).fold(0.0, f64::max);
-        let parts = (64.0 * norm * whole_s.hi).ceil().clamp(1.0, MOST_PARTS);
+        let parts = (64.0 * self.norm() * whole_s.hi).ceil().clamp(1.0, MOST_PARTS);
         let part_s = whole_s.over(parts);
         let [part, within] = [part_s, Interval { lo: 0.0, hi: part_s.hi }].map(|time_s| self.change(time_s));
         let mut at = state;

@@ -186,12 +186,18 @@ fn for_ever(page: &mut Page, ran: &Ran) {
             let Quiet { margin, ripple_counts, .. } = quiet;
             (json!({ "kind": kind, "from_s": from_s, "margin": margin, "ripple_counts": ripple_counts }), said)
         }
-        Ok(Forever::Recurs { recurrence, rms_counts }) => {
+        Ok(Forever::Recurs { recurrence, rms_counts, model_counts }) => {
             let [from_s, period_s] = [recurrence.from, recurrence.period].map(seconds);
             let [from, period] = [from_s, period_s].map(|time_s| si(time_s, "s"));
-            let said = format!("from {from} on the emulator repeats every {period}, at {rms_counts:.3} counts rms");
+            let model = match model_counts {
+                Ok(within) => format!("so does the motion of real numbers, within {within:.0e} counts"),
+                Err(why) => format!("the motion of real numbers is not told: {why}"),
+            };
+            let said =
+                format!("from {from} on the emulator repeats every {period}, at {rms_counts:.3} counts rms; {model}");
             let told = json!({
                 "kind": "repeats", "from_s": from_s, "period_s": period_s, "rms_counts": rms_counts,
+                "model_counts": model_counts.ok(), "model_not_told": model_counts.err(),
             });
             (told, said)
         }

@@ -47,6 +47,21 @@ pub struct Quiet {
     pub ripple_counts: f64,
 }
 
+/// What happened in a period after which the emulator's state came back.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Period {
+    /// Its clock edges.
+    pub edges: u64,
+    /// Edges at which the logic was computed or a count arrived.
+    pub events: u64,
+    /// Changes of mode, as by friction.
+    pub mode_changes: u64,
+    /// Decisions for which `f64` was not exact enough; see [`Summary::redecided`](crate::Summary::redecided).
+    pub redecided: u64,
+    /// The angle in rad at its end.
+    pub angle_rad: f64,
+}
+
 /// How a run goes on for ever, if the hand stays where it is at the end.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Forever {
@@ -58,6 +73,9 @@ pub enum Forever {
         recurrence: Recurrence,
         /// The rms of the position about its mean over a period, in encoder counts.
         rms_counts: f64,
+        /// The distance in counts within which a motion of real numbers, without the emulator's rounding, repeats with
+        /// the same period and the same words; or why none is told.
+        model_counts: Result<f64, &'static str>,
     },
 }
 
@@ -76,4 +94,7 @@ pub struct Beyond<'a> {
     pub live: &'a Live<'a>,
     /// The proof that a device at rest stays there, or why there is none.
     pub prove: &'a (dyn Fn(&Rest) -> Result<Quiet, String> + Sync),
+    /// The proof that a motion of real numbers repeats as the emulator does, within so many counts; or why there is
+    /// none.
+    pub follow: &'a (dyn Fn(&Period) -> Result<f64, &'static str> + Sync),
 }

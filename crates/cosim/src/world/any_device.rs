@@ -328,6 +328,19 @@ impl AnyDevice<'_> {
         }
     }
 
+    /// Returns the last edge to which the present motion can be computed.
+    #[cfg(not(target_family = "wasm"))]
+    pub(crate) fn reach(&self) -> u64 {
+        match self {
+            Self::Exact(body) => body.reach(),
+            Self::Other(other) => match &**other {
+                Other::Small(body) => body.reach(),
+                Other::Large(body) => body.reach(),
+                Other::Stepped(_) => u64::MAX,
+            },
+        }
+    }
+
     /// Returns a number that is the same at two edges of which the device recurs; `None` of a body in steps.
     #[inline]
     pub(crate) fn mark(&self, edge: u64) -> Option<u64> {

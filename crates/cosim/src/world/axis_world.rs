@@ -808,6 +808,11 @@ impl<I: Placed> World for AxisWorld<'_, I> {
     }
 
     #[cfg(not(target_family = "wasm"))]
+    fn reach(&self) -> u64 {
+        self.device.as_ref().map_or(u64::MAX, AnyDevice::reach)
+    }
+
+    #[cfg(not(target_family = "wasm"))]
     fn rest(&self, lead: &[(LoopOut<i64>, u64)], cycle: &[(LoopOut<i64>, u64)]) -> Option<Rest> {
         let Some(AnyDevice::Exact(device)) = &self.device else { return None };
         let switching = self.plant.actuator == Actuator::Switching;

@@ -176,6 +176,11 @@ pub trait World: Clone {
     fn left_alone(&self) -> Result<f64, &'static str> {
         Err("only an axis's states are compared")
     }
+    /// Returns the last edge to which the world can go on without an event.
+    #[cfg(not(target_family = "wasm"))]
+    fn reach(&self) -> u64 {
+        u64::MAX
+    }
     /// Returns the device under outputs that last for these numbers of edges from the present edge on, those of a lead
     /// and then those that repeat; `None` if no proof is known for such a device or its drive.
     #[cfg(not(target_family = "wasm"))]

@@ -19,6 +19,11 @@ pub struct Standing {
 }
 
 impl Device<'_> {
+    /// Returns the last edge to which the present motion can be computed.
+    pub fn reach(&self) -> u64 {
+        self.anchor.saturating_add(self.motion.system().longest())
+    }
+
     /// Returns the state at an edge, each number rounded once; `None` while the hand moves.
     pub fn standing(&self, edge: u64) -> Option<Standing> {
         let x = self.exact_state(edge);

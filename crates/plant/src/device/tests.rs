@@ -2,9 +2,9 @@
 
 use super::{Device, Drive, HEARD, Known, Pulses};
 use crate::axis::Shaft;
-use crate::flow::double::Double;
+use crate::flow::double::{Double, Native};
 use crate::flow::guard::Side;
-use crate::flow::matrix::{ANGLE, SPEED};
+use crate::flow::matrix::{ANGLE, CURRENT, SPEED};
 use crate::{Axis, Bridge, Gates, Hand, Motor, Push};
 
 fn motor(coulomb_nm: f64) -> Motor {
@@ -101,6 +101,81 @@ fn a_reversal_under_a_constant_torque_has_its_closed_form_to_thirty_digits() {
         let back_rad = (left_s * left_s * 1024.0.into()).hi;
         let heat_j = coulomb_nm * (speed_rad_per_s * speed_rad_per_s / 16384.0 + back_rad);
         assert!((energy.coulomb_j() - heat_j).abs() <= 1e-14 * heat_j, "{} is not {heat_j}", energy.coulomb_j());
+    }
+}
+
+/// What `crates/prove/src/lasting.rs` takes the rounding of a flow to be: 2⁻⁹⁵ of the state, and as much for each
+/// `1/‖A‖` of its time, in states whose sum of squares is twice the energy over the spring's stiffness.
+#[test]
+fn a_flow_has_thirty_digits() {
+    // `testbench/oracle/flow.py` printed them, in arithmetic of 80 digits; each is the sum of two numbers.
+    let expected: [(u64, [(f64, f64); 3]); 5] = [
+        (
+            1,
+            [
+                (0.012084635495420298, 4.531661916569172e-19),
+                (0.020109609217421505, 4.544509890649111e-19),
+                (0.10000000040109594, -6.27953809838077e-18),
+            ],
+        ),
+        (
+            1000,
+            [
+                (1.8938987494276036, -1.0488905854614878e-16),
+                (0.1756049195179764, 3.1642946507146518e-18),
+                (0.10000180777507789, 4.006786154651968e-19),
+            ],
+        ),
+        (
+            4096,
+            [
+                (5.773731415837401, -1.6582075241259324e-16),
+                (1.1041586603120381, 9.704653766822096e-18),
+                (0.10003852196791149, 3.0009645298127785e-18),
+            ],
+        ),
+        (
+            1000000,
+            [
+                (10.289440263039431, -7.798905708477832e-16),
+                (-16.822063391559386, 4.923264812724072e-16),
+                (1.9403706855616911, -4.330693755068728e-17),
+            ],
+        ),
+        (
+            12800000,
+            [
+                (10.14698064667067, 4.750335629090141e-16),
+                (-1.86706534458924, -8.221044502037826e-17),
+                (1.182744671412716, -1.1047711602253377e-16),
+            ],
+        ),
+    ];
+    let bridge = Bridge { supply_v: 24.0, on_resistance_ohm: 0.01, diode_drop_v: 0.7, dead_band_v: 0.0 };
+    let motor = Motor {
+        resistance_ohm: 2.35,
+        inductance_h: 2.3e-4,
+        torque_constant_nm_per_a: 0.026,
+        inertia_kg_m2: 1.1e-5,
+        viscous_nm_s_per_rad: 1.3e-6,
+        coulomb_nm: 0.0,
+    };
+    let push = Push { stiffness_nm_per_rad: 0.3, damping_nm_s_per_rad: 1e-4 };
+    let axis = Axis::new(motor, bridge, Hand::Spring(push), 20e-9, 1 << 24).expect("a motor");
+    let mut device = Device::new(&axis, 0.01, 0.02, 0.1);
+    device.intend(0, 0.3, 0.0);
+    device.drive(0, Gates { a_high: false, a_low: true, b_high: true, b_low: false });
+    // Winding and coupling: the greatest sum of a row, in 1/s.
+    let scales = [(motor.inductance_h / 0.3).sqrt(), (motor.inertia_kg_m2 / 0.3).sqrt(), 1.0];
+    let norm = 2.37 / motor.inductance_h + 0.026 / (motor.inductance_h * motor.inertia_kg_m2).sqrt();
+    for (edges, lanes) in expected {
+        let state = device.motion.flow::<Native>(edges);
+        let size = 0.3 + scales.iter().zip(lanes).map(|(scale, (hi, _))| (scale * hi).powi(2)).sum::<f64>().sqrt();
+        for ((lane, (hi, lo)), scale) in [CURRENT, SPEED, ANGLE].into_iter().zip(lanes).zip(scales) {
+            let off = scale * (state.lane(lane) - Double { hi, lo }).hi.abs();
+            let most = 2f64.powi(-95) * (1.0 + norm * edges as f64 * 20e-9) * size;
+            assert!(off <= most, "{edges} edges, lane {lane}: off by {off:e} of {most:e}");
+        }
     }
 }
 

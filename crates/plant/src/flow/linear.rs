@@ -135,6 +135,11 @@ where
         Self { a, wide, rate: rate(&a), edge_s, units, digits, high, quadratures, squares, bounds, errors }
     }
 
+    /// Returns the greatest number of edges of a leap.
+    pub(crate) fn longest(&self) -> u64 {
+        u64::MAX.checked_shr(u64::BITS.saturating_sub(BITS * self.units.len() as u32)).unwrap_or(0)
+    }
+
     /// Returns the matrix `A`, rounded.
     pub fn matrix(&self) -> &Matrix<N> {
         &self.a

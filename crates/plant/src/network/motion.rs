@@ -273,6 +273,11 @@ where
         self.crowded
     }
 
+    /// Returns the last edge to which the present motion can be computed.
+    pub fn reach(&self) -> u64 {
+        self.anchor.saturating_add(self.motion.system().longest() - FAR)
+    }
+
     /// Returns how many decisions were made again in double-double because `f64` was not exact enough.
     pub fn redecided(&self) -> u64 {
         self.redecided

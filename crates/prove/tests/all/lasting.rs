@@ -2,9 +2,10 @@
 
 use hpu_cosim::scene::{Experiment, OutcomeKind, Scene, shipped};
 use hpu_cosim::{
-    Beyond, Control, Driver, Forever, Quiet, Recurrence, Rest, Simulation, Standing, Summary, Wired, WiredSimulation,
+    Beyond, Control, Driver, Forever, Period, Quiet, Recurrence, Rest, Simulation, Standing, Summary, Wired,
+    WiredSimulation,
 };
-use hpu_prove::lasting::{beyond, stays};
+use hpu_prove::lasting::{beyond, follows, stays};
 
 fn experiment(name: &str, set: &[(&str, String)]) -> Experiment {
     let scene = shipped().iter().find(|scene| scene.name == name).expect("a shipped scene");
@@ -154,7 +155,7 @@ fn runs_that_are_known_to_repeat_are_found_beyond_their_end() {
     ] {
         let asked = experiment(name, &[]);
         let summary = looked_on(&asked, Driver::Events, 10.0);
-        let Some(Ok(Forever::Recurs { recurrence, rms_counts })) = summary.forever else {
+        let Some(Ok(Forever::Recurs { recurrence, rms_counts, model_counts })) = summary.forever else {
             panic!("{name}: {:?}", summary.forever)
         };
         let Recurrence { from, period } = recurrence;
@@ -162,11 +163,44 @@ fn runs_that_are_known_to_repeat_are_found_beyond_their_end() {
         near(period, period_s, 1e-9);
         near(from, from_s, 1e-4);
         assert!((0.0..0.3).contains(&rms_counts) && summary.is_settled_for_ever(), "{name}: {rms_counts}");
+        match model_counts {
+            Ok(within) => assert!(name != "friction-wall" && (1e-24..1e-16).contains(&within), "{name}: {within:e}"),
+            Err(why) => assert_eq!([name, why], ["friction-wall", "friction has not caught the shaft"]),
+        }
         // The same run to its end, and by clock.
         let simulation = WiredSimulation::new(&asked).expect("it is shipped");
         let mut trace = simulation.verdict_trace();
         let plain = simulation.run(Driver::Events, &mut trace, &mut (), &Control::default());
         assert_eq!(Summary { forever: None, wall_s: 0.0, ..summary }, Summary { wall_s: 0.0, ..plain }, "{name}");
+    }
+}
+
+#[test]
+fn a_period_in_which_rounding_may_decide_tells_nothing_of_real_numbers() {
+    let scene = axis("hybrid-wall", &[]);
+    let period = Period { edges: 4096, events: 4, mode_changes: 0, redecided: 0, angle_rad: 1.5 };
+    let within = follows(&scene, &period).expect("a short period");
+    // At least the rounding of one flow of the angle, and for no more flows less.
+    assert!(within > 2f64.powi(-95) * 1.5 / scene.encoder.count_rad(), "{within:e}");
+    let busy = follows(&scene, &Period { events: 4000, ..period }).expect("a thousand times as many");
+    assert!(busy > 100.0 * within, "{busy:e} of {within:e}");
+    for (changed, why) in [
+        (Period { redecided: 1, ..period }, "a count arrives so near"),
+        (Period { mode_changes: 1, ..period }, "a mode ends"),
+        (Period { events: 1 << 50, ..period }, "rounding in a period"),
+        (Period { angle_rad: f64::NAN, ..period }, "rounding in a period"),
+    ] {
+        let said = follows(&scene, &changed).expect_err(why);
+        assert!(said.contains(why), "{said}");
+    }
+    for (key, value, why) in [
+        ("method.pwm.dead_time", "\"200 ns\"", "the winding is open"),
+        ("method.pwm.off", "\"float\"", "the winding is open"),
+        ("device.coulomb_friction", "\"1 mN.m\"", "friction"),
+        ("hand.stiffness", "0", "no hand's spring"),
+    ] {
+        let said = follows(&axis("hybrid-wall", &[(key, value.into())]), &period).expect_err(why);
+        assert!(said.contains(why), "{key}: {said}");
     }
 }
 
@@ -236,10 +270,11 @@ fn what_is_planned_or_not_compared_is_told_and_nothing_else() {
     for (name, set, why) in [
         ("hybrid-wall", &late[..], "the hand moves on"),
         ("hybrid-wall", &jitter[..], "a fault"),
+        ("hybrid-wall", &[("hand.stiffness", "0".to_string())][..], "no count or pulse comes"),
         ("phantom-thrown", &[][..], "only an axis"),
         ("replay-capture", &[][..], "a recording"),
     ] {
-        let summary = looked_on(&experiment(name, set), Driver::Events, 0.01);
+        let summary = looked_on(&experiment(name, set), Driver::Events, 10.0);
         let Some(Err(said)) = &summary.forever else { panic!("{name}: {:?}", summary.forever) };
         assert!(said.contains(why) && !summary.is_settled_for_ever(), "{name}: {said}");
     }

@@ -5,7 +5,7 @@ use hpu_signal::Observe;
 
 use super::rows::Rows;
 use super::{ClosedLoop, Control, Driver};
-use crate::result::forever::{Beyond, Forever, NotTold, Recurrence, Rest};
+use crate::result::forever::{Beyond, Forever, NotTold, Period, Recurrence, Rest};
 use crate::result::trace::ANGLE;
 use crate::world::World;
 
@@ -44,7 +44,8 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone> ClosedLoop
         let (mut part, mut why) = ((beyond.edges / PARTS).max(1), String::new());
         loop {
             if let Some(recurrence) = self.recurrence() {
-                return Ok(self.period(recurrence, count_rad, observer, control));
+                let told = self.period(beyond, recurrence, count_rad, observer, control);
+                return told.ok_or_else(|| self.why_no_further(self.edge + recurrence.period).into());
             }
             why.clear();
             if let Some(rest) = self.rest() {
@@ -64,40 +65,60 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone> ClosedLoop
             if self.edge >= last {
                 return Err(format!("no state came back to the last bit{why}"));
             }
-            let next = last.min(self.edge + part);
+            let next = last.min(self.edge + part).min(self.world.reach());
             part *= 2;
-            if !self.go_far(next, observer, control) || self.world.over().is_some() {
-                return Err(self.world.over().unwrap_or("it was stopped").into());
+            if next <= self.edge || !self.go_far(next, observer, control) || self.world.over().is_some() {
+                return Err(format!("{}{why}", self.why_no_further(next.max(self.edge + 1))));
             }
         }
     }
 
-    /// Runs on by events. A loop of its own, so that there is no call in that of a run to its end.
+    /// Runs on by events; returns `false` if that was stopped, or cannot be done. A loop of its own, so that there is no
+    /// call in that of a run to its end.
     #[inline(never)]
     pub(super) fn go_far<O: Observe>(&mut self, end: u64, observer: &mut O, control: &Control) -> bool {
-        self.go(Driver::Events, end, observer, control)
+        end <= self.world.reach() && self.go(Driver::Events, end, observer, control)
     }
 
-    /// Runs one period, and gathers its position.
+    fn why_no_further(&self, end: u64) -> &'static str {
+        let far = "no count or pulse comes for longer than the motion is tabulated, and it is not proved to rest";
+        self.world.over().unwrap_or(if end > self.world.reach() { far } else { "it was stopped" })
+    }
+
+    /// Runs one period, and gathers its position and what happens.
     fn period<O: Observe>(
         &mut self,
+        beyond: &Beyond,
         recurrence: Recurrence,
         count_rad: f64,
         observer: &mut O,
         control: &Control,
-    ) -> Forever {
-        let Recurrence { period, .. } = recurrence;
+    ) -> Option<Forever> {
+        let angle = |world: &E, at| world.reals(at).as_ref()[ANGLE];
         let (mut sum, mut squares, mut rows) = (0.0, 0.0, 0.0);
-        let (from, stride) = (self.edge, (period / LEAST_ROWS).max(1));
-        let start = self.world.reals(from).as_ref()[ANGLE];
-        let mut at = from;
-        while at < from + period && self.go_far(at + stride, observer, control) {
-            at = self.edge;
-            let off = (self.world.reals(at).as_ref()[ANGLE] - start) / count_rad;
+        // Odd, so that rows are at all phases of a modulator.
+        let (end, stride) = (self.edge + recurrence.period, recurrence.period / LEAST_ROWS | 1);
+        let (start, before, ticks) = (angle(&self.world, self.edge), self.world.summary(), self.ticks);
+        while self.edge < end {
+            if !self.go_far(end.min(self.edge + stride), observer, control) {
+                return None;
+            }
+            let off = (angle(&self.world, self.edge) - start) / count_rad;
             (sum, squares, rows) = (sum + off, squares + off * off, rows + 1.0);
         }
-        let mean: f64 = sum / rows;
-        Forever::Recurs { recurrence, rms_counts: (squares / rows - mean * mean).max(0.0).sqrt() }
+        let (mean, after): (f64, _) = (sum / rows, self.world.summary());
+        let period = Period {
+            edges: recurrence.period,
+            events: self.ticks - ticks + after.encoder_edges - before.encoder_edges,
+            mode_changes: after.mode_changes - before.mode_changes,
+            redecided: after.redecided - before.redecided,
+            angle_rad: angle(&self.world, self.edge),
+        };
+        Some(Forever::Recurs {
+            recurrence,
+            rms_counts: (squares / rows - mean * mean).max(0.0).sqrt(),
+            model_counts: (beyond.follow)(&period),
+        })
     }
 
     /// Returns the nets that gates and device depend on, with the inputs that the world does not move at their words.
