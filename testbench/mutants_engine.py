@@ -44,6 +44,8 @@ CIRCUIT = "crates/datapath/src/circuit/circuit_loop.rs"
 NET_ENDS = "crates/plant/src/network/ends.rs"
 NET_MOTION = "crates/plant/src/network/motion.rs"
 NET_ENERGY = "crates/plant/src/network/energy.rs"
+LASTING = "crates/prove/src/lasting.rs"
+FOREVER = "crates/cosim/src/run/engine/forever.rs"
 
 # Test binaries, filters, and seconds of processor time after which a mutant counts as endless, a multiple of what the
 # tests take; in the order in which they are asked: those that cost least first.
@@ -55,13 +57,14 @@ STAGES = [
     ("hpu-plant", "lib", ["guard::", "device::"], 30),
     ("hpu-plant", "all", ["--skip", "arm_", "--skip", "shaper::", "--skip", "stepper::"], 20),
     ("hpu-datapath", "all", ["recurrence::", "repeats::"], 30),
+    ("hpu-prove", "all", ["lasting::"], 30),
     ("hpu-cosim", "all", QUICK, 60),
     ("hpu-cosim", "high_precision", ["--skip", "twice_the_places"], 100),
     ("hpu-cosim", "all", LEAPS, 100),
     ("hpu-cosim", "all", WHOLE, 200),
 ]
 # A module of tests that the test binary of a package alone has; those of hpu-cosim have neither.
-MODULES = {"hpu-plant": "decisions::", "hpu-datapath": "shift_and_add::"}
+MODULES = {"hpu-plant": "decisions::", "hpu-datapath": "shift_and_add::", "hpu-prove": "lasting::"}
 # Stages for mutants that are equivalent by a reason.
 FEW = 2
 
@@ -830,6 +833,85 @@ PLACES = [
     (NET_ENERGY, "fn jumped(", "self.stored_at(&still) - self.stored_at(before)", [
         ("network, audit: springs take no part in a jump", "0.0 * before[0]"),
     ]),
+    # for ever: a device at rest
+    (LASTING, "fn of(scene", "[coupling, negative(viscous.over(j)), negative(turn)]", [
+        ("for ever, motor: current turns the shaft backward",
+         "[negative(coupling), negative(viscous.over(j)), negative(turn)]"),
+        ("for ever, motor: no drag", "[coupling, Interval::ZERO, negative(turn)]"),
+        ("for ever, motor: the hand's spring pushes away", "[coupling, negative(viscous.over(j)), turn]"),
+    ]),
+    (LASTING, "fn of(scene", "[root(exact(l).over(grip)), root(exact(j).over(grip)), exact(1.0)]", [
+        ("for ever, motor: energies of current and speed exchanged",
+         "[root(exact(j).over(grip)), root(exact(l).over(grip)), exact(1.0)]"),
+    ]),
+    (LASTING, "fn of(scene", "push.times(exact(k).over(grip))", [
+        ("for ever, motor: torque of a supply halved", "push.times(exact(0.5 * k).over(grip))"),
+    ]),
+    (LASTING, "fn of(scene", "push.times(root(exact(l).over(grip)))", [
+        ("for ever, motor: current of a supply halved", "push.times(exact(0.5)).times(root(exact(l).over(grip)))"),
+    ]),
+    (LASTING, "fn halves(", "squares < 0.24", [
+        ("for ever, halves: any flow does", "squares < 24.0"),
+    ]),
+    (LASTING, "impl Plant {", "(size(&off) + error).next_up()", [
+        ("for ever, rest: half of what is left of the motion before", "(0.5 * size(&off) + error).next_up()"),
+        ("for ever, rest: nothing is left of the motion before", "error.next_up()"),
+    ]),
+    (LASTING, "impl Plant {", "(ripple.lo - error - reach)", [
+        ("for ever, rest: no ripple below", "(orbit[2].lo - error - reach)"),
+        ("for ever, rest: the motion before is not below", "(ripple.lo - error)"),
+    ]),
+    (LASTING, "impl Plant {", "(ripple.hi + error + reach)", [
+        ("for ever, rest: the motion before is not above", "(ripple.hi + error)"),
+    ]),
+    (LASTING, "impl Plant {", "(all.lo - low.hi).min(high.lo - all.hi)", [
+        ("for ever, rest: no count below", "high.lo - all.hi"),
+        ("for ever, rest: no count above", "all.lo - low.hi"),
+    ]),
+    (LASTING, "impl Plant {", "margin > 0.0", [
+        ("for ever, rest: a tenth of a count beyond", "margin > -0.1 * count"),
+    ]),
+    # for ever: a shaft that friction holds
+    (LASTING, "impl Held {", "ends[0]", [
+        ("for ever, held: the current before is that of the pulses", "at"),
+    ]),
+    (LASTING, "impl Held {", "self.torque.times(Interval { lo: passed.lo, hi: passed.hi }).plus(self.hand)", [
+        ("for ever, held: no hand", "self.torque.times(Interval { lo: passed.lo, hi: passed.hi })"),
+    ]),
+    (LASTING, "impl Held {", "self.friction - torque.size()", [
+        ("for ever, held: one way alone", "self.friction - torque.hi"),
+        ("for ever, held: friction doubled", "2.0 * self.friction - torque.size()"),
+    ]),
+    (LASTING, "impl Held {", "*at = after(*at, phase)", [
+        ("for ever, held: pulses do not move the current", "*at = *at"),
+    ]),
+    # for ever: what repeats
+    (LASTING, "fn follows(", "period.redecided > 0", [
+        ("for ever, real numbers: decisions that were near are not asked", "false"),
+    ]),
+    (LASTING, "fn follows(", "period.mode_changes > 0", [
+        ("for ever, real numbers: modes are not asked", "false"),
+    ]),
+    (LASTING, "fn follows(", "2.0 * period.events as f64", [
+        ("for ever, real numbers: events do not round", "0.0 * period.events as f64"),
+    ]),
+    (LASTING, "fn live(", "live & outputs & !still != 0", [
+        ("for ever, nets that matter: a net that is still hangs on others", "live & outputs != 0"),
+        ("for ever, nets that matter: none but the gates", "false"),
+    ]),
+    (FOREVER, "fn period", "recurrence.period / LEAST_ROWS | 1", [
+        ("for ever, period: one row", "recurrence.period"),
+    ]),
+    (FOREVER, "fn period", "after.redecided - before.redecided", [
+        ("for ever, period: no decision was near", "0"),
+    ]),
+    (FOREVER, "fn go_far", "end <= self.world.reach()", [
+        ("for ever: motions are computed beyond their tables", "true",
+         "a part ends where they end, and all else that goes on is shorter than a part was"),
+    ]),
+    (FOREVER, "fn phases(", "quiet + 1", [
+        ("for ever, rest: each phase of the lead ends an edge early", "quiet"),
+    ]),
 ]
 
 
@@ -1036,7 +1118,7 @@ def main():
         count[verdict] += 1
     counts = ", ".join(f"{n} {what}" for what, n in count.items())
     text = "# testbench/mutants_engine.py\n"
-    text += f"# {len(rows)} mutants of the searches for the next event: {counts}\n"
+    text += f"# {len(rows)} mutants of the searches for the next event, and of what lasts for ever: {counts}\n"
     text += "# killed: the first test that fails; equivalent: no result changes, by the reason given\n"
     if on_record:
         text += f"# asked now: {len(chosen)}; the verdicts of the others are those of the record before\n"
