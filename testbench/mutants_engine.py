@@ -902,9 +902,6 @@ PLACES = [
     (FOREVER, "fn period", "recurrence.period / LEAST_ROWS | 1", [
         ("for ever, period: one row", "recurrence.period"),
     ]),
-    (FOREVER, "fn period", "after.redecided - before.redecided", [
-        ("for ever, period: no decision was near", "0"),
-    ]),
     (FOREVER, "fn go_far", "end <= self.world.reach()", [
         ("for ever: motions are computed beyond their tables", "true",
          "a part ends where they end, and all else that goes on is shorter than a part was"),

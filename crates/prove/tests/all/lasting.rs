@@ -1,11 +1,14 @@
 //! What a run is proved to do for ever after its end.
 
+use std::sync::Mutex;
+
 use hpu_cosim::scene::{Experiment, OutcomeKind, Scene, shipped};
 use hpu_cosim::{
     Beyond, Control, Driver, Forever, Period, Quiet, Recurrence, Rest, Simulation, Standing, Summary, Wired,
     WiredSimulation,
 };
 use hpu_prove::lasting::{beyond, follows, stays};
+use hpu_signal::{Cycle, Observe};
 
 fn experiment(name: &str, set: &[(&str, String)]) -> Experiment {
     let scene = shipped().iter().find(|scene| scene.name == name).expect("a shipped scene");
@@ -122,10 +125,14 @@ fn the_ripple_is_that_of_small_steps() {
         |[i, w, angle]: [f64; 3], volt: f64| [(volt - ohm * i - k * w) / l, (k * i - drag * w - grip * angle) / j, w];
     let plus = |x: [f64; 3], w: [f64; 3], by: f64| [0, 1, 2].map(|n| x[n] + by * w[n]);
     let mut x = [0.25 * scene.bridge.supply_v / ohm, 0.0, 0.25 * scene.bridge.supply_v / ohm * k / grip];
-    let mut ends = [0.0; 2];
+    let (mut ends, mut phases) = ([0.0; 2], Vec::new());
     for _ in 0..600 {
+        phases.clear();
         ends = [f64::INFINITY, f64::NEG_INFINITY];
         for step in 0..steps {
+            if step % 500 == 0 {
+                phases.push(x);
+            }
             let volt = if step < steps / 4 { scene.bridge.supply_v } else { 0.0 };
             let a = slope(x, volt);
             let b = slope(plus(x, a, 0.5 * step_s), volt);
@@ -135,15 +142,84 @@ fn the_ripple_is_that_of_small_steps() {
             ends = [ends[0].min(x[2]), ends[1].max(x[2])];
         }
     }
-    let mut rest = still(&scene);
-    rest.cycle = vec![(1.0, of), (0.0, period - of)];
-    (rest.standing.current_a, rest.standing.speed_rad_per_s) = (x[0], x[1]);
-    rest.standing.intent_rad -= x[2];
-    let middle = rest.standing.angle_rad;
-    rest.band_rad = [middle - 1.0, middle + 1.0];
-    let found = stays(&scene, &rest).expect("a wide band");
     let half = 0.5 * (ends[1] - ends[0]);
-    near(2.0 * found.ripple_counts / half, 1.0, 1e-2);
+    // From each eighth of the period on.
+    for (at, phase) in (0..8).zip(phases) {
+        let cycle = match at * period / 8 {
+            0 => vec![(1.0, of), (0.0, period - of)],
+            gone if gone < of => vec![(1.0, of - gone), (0.0, period - of), (1.0, gone)],
+            gone => vec![(0.0, period - gone), (1.0, of), (0.0, gone - of)],
+        };
+        let mut rest = Rest { cycle, ..still(&scene) };
+        (rest.standing.current_a, rest.standing.speed_rad_per_s) = (phase[0], phase[1]);
+        rest.standing.intent_rad -= phase[2];
+        let within = |rest: &Rest, low: f64, high: f64| {
+            let band_rad = [ends[0] - low * half, ends[1] + high * half].map(|angle| rest.standing.intent_rad + angle);
+            stays(&scene, &Rest { band_rad, ..rest.clone() })
+        };
+        let found = within(&rest, 0.1, 0.1).unwrap_or_else(|why| panic!("phase {at}: {why}"));
+        near(found.ripple_counts * 2.2, 1.0, 1e-2);
+        for [low, high] in [[-0.05, 5.0], [5.0, -0.05]] {
+            assert!(within(&rest, low, high).is_err(), "phase {at}, {low}, {high}");
+        }
+    }
+}
+
+/// The gates' nets, where they change.
+struct Bridge {
+    nets: [usize; 4],
+    changes: Vec<(u64, [i64; 4])>,
+}
+
+impl Observe for Bridge {
+    fn nets(&mut self, cycle: Cycle, words: &[i64]) {
+        let gates = self.nets.map(|net| words[net]);
+        if self.changes.last().is_none_or(|(_, latest)| *latest != gates) {
+            self.changes.push((cycle.0, gates));
+        }
+    }
+    fn reals(&mut self, _: Cycle, _: &[f64]) {}
+}
+
+#[test]
+fn the_pulses_of_a_rest_are_those_that_follow_at_every_edge() {
+    let cell = experiment("hybrid-wall", &[("wall.stiffness", "0.4".into()), ("run.duration", "0.6".into())]);
+    let longer = experiment("hybrid-wall", &[("wall.stiffness", "0.4".into()), ("run.duration", "2".into())]);
+    let [simulation, further] = [&cell, &longer].map(|cell| WiredSimulation::new(cell).expect("a cell"));
+    let names: Vec<_> = simulation.nets().iter().map(|net| net.name).collect();
+    let net = |name: &str| names.iter().position(|at| *at == name).unwrap_or_else(|| panic!("{name} in {names:?}"));
+    let mut bridge = Bridge { nets: ["a_high", "a_low", "b_high", "b_low"].map(net), changes: Vec::new() };
+    let (mut trace, rests) = (simulation.verdict_trace(), Mutex::new(Vec::new()));
+    beyond(&cell, 1.0, |asked| {
+        let prove = |rest: &Rest| {
+            rests.lock().expect("one thread").push(rest.clone());
+            Err("asked again later".to_string())
+        };
+        let asked = Beyond { edges: asked.edges, live: asked.live, prove: &prove, follow: asked.follow };
+        simulation.run_beyond(Driver::Events, &mut trace, &mut (), &Control::default(), Some(&asked))
+    });
+    let rests = rests.into_inner().expect("one thread");
+    further.run(Driver::Events, &mut further.verdict_trace(), &mut bridge, &Control::default());
+    let (mut looked, mut led) = (0, 0);
+    for rest in &rests {
+        let cycles = [&rest.cycle[..], &rest.cycle].concat();
+        let length: u64 = rest.lead.iter().chain(&cycles).map(|(_, edges)| edges).sum();
+        if bridge.changes.last().is_none_or(|(edge, _)| *edge < rest.edge + length) {
+            continue;
+        }
+        let mut edge = rest.edge;
+        for &(share, edges) in rest.lead.iter().chain(&cycles) {
+            for at in edge..edge + edges {
+                let place = bridge.changes.partition_point(|(changed, _)| *changed <= at);
+                let [a_high, a_low, b_high, b_low] = bridge.changes[place - 1].1;
+                let whole = f64::from(u8::from(a_high + b_low == 2 || a_low + b_high == 2));
+                assert_eq!(share.abs(), whole, "edge {at}, {} after the rest", at - rest.edge);
+            }
+            edge += edges;
+        }
+        (looked, led) = (looked + 1, led + rest.lead.len());
+    }
+    assert!(looked > 3 && led > 0, "{looked} of {} rests, {led} phases before", rests.len());
 }
 
 #[test]
@@ -314,7 +390,7 @@ fn of_three_grids_of_eighty_cells_all_but_five_that_settle_do_so_for_ever() {
 
 /// Returns whether a count arrives after the edge from which on none is to come, in a run ten times as long.
 fn comes_after(name: &str, set: &[(&str, String)], from_edge: u64) -> bool {
-    let at_s = experiment(name, set).clock.seconds(hpu_signal::Cycle(from_edge));
+    let at_s = experiment(name, set).clock.seconds(Cycle(from_edge));
     let [short, long] = [at_s, 10.0 * at_s].map(|duration| {
         let longer = [set, &[("run.duration", format!("{duration:?}"))]].concat();
         let longer = experiment(name, &longer);
@@ -333,7 +409,7 @@ fn of_ten_thousand_scenes_at_random_no_count_comes_where_none_is_to_come() {
     let names = ["hybrid-wall", "conventional-wall-10khz", "friction-wall", "coupled-wall", "bounded-wall", "slow-pwm"];
     // Runs, and of them those that cannot be read, at rest, held by friction, that repeat, and of these also without
     // rounding.
-    let tally = std::sync::Mutex::new([0u32; 5]);
+    let tally = Mutex::new([0u32; 5]);
     std::thread::scope(|scope| {
         for half in 0..2 {
             let tally = &tally;
