@@ -146,8 +146,7 @@ fn outcomes(map: &Map, found: &[Found], curves: &[Result<Curves, hpu_study::Erro
     let fails = |index: usize| predicted(map, index).is_ok_and(|fails| fails.last().is_some_and(|(_, fails)| *fails));
     let fails: Vec<bool> = (0..found.len()).map(|index| speaks[index / map.layer()] && fails(index)).collect();
     let failing = if fails.contains(&true) { "; hatched: predicted to fail by the linear loop" } else { "" };
-    let corners = if told_for_ever(found) { "; corner: settled for ever, by proof or by repeating" } else { "" };
-    let mut canvas = page(&title, &(said(found) + &wraps + hatched + failing + corners), command);
+    let mut canvas = page(&title, &(said(found) + &wraps + hatched + failing), command);
     let mut key: Vec<(String, Look)> = Vec::new();
     for (method, frame) in frames(map, true).into_iter().enumerate() {
         let color = |index: usize| class_color(class(found, index));
@@ -172,7 +171,8 @@ fn outcomes(map: &Map, found: &[Found], curves: &[Result<Curves, hpu_study::Erro
     }
     let shown = classes().filter(|of| (0..found.len()).any(|index| class(found, index) == *of));
     let classes = shown.map(|of| (class_name(of).replace('_', " "), Look::Area(class_color(of))));
-    legend(&mut canvas, &classes.chain(key).collect::<Vec<_>>());
+    let corner = told_for_ever(found).then(|| ("settled for ever".to_string(), Look::Corner(SKY)));
+    legend(&mut canvas, &classes.chain(corner).chain(key).collect::<Vec<_>>());
     canvas.render("map")
 }
 

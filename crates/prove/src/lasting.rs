@@ -24,8 +24,8 @@
 //! no decision falls otherwise so near to it. All decisions of the emulator are made in `f64` where the value is
 //! farther from the limit than twice a bound of its error, of which 2⁻⁵² of a count is a part; so where none had to be
 //! made again in double-double, a deviation of 2⁻⁵³ counts changes none. What `e` is, is tested and not proved: a flow
-//! of the device over `t` is taken to err by no more than 2⁻⁹⁵ of its state, and as much for each `1/‖A‖` of `t`. A test
-//! of the device holds it to that, against arithmetic of 80 digits (`a_flow_has_thirty_digits`).
+//! of the device over `t` is taken to err by no more than 2⁻⁹⁵ of its state, and as much for each `1/‖A‖` of `t`. A
+//! test of the device holds it to that, against arithmetic of 80 digits (`a_flow_has_thirty_digits`).
 
 use std::array::from_fn;
 
@@ -217,8 +217,8 @@ impl Plant {
         })
     }
 
-    /// Returns a bound of the distance in rad of the emulator's motion from that of real numbers, in a period of so many
-    /// flows that repeats.
+    /// Returns a bound of the distance in rad of the emulator's motion from that of real numbers, in a period of so
+    /// many flows that repeats.
     fn rounding(&self, period: &Period, segments: f64) -> Result<f64, &'static str> {
         let period_s = self.time_s(period.edges);
         // Each such time at least halves the motion, and the supply adds at most so much. So a motion that repeats is

@@ -53,20 +53,22 @@ pub(crate) enum Look {
     Points(Style),
     /// An area, or a line as wide as an area.
     Area(RGBColor),
+    /// A mark in the corner of an area.
+    Corner(RGBColor),
 }
 
 impl Look {
     pub fn color(self) -> RGBColor {
         match self {
             Self::Line(style) | Self::Points(style) => style.color,
-            Self::Area(color) => color,
+            Self::Area(color) | Self::Corner(color) => color,
         }
     }
 
     pub fn marker(self) -> Option<Marker> {
         match self {
             Self::Line(style) | Self::Points(style) => Some(style.marker),
-            Self::Area(_) => None,
+            Self::Area(_) | Self::Corner(_) => None,
         }
     }
 }
@@ -104,7 +106,10 @@ pub(crate) fn mark(canvas: &mut Canvas, (x, y): (i32, i32), Style { color, marke
 
 /// Draws an entry of a key: the look and its name. Returns where the next entry begins.
 pub(crate) fn entry(canvas: &mut Canvas, (x, y): (i32, i32), (text, look): (&str, Look), size: i32) -> i32 {
-    canvas.declare(text, look.color(), look.marker());
+    // An area's mark is no colour of its own.
+    if !matches!(look, Look::Corner(_)) {
+        canvas.declare(text, look.color(), look.marker());
+    }
     let width = 2 * size;
     match look {
         Look::Line(style) => {
@@ -112,7 +117,13 @@ pub(crate) fn entry(canvas: &mut Canvas, (x, y): (i32, i32), (text, look): (&str
             mark(canvas, (x + width / 2, y), style, 10);
         }
         Look::Points(style) => mark(canvas, (x + width / 2, y), style, 10),
-        Look::Area(color) => canvas.fill([(x, y - size / 2), (x + width, y + size / 2)], color),
+        Look::Area(color) | Look::Corner(color) => {
+            canvas.fill([(x, y - size / 2), (x + width, y + size / 2)], color);
+            if matches!(look, Look::Corner(_)) {
+                let (right, top) = (x + width, y - size / 2);
+                canvas.shape(vec![(right, top), (right - size, top), (right, top + size)], INK);
+            }
+        }
     }
     canvas.text((x + width + 14, y), text, size, INK, Anchor::Left);
     x + width + 14 + text_width(text, size) + size * 3 / 2

@@ -359,5 +359,5 @@ fn a_map_that_looks_on_marks_the_cells_whose_own_run_is_settled_for_ever() {
     }
     assert!(kinds.iter().any(|kind| kind == "quiet") && proved >= 3, "{kinds:?}");
     assert_eq!(told["methods"][0]["settled_for_ever"], proved);
-    assert!(content(&out, "map.svg").contains("corner: settled for ever, by proof or by repeating"));
+    assert!(content(&out, "map.svg").contains("settled for ever"));
 }

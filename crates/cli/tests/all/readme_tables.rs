@@ -165,6 +165,15 @@ pub const COMMANDS: &[(&str, Form)] = &[
         ),
     ),
     ("hpu sweep run testbench/studies/example.toml --section map -o sweep", Form::AsIs),
+    (
+        "hpu map hybrid-wall --x 'wall.stiffness=0.1..4:24' --y 'wall.damping=0..0.4 mN.m.s/rad:12' --full --for-ever \
+         -o walls",
+        short(
+            "hpu map hybrid-wall --x 'wall.stiffness=0.1..4:3' --y 'wall.damping=0..0.4 mN.m.s/rad:2' --full \
+             --for-ever -o walls",
+            "it has 288 cells",
+        ),
+    ),
     ("hpu map --from sweep -o drawn", Form::AsIs),
     ("hpu sweep plan testbench/studies/example.toml --section map -o farm", Form::AsIs),
     ("hpu sweep status farm", Form::AsIs),

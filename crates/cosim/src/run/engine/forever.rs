@@ -73,8 +73,8 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone> ClosedLoop
         }
     }
 
-    /// Runs on by events; returns `false` if that was stopped, or cannot be done. A loop of its own, so that there is no
-    /// call in that of a run to its end.
+    /// Runs on by events; returns `false` if that was stopped, or cannot be done. A loop of its own, so that there is
+    /// no call in that of a run to its end.
     #[inline(never)]
     pub(super) fn go_far<O: Observe>(&mut self, end: u64, observer: &mut O, control: &Control) -> bool {
         end <= self.world.reach() && self.go(Driver::Events, end, observer, control)
