@@ -6,6 +6,7 @@ mod pieces;
 mod scene;
 
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use clap::ValueEnum;
 
@@ -13,7 +14,7 @@ use crate::scene::{Named, Set, source};
 use crate::units::si;
 
 use crate::document::Document;
-use crate::shell::{Exit, Failure, Single, interrupt, print};
+use crate::shell::{Exit, Failure, Single, interrupt, print, values};
 use scene::SceneReport;
 
 /// Make one page of a scene: to look at, to mail, to print
@@ -35,6 +36,10 @@ pub(crate) struct Args {
     /// Parts beside the run; --with widths takes seconds, most others minutes
     #[arg(long, value_enum, value_delimiter = ',', value_name = "PART,...")]
     with: Vec<Part>,
+    /// Let the run look on after its end for so long [default: 10s], as hpu run --for-ever does
+    #[arg(long, value_name = "TIME", num_args = 0..=1, require_equals = true, default_missing_value = "10s",
+        value_parser = values::time)]
+    for_ever: Option<Duration>,
     /// Take parts from this folder where they are there, as hpu limits SCENE -o DIR leaves them, also in folders of
     /// their names below it
     #[arg(long, value_name = "DIR")]
@@ -85,8 +90,9 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let file = Single::open(&args.out)?;
     let document = match &args.scenes[..] {
         [dir] if Path::new(dir).is_dir() => {
-            if !args.set.set.is_empty() || !args.with.is_empty() || args.from.is_some() {
-                return Err(Failure::usage(format!("{dir} is a folder; --set, --with and --from are of scenes")));
+            if !args.set.set.is_empty() || !args.with.is_empty() || args.for_ever.is_some() || args.from.is_some() {
+                let options = "--set, --with, --for-ever and --from";
+                return Err(Failure::usage(format!("{dir} is a folder; {options} are of scenes")));
             }
             Some(folder::document(Path::new(dir))?)
         }
@@ -109,7 +115,7 @@ fn of_scenes(args: &Args, scenes: &[String]) -> Result<Option<Document>, Failure
     let watch = interrupt::watch();
     let mut all: Vec<SceneReport> = Vec::new();
     for one in &named {
-        let Some(report) = SceneReport::new(one, &args.set.set, watch)? else { return Ok(None) };
+        let Some(report) = SceneReport::new(one, &args.set.set, args.for_ever, watch)? else { return Ok(None) };
         all.push(report);
     }
     let mut parts = Vec::new();

@@ -1,5 +1,7 @@
 //! The parts of a report that a scene's run makes.
 
+use std::time::Duration;
+
 use hpu_chart::Diagram;
 use hpu_cosim::dut::Inside;
 use hpu_cosim::scene::{Experiment, Resolved, ValueSource, resolved};
@@ -36,9 +38,14 @@ pub(crate) struct SceneReport {
 }
 
 impl SceneReport {
-    /// Runs a scene; `None` when stopped.
-    pub fn new((scene, source): &Named, set: &[(String, String)], watch: Watch) -> Result<Option<Self>, Failure> {
-        let Some((mut run, recorded)) = finished(source, set, None, watch, unseen)? else { return Ok(None) };
+    /// Runs a scene, and looks on after its end for as long as `for_ever`, if that is given; `None` when stopped.
+    pub fn new(
+        (scene, source): &Named,
+        set: &[(String, String)],
+        for_ever: Option<Duration>,
+        watch: Watch,
+    ) -> Result<Option<Self>, Failure> {
+        let Some((mut run, recorded)) = finished(source, set, for_ever, watch, unseen)? else { return Ok(None) };
         let json = run.page.json();
         let signals = run.page.take_table("signals");
         // The keys tell more than the parameters.

@@ -114,7 +114,8 @@ impl Finished {
 
     /// Returns the command that runs the scene.
     pub fn command(&self) -> String {
-        self.loaded.command()
+        let longest = self.args.for_ever.map(|longest| format!(" --for-ever={}s", longest.as_secs_f64()));
+        self.loaded.command() + &longest.unwrap_or_default()
     }
 
     /// Runs the scene again, to the same bits, for another observer; `None` when interrupted.

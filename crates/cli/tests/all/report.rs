@@ -268,6 +268,21 @@ fn the_run_in_a_report_is_the_run() {
 }
 
 #[test]
+fn a_report_tells_how_its_run_goes_on_for_ever() {
+    let dir = scratch("report-for-ever");
+    let html = report(&["bounded-wall", "--for-ever=2s"], &dir.join("report.html"));
+    let all = elements(&html);
+    let found = as_json(&run(&["run", "bounded-wall", "--for-ever=2s", "--json"]));
+    assert_eq!(found["for_ever"]["kind"], "quiet");
+    assert!(assert_facts(&all, "verdict", &found) >= 3);
+    let said = |all: &[Element], words: &str| all.iter().any(|element| element.text.contains(words));
+    assert!(said(&all, "settled for ever: no count arrives after"));
+    assert!(said(&all, "hpu run bounded-wall --for-ever=2s"));
+    let without = elements(&report(&["bounded-wall"], &dir.join("without.html")));
+    assert!(said(&without, "hpu run bounded-wall") && !said(&without, "for ever"));
+}
+
+#[test]
 fn two_scenes_stand_beside_each_other() {
     let dir = scratch("report-two");
     let all = elements(&report(&["free-motion", "capped-coupling"], &dir.join("two.html")));
@@ -380,6 +395,7 @@ fn refusals_leave_nothing_behind() {
     refused(&["hybrid-wall", "--from", &none], 2, &["is no folder"]);
     refused(&[&empty], 2, &["holds no results"]);
     refused(&[&empty, "--with", "widths"], 2, &["is a folder"]);
+    refused(&[&empty, "--for-ever"], 2, &["is a folder"]);
     refused(&["hybrid-wall", "--set", "wall.stiffness=-1"], 4, &["wall.stiffness"]);
     refused(&["phantom-drop", "--with", "map"], 2, &["a map around the wall is of an axis"]);
     assert_eq!(names(&dir), ["empty"]);
