@@ -1,0 +1,1 @@
+//! Reads netlists of Yosys.
