@@ -1,1 +1,0 @@
-//! Reads netlists of Yosys.
