@@ -99,16 +99,17 @@ struct Cone {
 }
 
 impl Leap {
-    /// Starts a simulation with all inputs 0. `initial` has the words of the registers; asynchronous resets that are
-    /// active act at once. `ranks` has a rank for each output: a [request](Self::clock) tells of the outputs up to a
-    /// rank, and ends where one of rank 0 changes.
+    /// Starts a simulation with these words of the registers and of the inputs; asynchronous resets that are active act
+    /// at once. `ranks` has a rank for each output: a [request](Self::clock) tells of the outputs up to a rank, and
+    /// ends where one of rank 0 changes.
     ///
     /// # Panics
     ///
-    /// If the numbers of registers or outputs are others.
-    pub fn new(netlist: &Netlist, initial: &[u64], ranks: &[u8]) -> Self {
+    /// If the numbers of registers, inputs or outputs are others.
+    pub fn new(netlist: &Netlist, (initial, given): (&[u64], &[u64]), ranks: &[u8]) -> Self {
         let Netlist { widths, constants, cells, registers, inputs, outputs } = netlist;
-        assert_eq!((initial.len(), ranks.len()), (registers.len(), outputs.len()), "words of registers, and ranks");
+        assert_eq!((initial.len(), given.len()), (registers.len(), inputs.len()), "words of registers and inputs");
+        assert_eq!(ranks.len(), outputs.len(), "ranks of outputs");
         let mut lines = vec![Line::still(0); widths.len()];
         for (net, word) in constants {
             lines[net.index()].word = *word;
@@ -122,6 +123,9 @@ impl Leap {
             difference: 0,
         };
         let flops: Vec<_> = registers.iter().map(flop).collect();
+        for ((_, net), word) in inputs.iter().zip(given) {
+            lines[net.index()].word = word & mask(netlist.width(*net));
+        }
         for (flop, word) in flops.iter().zip(initial) {
             lines[flop.output as usize].word = word & mask(flop.width);
         }
@@ -199,12 +203,13 @@ impl Leap {
         self.lines[self.outputs[output] as usize].word
     }
 
-    /// Takes the words that all outputs have now as told.
-    pub fn tell(&mut self) {
-        for at in 0..self.outputs.len() {
-            self.told[at] = Some(self.output(at));
+    /// Takes these words as those that were told last of the outputs; an output without one is told at the next edge at
+    /// which it is asked for.
+    pub fn tell(&mut self, told: impl IntoIterator<Item = Option<u64>>) {
+        for (at, word) in told.into_iter().enumerate().take(self.outputs.len()) {
+            self.told[at] = word;
+            self.news.set(at, word != Some(self.output(at)));
         }
-        self.news = IndexSet::new(self.outputs.len());
     }
 
     /// Returns the words of the registers now.

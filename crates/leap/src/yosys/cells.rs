@@ -36,11 +36,12 @@ impl Reader<'_> {
                     _ => Operation::Xor,
                 };
                 let pairs = a.chunks(MOST).zip(b.chunks(MOST));
-                pairs.map(|(a, b)| {
-                    let net = self.binary(operation, a, b, a.len() as u8)?;
-                    Ok(if cell.kind == "$xnor" { self.unary(Operation::Not, net) } else { net })
-                })
-                .collect()
+                pairs
+                    .map(|(a, b)| {
+                        let net = self.binary(operation, a, b, a.len() as u8)?;
+                        Ok(if cell.kind == "$xnor" { self.unary(Operation::Not, net) } else { net })
+                    })
+                    .collect()
             }
             "$neg" | "$add" | "$sub" | "$mul" => {
                 self.narrow(cell, width)?;
@@ -66,8 +67,7 @@ impl Reader<'_> {
                 self.narrow(cell, most)?;
                 let (a, b) = (resized(a, is_signed, most), resized(b, is_signed, most));
                 let signed = is_signed;
-                let operation =
-                    if cell.kind == "$div" { Operation::Div { signed } } else { Operation::Rem { signed } };
+                let operation = if cell.kind == "$div" { Operation::Div { signed } } else { Operation::Rem { signed } };
                 let net = self.binary(operation, &a, &b, most as u8)?;
                 Ok(one(self.slice(net, 0, width as u8)))
             }

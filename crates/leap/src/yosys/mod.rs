@@ -1,8 +1,8 @@
 //! Reads netlists from the JSON that Yosys writes.
 //!
 //! Yosys lists the bits of each port of each cell. Here bits become words again: runs of bits of one word are slices of
-//! it, and words are joined by concatenations. [`script`] returns the commands after which only words, registers with
-//! one clock and combinational cells are left. What a [`Netlist`] cannot represent is refused by its name.
+//! it, and words are joined by concatenations. After the commands [`FLAT`] and [`LOWERED`] only words, registers and
+//! combinational cells are left. What a [`Netlist`] cannot represent is refused by its name.
 
 mod cells;
 mod module;
@@ -13,22 +13,19 @@ use std::fmt;
 use crate::netlist::Netlist;
 
 /// Memories of more words than this are refused: each of their words would become a register.
-pub const MOST_MEMORY_WORDS: u32 = 64;
+pub(crate) const MOST_MEMORY_WORDS: u32 = 64;
 /// The most cells of a netlist.
 const MOST_CELLS: usize = 1 << 16;
 
-/// Returns the commands of Yosys behind those that read a design: they make it a netlist of words with the topmost
-/// module `top`, and write it to the file `json`. Values `x` stay as they are, so that they are seen, unless `zeros`
-/// sets them to 0.
-pub fn script(top: &str, json: &str, zeros: bool) -> String {
-    let unknown = if zeros { "setundef -zero; " } else { "" };
-    format!(
-        "hierarchy -top {top}; proc; flatten; {unknown}opt_expr -keepdc; opt_clean; memory_dff; memory_collect; \
-         memory_map r:SIZE<={MOST_MEMORY_WORDS}; opt_expr -keepdc; opt_merge; opt_dff -keepdc -nodffe -nosdff; \
-         opt_expr -keepdc -mux_bool; opt_merge; opt_clean; dffunmap; opt_expr -keepdc; opt_merge; \
-         opt_clean -purge; write_json {json}"
-    )
-}
+/// The commands of Yosys that make a design one module, between `hierarchy -top` and [`LOWERED`].
+pub const FLAT: &str = "proc; flatten";
+/// A command between them that sets values `x` to 0. Without it they stay as they are, so that they are seen.
+pub const ZEROS: &str = "setundef -zero";
+/// The commands that leave words, combinational cells and registers without enables, before `write_json`. They use no
+/// value `x` to make the logic simpler. Memories of more than 64 words stay.
+pub const LOWERED: &str = "opt_expr -keepdc; opt_clean; memory_dff; memory_collect; memory_map r:SIZE<=64; \
+                           opt_expr -keepdc; opt_merge; opt_dff -keepdc -nodffe -nosdff; opt_expr -keepdc -mux_bool; \
+                           opt_merge; opt_clean; dffunmap; opt_expr -keepdc; opt_merge; opt_clean -purge";
 
 /// The reason why a design is no [`Netlist`].
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -42,7 +39,7 @@ impl fmt::Display for Unfit {
 
 impl std::error::Error for Unfit {}
 
-/// Reads the module `top` from JSON that [`script`] has made. All registers must have the clock `clock`, an input.
+/// Reads the module `top` from the JSON that Yosys writes after [`LOWERED`]. All registers must have the clock `clock`, an input.
 /// Names are compared without regard to case if `ignores_case` is set.
 ///
 /// # Errors

@@ -115,10 +115,12 @@ impl Module {
         for (_, cell) in entries("cells")?.filter(|(_, cell)| cell["type"] != "$scopeinfo") {
             let kind = cell["type"].as_str().ok_or_else(|| malformed("a type"))?.to_string();
             let parameters = cell["parameters"].as_object().into_iter().flatten();
-            let text = |value: &Value| value.as_str().map_or_else(|| format!("{:b}", value.as_u64().unwrap_or(0)), Into::into);
+            let text =
+                |value: &Value| value.as_str().map_or_else(|| format!("{:b}", value.as_u64().unwrap_or(0)), Into::into);
             let parameters = parameters.map(|(name, value)| (name.clone(), text(value))).collect();
             let connections = cell["connections"].as_object().into_iter().flatten();
-            let connections = connections.map(|(port, of)| Ok((port.clone(), bits(of)?))).collect::<Result<_, Unfit>>()?;
+            let connections =
+                connections.map(|(port, of)| Ok((port.clone(), bits(of)?))).collect::<Result<_, Unfit>>()?;
             cells.push(RawCell { kind, parameters, connections });
         }
         if cells.len() > MOST_CELLS {

@@ -143,7 +143,8 @@ impl<'m> Reader<'m> {
         let mut users = vec![Vec::new(); cells.len()];
         let mut waits = vec![0u32; cells.len()];
         for (at, cell) in cells.iter().enumerate().filter(|(at, _)| is_logic(at)) {
-            let mut before: Vec<_> = ["A", "B", "S"].iter().flat_map(|port| cell.port(port)).filter_map(driver).collect();
+            let mut before: Vec<_> =
+                ["A", "B", "S"].iter().flat_map(|port| cell.port(port)).filter_map(driver).collect();
             before.sort_unstable();
             before.dedup();
             waits[at] = before.len() as u32;
@@ -241,7 +242,8 @@ impl<'m> Reader<'m> {
             let rest = &bits[from..];
             let constants = rest.iter().take_while(|bit| matches!(bit, Bit::Zero | Bit::One)).count();
             let (part, length) = if constants > 0 {
-                let word = rest[..constants].iter().enumerate().map(|(at, bit)| u64::from(*bit == Bit::One) << at).sum();
+                let word =
+                    rest[..constants].iter().enumerate().map(|(at, bit)| u64::from(*bit == Bit::One) << at).sum();
                 (self.constant(word, constants as u8), constants)
             } else {
                 self.run(rest)?

@@ -119,7 +119,8 @@ impl Plain {
 
     fn leap(&self, ranks: &[u8]) -> Leap {
         let initial: Vec<_> = self.registers.iter().map(|(place, ..)| self.words[*place]).collect();
-        Leap::new(&self.netlist, &initial, ranks)
+        let given = vec![0; self.inputs.len()];
+        Leap::new(&self.netlist, (&initial, &given), ranks)
     }
 }
 
@@ -129,8 +130,8 @@ fn same(plain: &mut Plain, edges: u64, random: &mut Random) -> f64 {
     let ranks: Vec<u8> = plain.outputs.iter().map(|_| random.below(2) as u8).collect();
     let mut leap = plain.leap(&ranks);
     plain.settle();
-    leap.tell();
     let (mut edge, mut shown) = (0, plain.outputs.iter().map(|place| plain.words[*place]).collect::<Vec<_>>());
+    leap.tell(shown.iter().map(|word| Some(*word)));
     while edge < edges {
         let words: Vec<_> = plain.inputs.iter().map(|place| random.below(1 << plain.widths[*place])).collect();
         for (place, word) in plain.inputs.iter().zip(&words) {
@@ -288,7 +289,7 @@ fn slopes_that_do_not_last_are_not_leapt_over() {
     let top = plain.cell(Operation::Slice { low: 19 }, &[acc], 1);
     plain.output(top);
     let mut leap = plain.leap(&[0]);
-    leap.tell();
+    leap.tell([Some(0)]);
     let inputs = [(1, 1), (4, 0), (501, 1), (505, 0), (901, 1), (1501, 0), (1601, 1), (200_001, 0)];
     let mut changes = Vec::new();
     for pair in inputs.windows(2) {
@@ -314,7 +315,7 @@ fn a_change_through_logic_alone_is_told_after_the_next_edge() {
     plain.output(not);
     plain.output(cnt);
     let mut leap = plain.leap(&[0, 1]);
-    leap.tell();
+    leap.tell([Some(1), Some(0)]);
     let mut changes = Vec::new();
     assert_eq!(leap.clock(1000, 0, |at, output, word| changes.push((at, output, word))), 1000);
     leap.input(&[1]);
