@@ -1,5 +1,6 @@
 //! The cells of Yosys' library as operations.
 
+use std::borrow::Cow;
 use std::collections::HashSet;
 
 use super::module::{Bit, RawCell};
@@ -11,12 +12,13 @@ use crate::operation::Operation;
 impl Reader<'_> {
     /// Makes the words of a cell, of 64 bits each and the rest.
     pub(super) fn cell(&mut self, cell: &RawCell) -> Result<Vec<Net>, Unfit> {
-        let (a, b, y) = (cell.port("A"), cell.port("B"), cell.port("Y"));
+        let y = cell.port("Y");
+        let (a, b) = (&*self.written(y, cell.port("A")), &*self.written(y, cell.port("B")));
         let width = y.len();
         if width == 0 {
             return Err(self.refused(cell));
         }
-        if cell.kind != "$pmux" && ["A", "B", "S"].iter().any(|port| cell.port(port).contains(&Bit::Unknown)) {
+        if cell.kind != "$pmux" && [a, b, cell.port("S")].iter().any(|bits| bits.contains(&Bit::Unknown)) {
             return Err(self.unknown(y));
         }
         let one = |net: Net| vec![net];
@@ -134,10 +136,19 @@ impl Reader<'_> {
                 let select = self.word(cell.port("S"))?;
                 self.chosen(select, a, b)
             }
-            "$pmux" => self.parallel(cell),
+            "$pmux" => self.parallel(cell, a, b),
             "$shl" | "$sshl" | "$shr" | "$sshr" | "$shift" | "$shiftx" => self.shift(cell).map(one),
             _ => Err(self.refused(cell)),
         }
+    }
+
+    /// Returns the bits of an operand, with zeros for unknown ones where the result is the address or the data of a
+    /// memory's write port: Yosys leaves both unknown while the port does not write.
+    fn written<'b>(&self, result: &[Bit], operand: &'b [Bit]) -> Cow<'b, [Bit]> {
+        if !operand.contains(&Bit::Unknown) || !self.module.name(result).contains("$memwr$") {
+            return Cow::Borrowed(operand);
+        }
+        operand.iter().map(|bit| if *bit == Bit::Unknown { Bit::Zero } else { *bit }).collect()
     }
 
     /// Returns the refusal of a cell, by what it stands for.
@@ -233,16 +244,16 @@ impl Reader<'_> {
     }
 
     /// Returns the words of a choice among several, of which at most one is selected.
-    fn parallel(&mut self, cell: &RawCell) -> Result<Vec<Net>, Unfit> {
-        let (default, select, width) = (cell.port("A"), cell.port("S"), cell.port("Y").len());
-        let mut choices: Vec<_> = select.iter().copied().zip(cell.port("B").chunks(width)).collect();
+    fn parallel(&mut self, cell: &RawCell, default: &[Bit], others: &[Bit]) -> Result<Vec<Net>, Unfit> {
+        let (select, width) = (cell.port("S"), cell.port("Y").len());
+        let mut choices: Vec<_> = select.iter().copied().zip(others.chunks(width)).collect();
         let mut base = default;
         // A choice without a default leaves it unknown. Where one of the others is always selected, that is no matter.
         if default.contains(&Bit::Unknown) && self.is_exhaustive(select) {
             let last = choices.pop().ok_or_else(|| self.unknown(cell.port("Y")))?;
             base = last.1;
         }
-        if base.contains(&Bit::Unknown) || cell.port("B").contains(&Bit::Unknown) {
+        if base.contains(&Bit::Unknown) || others.contains(&Bit::Unknown) {
             return Err(self.unknown(cell.port("Y")));
         }
         let mut made = base.chunks(MOST).map(|bits| self.word(bits)).collect::<Result<Vec<_>, _>>()?;
@@ -278,9 +289,11 @@ impl Reader<'_> {
         let found = self.driver(bit).filter(|cell| cell.port("Y").first() == Some(&bit)).and_then(|cell| {
             let (a, b) = (cell.port("A"), cell.port("B"));
             match &*cell.kind {
-                "$eq" if a.len() == b.len() => {
-                    value(b).map(|value| (a.to_vec(), value)).or_else(|| value(a).map(|value| (b.to_vec(), value)))
-                }
+                // Zeros on top are left out of either operand.
+                "$eq" if !cell.is_set("A_SIGNED") => value(b)
+                    .filter(|value| a.len() >= MOST || value >> a.len() == 0)
+                    .map(|value| (a.to_vec(), value))
+                    .or_else(|| value(a).map(|value| (b.to_vec(), value)).filter(|_| a.len() <= b.len())),
                 "$logic_not" => Some((a.to_vec(), 0)),
                 "$not" if a.len() == 1 => Some((a.to_vec(), 0)),
                 _ => None,
@@ -290,12 +303,19 @@ impl Reader<'_> {
     }
 
     fn shift(&mut self, cell: &RawCell) -> Result<Net, Unfit> {
-        let (a, b, width) = (cell.port("A"), cell.port("B"), cell.port("Y").len());
+        let (a, width) = (cell.port("A"), cell.port("Y").len());
         let is_signed = cell.is_set("A_SIGNED");
         let is_part = cell.kind == "$shiftx";
+        // An amount with a zero on top has no sign.
+        let mut b = cell.port("B");
+        let may_be_negative = cell.is_set("B_SIGNED") && b.last() != Some(&Bit::Zero);
+        while b.len() > 1 && b.last() == Some(&Bit::Zero) {
+            b = &b[..b.len() - 1];
+        }
         // A part beyond the end of a word has unknown bits.
-        if is_part && (cell.is_set("B_SIGNED") || b.len() >= 32 || (1usize << b.len()) - 1 + width > a.len()) {
-            return Err(self.unknown(cell.port("Y")));
+        if is_part && (may_be_negative || b.len() >= 32 || (1usize << b.len()) - 1 + width > a.len()) {
+            let name = self.module.name(cell.port("Y"));
+            return Err(Unfit(format!("`{name}` is a part of a word by an index that may be out of range")));
         }
         let most = width.max(a.len());
         self.narrow(cell, most)?;
@@ -306,7 +326,7 @@ impl Reader<'_> {
         let (left, right) = (Operation::ShiftLeft, Operation::ShiftRight { signed: arithmetic });
         let net = match &*cell.kind {
             "$shl" | "$sshl" => self.netlist.cell(left, &[word, amount], most as u8),
-            "$shift" if cell.is_set("B_SIGNED") => {
+            "$shift" if may_be_negative => {
                 let (zero, of) = (self.constant(0, b.len() as u8), b.len() as u8);
                 let back = self.netlist.cell(Operation::Sub, &[zero, amount], of);
                 let sign = self.slice(amount, of - 1, 1);

@@ -124,10 +124,10 @@ impl Running {
         self.others.iter().all(|other| other.output(at) == word).then_some(word)
     }
 
-    /// Clocks all simulations edge by edge.
-    fn beside(&mut self, edges: u64, asked: Asked, changes: &mut Vec<Change>) -> Result<u64, Fault> {
-        let mut done = 0;
-        let mut ends = false;
+    /// Clocks all simulations edge by edge, for as long as there are several. Returns the number of edges, and whether
+    /// an output that drives has changed at the last of them.
+    fn beside(&mut self, edges: u64, asked: Asked, changes: &mut Vec<Change>) -> Result<(u64, bool), Fault> {
+        let (mut done, mut ends) = (0, false);
         while done < edges && !ends && !self.others.is_empty() {
             done += 1;
             self.edge += 1;
@@ -156,7 +156,7 @@ impl Running {
         }
         let told = self.told.iter().map(|told| told.flatten()).collect::<Vec<_>>();
         self.leap.tell(told);
-        Ok(done)
+        Ok((done, ends))
     }
 
     /// Returns the fault of an output that drives the device by a value that nothing has set.
@@ -189,18 +189,20 @@ impl RunningDesign for Running {
             }
         }
         let from = changes.len();
-        let done = if self.others.is_empty() {
+        let (mut done, mut ends) = (0, false);
+        if !self.others.is_empty() {
+            (done, ends) = self.beside(edges, asked, changes)?;
+        }
+        if done < edges && !ends {
             let rank = u8::from(asked != Asked::Driving);
             let (outputs, told) = (&self.outputs, &mut self.told);
-            let done = self.leap.clock(edges, rank, |edge, at, word| {
+            let more = self.leap.clock(edges - done, rank, |edge, at, word| {
                 told[at] = Some(Some(word));
-                changes.push(Change { edge, port: outputs[at], bits: Some(word) });
+                changes.push(Change { edge: done + edge, port: outputs[at], bits: Some(word) });
             });
-            self.edge += done;
-            done
-        } else {
-            self.beside(edges, asked, changes)?
-        };
+            self.edge += more;
+            done += more;
+        }
         changes[from..].sort_unstable_by_key(|change| (change.edge, change.port));
         Ok(done)
     }
