@@ -40,14 +40,14 @@ impl fmt::Display for Unfit {
 
 impl std::error::Error for Unfit {}
 
-/// Reads the module `top` from the JSON that Yosys writes after [`LOWERED`]. All registers must have the clock `clock`, an input.
-/// Names are compared without regard to case if `ignores_case` is set.
+/// Reads the module `top` from the JSON that Yosys writes after [`LOWERED`]. All registers must have the clock `clock`,
+/// an input. Names are compared without regard to case if `ignores_case` is set.
 ///
 /// # Errors
 ///
 /// [`Unfit`] if the text is no such JSON, or with the name of what a netlist cannot represent: a latch, a combinational
-/// loop, another clock or its falling edge, a word of more than 64 bits that takes part in arithmetic, an unknown value,
-/// a port `inout`, a large memory.
+/// loop, another clock or its falling edge, a word of more than 64 bits in arithmetic, an unknown value, a port
+/// `inout`, a large memory.
 pub fn read(json: &str, top: &str, (clock, ignores_case): (&str, bool)) -> Result<Netlist, Unfit> {
     let module = module::Module::read(json, top, (clock, ignores_case))?;
     words::Reader::new(&module).netlist()

@@ -1,8 +1,8 @@
 //! A design simulated in this process, by leaps over the clock edges at which only counters move.
 //!
-//! Yosys makes a netlist of Verilog, or of GHDL's synthesis of VHDL with the same repairs as for Verilator; [`hpu_leap`]
-//! simulates it. The ports are described as for Verilator, which reads the design but compiles no program of it. A
-//! design that no netlist of words represents, or that says something while it runs, does not fit: the reason is told,
+//! Yosys makes a netlist of Verilog, or of GHDL's synthesis of VHDL with the same repairs as for Verilator; the crate
+//! [`hpu_leap`] simulates it. The ports are described as for Verilator, which reads the design but compiles no program
+//! of it. A design that no netlist of words represents, or that says something while it runs, does not fit: the reason is told,
 //! and another simulator takes the design.
 
 mod running;

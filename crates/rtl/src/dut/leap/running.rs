@@ -1,16 +1,23 @@
 //! A running simulation of a netlist.
 
+use std::collections::BTreeSet;
+
 use hpu_cosim::dut::{Asked, Change, Fault, Heard, RunningDesign};
 use hpu_cosim::scene::Registers;
-use hpu_leap::{Leap, Netlist};
+use hpu_leap::{Leap, Netlist, Share};
 
 use super::{Leaping, Source};
 use crate::engines::error::{Error, Reason};
+use crate::engines::note::note;
 
 /// Simulations beside the first one while registers may be unset, and the edges after which one is left: as in
 /// `main.cpp`.
 const OTHERS: u64 = 7;
 const SOON: u64 = 64;
+
+/// The edges from which on a run is long enough to tell how much is leapt over, and the most registers that are named.
+const LONG: u64 = 1 << 16;
+const MOST_NAMED: usize = 4;
 
 /// The simulation of a design.
 ///
@@ -23,6 +30,8 @@ pub(super) struct Running {
     /// The port of each output, whether it drives, and its word as told last: unknown, or not told.
     outputs: Vec<usize>,
     names: Vec<String>,
+    /// The names of the registers.
+    registers: Vec<String>,
     drives: Vec<bool>,
     told: Vec<Option<Option<u64>>>,
     /// The level of the reset when it is not active.
@@ -85,12 +94,13 @@ impl Running {
         let is_unset =
             netlist.registers().iter().any(|one| one.set.count_ones() < u32::from(netlist.width(one.output)));
         let is_unknown = design.registers == Registers::Unknown && is_unset;
-        let fills = if is_unknown { 1..=OTHERS } else { 1..=0 };
+        let fills = 1..1 + if is_unknown { OTHERS } else { 0 };
         let mut running = Self {
             leap: begun(is_unknown.then_some(0)),
             others: fills.map(|fill| begun(Some(fill))).collect(),
             sources: design.inputs.clone(),
             names: netlist.outputs().iter().map(|output| output.name.clone()).collect(),
+            registers: netlist.registers().iter().map(|register| register.name.clone()).collect(),
             told: vec![None; outputs.len()],
             outputs,
             drives,
@@ -159,14 +169,34 @@ impl Running {
         Ok((done, ends))
     }
 
+    /// Tells which registers prevent jumps, where most edges of a long run were not leapt over.
+    fn note_share(&self) {
+        let Share { edges, leapt } = self.leap.share();
+        if edges < LONG || leapt >= edges / 4 * 3 {
+            return;
+        }
+        let names: BTreeSet<_> = self.leap.restless().map(|at| &*self.registers[at]).take(MOST_NAMED).collect();
+        let names: Vec<_> = names.into_iter().map(|name| format!("`{name}`")).collect();
+        let why = match &names[..] {
+            [] => "it changes too often".to_string(),
+            names => {
+                format!("registers that change and are no counters prevent it, at the last edge {}", names.join(", "))
+            }
+        };
+        note(format!(
+            "the design leaps over {} % of its clock edges: {why}; dut.engine = \"verilator\" may be faster",
+            100 * leapt / edges
+        ));
+    }
+
     /// Returns the fault of an output that drives the device by a value that nothing has set.
     fn unset(&self, at: usize) -> Fault {
         let word = self.leap.output(at);
         let other = self.others.iter().map(|other| other.output(at)).find(|other| *other != word).unwrap_or(word);
         let (name, edge) = (&self.names[at], self.edge);
         let why = format!(
-            "output `{name}` depends on a value that nothing has set; after clock edge {edge} the output is {word:x} or \
-             {other:x}. Let the reset or an initial value set it, or write dut.registers = \"zero\" for an FPGA that \
+            "output `{name}` depends on a value that nothing has set; after clock edge {edge} the output is {word:x} \
+             or {other:x}. Let the reset or an initial value set it, or write dut.registers = \"zero\" for an FPGA that \
              clears its registers; dut.engine = \"verilator\" names the register"
         );
         Error::from(Reason::Unset(why)).into()
@@ -208,6 +238,7 @@ impl RunningDesign for Running {
     }
 
     fn heard(&mut self) -> Heard {
+        self.note_share();
         Heard::unchecking(std::mem::take(&mut self.unchecked))
     }
 }
