@@ -12,7 +12,7 @@
 use crate::index_set::IndexSet;
 use crate::line::{FOREVER, Line};
 use crate::netlist::{Cell, Net, Netlist};
-use crate::operation::{mask, signed};
+use crate::operation::{Operation, Widths, mask, signed};
 
 /// Edges in a row with one and the same difference after which a register of more than one bit is taken for a counter.
 const STEADY: u8 = 8;
@@ -29,6 +29,16 @@ pub struct Share {
     pub edges: u64,
     /// Those within jumps of several edges.
     pub leapt: u64,
+}
+
+/// A cell as the simulation needs it, with the range of the users of its word.
+#[derive(Clone, Copy)]
+struct Step {
+    operation: Operation,
+    widths: Widths,
+    operands: [u32; 3],
+    output: u32,
+    users: (u32, u32),
 }
 
 /// A register as the simulation needs it.
@@ -48,15 +58,16 @@ struct Flop {
 #[derive(Clone)]
 struct Users {
     from: Vec<u32>,
-    marks: Vec<u32>,
+    /// The place and the bits of a word of the set of marks.
+    marks: Vec<(u32, u64)>,
 }
 
 impl Users {
     #[inline]
     fn mark(&self, net: u32, marked: &mut IndexSet) {
         let (from, to) = (self.from[net as usize] as usize, self.from[net as usize + 1] as usize);
-        for &user in &self.marks[from..to] {
-            marked.insert(user as usize);
+        for &(part, bits) in &self.marks[from..to] {
+            marked.insert_into(part as usize, bits);
         }
     }
 }
@@ -64,7 +75,7 @@ impl Users {
 /// A simulation of a netlist, between two clock edges.
 #[derive(Clone)]
 pub struct Leap {
-    cells: Vec<Cell>,
+    steps: Vec<Step>,
     flops: Vec<Flop>,
     inputs: Vec<(u32, u64)>,
     outputs: Vec<u32>,
@@ -143,9 +154,11 @@ impl Leap {
         let all = operands.chain(data).chain(shown).chain(triggers.iter().map(|net| &net[..]));
         for (mark, nets) in all.enumerate() {
             for net in nets {
-                let users: &mut Vec<u32> = &mut of_net[net.index()];
-                if users.last() != Some(&(mark as u32)) {
-                    users.push(mark as u32);
+                let (users, part, bit): (&mut Vec<(u32, u64)>, _, _) =
+                    (&mut of_net[net.index()], (mark / 64) as u32, 1 << (mark % 64));
+                match users.last_mut() {
+                    Some((last, bits)) if *last == part => *bits |= bit,
+                    _ => users.push((part, bit)),
                 }
             }
         }
@@ -154,6 +167,14 @@ impl Leap {
             users.marks.extend(of);
             users.from.push(users.marks.len() as u32);
         }
+        let step = |cell: &Cell| Step {
+            operation: cell.operation,
+            widths: cell.widths,
+            operands: cell.operands.map(|net| net.0),
+            output: cell.output.0,
+            users: (users.from[cell.output.index()], users.from[cell.output.index() + 1]),
+        };
+        let steps: Vec<_> = cells.iter().map(step).collect();
         let highest = ranks.iter().copied().max().unwrap_or(0);
         let up_to = |rank: u8| {
             let mut set = IndexSet::new(outputs.len());
@@ -163,7 +184,7 @@ impl Leap {
         let mut marked = IndexSet::new(marks);
         (0..marks).for_each(|mark| marked.insert(mark));
         let mut leap = Self {
-            cells: cells.clone(),
+            steps,
             inputs: inputs.iter().map(|(_, net)| (net.0, mask(netlist.width(*net)))).collect(),
             outputs: outputs.iter().map(|output| output.net.0).collect(),
             resets,
@@ -308,7 +329,7 @@ impl Leap {
             self.lines[net as usize].word = word;
             self.pending.set(at as usize, false);
             // Its data may be as they were, and then the register is pending or not by its own new word.
-            self.marked.insert(self.cells.len() + at as usize);
+            self.marked.insert(self.steps.len() + at as usize);
             self.users.mark(net, &mut self.marked);
         }
         self.settle();
@@ -338,7 +359,7 @@ impl Leap {
             for (at, word) in self.taken.drain(..) {
                 let net = self.flops[at as usize].output;
                 self.lines[net as usize].word = word;
-                self.marked.insert(self.cells.len() + at as usize);
+                self.marked.insert(self.steps.len() + at as usize);
                 self.users.mark(net, &mut self.marked);
             }
         }
@@ -347,32 +368,34 @@ impl Leap {
     /// Evaluates all that is marked, in the order of the marks. Leaves the registers that have to be reset in `taken`.
     #[inline]
     fn evaluate(&mut self) {
-        let flops = self.cells.len();
+        let lines = &mut self.lines[..];
+        let flops = self.steps.len();
         let outputs = flops + self.flops.len();
         let resets = outputs + self.outputs.len();
         for part in 0..self.marked.parts() {
             while let Some(mark) = self.marked.take_from(part) {
                 if mark < flops {
-                    let Cell { operation, operands: [a, b, c], output, widths } = self.cells[mark];
-                    let [a, b, c] = [a, b, c].map(|net| self.lines[net.index()].word);
-                    let word = operation.word(widths, [a, b, c]);
-                    let line = &mut self.lines[output.index()];
+                    let step = &self.steps[mark];
+                    let word = step.operation.word(step.widths, step.operands.map(|net| lines[net as usize].word));
+                    let line = &mut lines[step.output as usize];
                     if line.word != word {
                         line.word = word;
-                        self.users.mark(output.0, &mut self.marked);
+                        for &(part, bits) in &self.users.marks[step.users.0 as usize..step.users.1 as usize] {
+                            self.marked.insert_into(part as usize, bits);
+                        }
                     }
                 } else if mark < outputs {
                     let flop = &self.flops[mark - flops];
-                    let is_pending = self.lines[flop.data as usize].word != self.lines[flop.output as usize].word;
+                    let is_pending = lines[flop.data as usize].word != lines[flop.output as usize].word;
                     self.pending.set(mark - flops, is_pending);
                 } else if mark < resets {
                     let output = mark - outputs;
-                    let is_new = self.told[output] != Some(self.lines[self.outputs[output] as usize].word);
+                    let is_new = self.told[output] != Some(lines[self.outputs[output] as usize].word);
                     self.news.set(output, is_new);
                 } else {
                     let (at, net, active, word) = self.resets[mark - resets];
                     let output = self.flops[at as usize].output;
-                    if self.lines[net as usize].word == active && self.lines[output as usize].word != word {
+                    if lines[net as usize].word == active && lines[output as usize].word != word {
                         self.taken.push((at, word));
                     }
                 }
@@ -389,10 +412,10 @@ impl Leap {
             self.lines[output as usize].slope = signed(difference & mask(width), width);
         }
         for &cell in &self.cone.cells {
-            let Cell { operation, operands, output, widths } = self.cells[cell as usize];
-            let operands = operands.map(|net| self.lines[net.index()]);
-            let word = self.lines[output.index()].word;
-            self.lines[output.index()] = operation.line(widths, word, operands);
+            let step = &self.steps[cell as usize];
+            let operands = step.operands.map(|net| self.lines[net as usize]);
+            let line = &mut self.lines[step.output as usize];
+            *line = step.operation.line(step.widths, line.word, operands);
         }
         let keeps = |line: Line, slope: i64| if line.slope == slope { line.horizon } else { 1 };
         let mut edges = most;
@@ -427,9 +450,9 @@ impl Leap {
         let mut moves = vec![false; self.lines.len()];
         self.movers.iter().for_each(|at| moves[self.flops[at].output as usize] = true);
         let mut cone = Cone::default();
-        for (at, cell) in self.cells.iter().enumerate() {
-            if cell.operands.iter().any(|net| moves[net.index()]) {
-                moves[cell.output.index()] = true;
+        for (at, step) in self.steps.iter().enumerate() {
+            if step.operands.iter().any(|net| moves[*net as usize]) {
+                moves[step.output as usize] = true;
                 cone.cells.push(at as u32);
             }
         }

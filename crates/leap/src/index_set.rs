@@ -15,6 +15,12 @@ impl IndexSet {
         self.0[index / 64] |= 1 << (index % 64);
     }
 
+    /// Inserts the numbers of these bits into word `at` of the set, of 64 numbers each.
+    #[inline]
+    pub(crate) fn insert_into(&mut self, at: usize, bits: u64) {
+        self.0[at] |= bits;
+    }
+
     #[inline]
     pub(crate) fn set(&mut self, index: usize, is_in: bool) {
         let (word, at) = (&mut self.0[index / 64], index % 64);

@@ -2,8 +2,8 @@
 //!
 //! Yosys makes a netlist of Verilog, or of GHDL's synthesis of VHDL with the same repairs as for Verilator; the crate
 //! [`hpu_leap`] simulates it. The ports are described as for Verilator, which reads the design but compiles no program
-//! of it. A design that no netlist of words represents, or that says something while it runs, does not fit: the reason is told,
-//! and another simulator takes the design.
+//! of it. A design that no netlist of words represents, or that says something while it runs, does not fit: the reason
+//! is told, and another simulator takes the design.
 
 mod running;
 mod tasks;

@@ -195,8 +195,8 @@ impl Running {
         let other = self.others.iter().map(|other| other.output(at)).find(|other| *other != word).unwrap_or(word);
         let (name, edge) = (&self.names[at], self.edge);
         let why = format!(
-            "output `{name}` depends on a value that nothing has set; after clock edge {edge} the output is {word:x} \
-             or {other:x}. Let the reset or an initial value set it, or write dut.registers = \"zero\" for an FPGA that \
+            "output `{name}` depends on a value that nothing has set; after clock edge {edge} it is {word:x} or \
+             {other:x}. Let the reset or an initial value set it, or write dut.registers = \"zero\" for an FPGA that \
              clears its registers; dut.engine = \"verilator\" names the register"
         );
         Error::from(Reason::Unset(why)).into()
