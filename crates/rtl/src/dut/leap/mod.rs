@@ -21,6 +21,7 @@ use self::running::Running;
 use super::Simulators;
 use super::build::{Model, common_cycle, write, write_files};
 use super::fallback::wires;
+use super::files::PlainName;
 use super::verilator::{Described, in_vhdl, read, sources};
 use crate::cost::NO_DPI;
 use crate::engines::error::Error;
@@ -125,7 +126,10 @@ impl Simulators {
         if translated.is_timed {
             return Ok(Err("it has delays".to_string()));
         }
-        let source = read_by_yosys(dut, &files, &top)?;
+        let source = match read_by_yosys(dut, &files, &top) {
+            Ok(source) => source,
+            Err(why) => return Ok(Err(why)),
+        };
         let zeros = if is_vhdl { script!(Yosys: "{}; ", Fixed(yosys::ZEROS)) } else { Script::empty() };
         let (flat, lowered) = (Fixed(yosys::FLAT), Fixed(yosys::LOWERED));
         let script = script!(
@@ -170,13 +174,14 @@ fn unfit(dut: &Dut, inside: Inside) -> Option<String> {
     inside.is_any().then(|| "signals inside are to be shown, and a netlist keeps few of them".to_string())
 }
 
-/// Returns the commands by which Yosys reads files, with the values of parameters in Verilog.
-fn read_by_yosys(dut: &Dut, files: &[super::files::PlainName], top: &Identifier) -> Result<Script<Yosys>, Error> {
+/// Returns the commands by which Yosys reads files, with the values of parameters in Verilog, or the reason why it
+/// cannot take a value.
+fn read_by_yosys(dut: &Dut, files: &[PlainName], top: &Identifier) -> Result<Script<Yosys>, String> {
     let files: Script<Yosys> = files.iter().map(|file| script!(Yosys: " {}", file)).collect();
     let mut read = vec![script!(Yosys: "read_verilog{} -sv{}; ", NO_DPI, files)];
     if !super::is_vhdl(&dut.files) {
         for (name, value) in &dut.generics {
-            let value = Script::<Yosys>::value(value).map_err(|why| Error::generic(name, why))?;
+            let value = Script::<Yosys>::value(value).map_err(|why| format!("dut.parameters.{name}: {why}"))?;
             read.push(script!(Yosys: "chparam -set {} {} {}; ", name, value, top));
         }
     }
