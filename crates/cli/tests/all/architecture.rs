@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::readme::links;
 
 /// Each crate, and our crates that it may depend on.
-const MAY_KNOW: [(&str, &[&str]); 20] = [
+const MAY_KNOW: [(&str, &[&str]); 21] = [
     ("assets", &[]),
     ("signal", &[]),
     ("datapath", &["signal"]),
@@ -15,7 +15,8 @@ const MAY_KNOW: [(&str, &[&str]); 20] = [
     ("cosim", &["signal", "datapath", "plant", "scene"]),
     ("wave", &["signal", "datapath", "cosim"]),
     ("vhpi", &[]),
-    ("rtl", &["assets", "signal", "datapath", "plant", "cosim", "wave", "vhpi"]),
+    ("leap", &[]),
+    ("rtl", &["assets", "signal", "datapath", "plant", "cosim", "wave", "vhpi", "leap"]),
     ("prove", &["signal", "datapath", "plant", "cosim"]),
     ("page", &["signal", "cosim"]),
     ("farm", &["cosim", "page"]),

@@ -83,7 +83,7 @@ impl Both {
 }
 
 /// Returns the ports that a request has bits for: all but clocks and reset.
-fn wires<'p>(dut: &Dut, ports: &'p [Port]) -> Vec<&'p Port> {
+pub(super) fn wires<'p>(dut: &Dut, ports: &'p [Port]) -> Vec<&'p Port> {
     let named = |name: &str| {
         let mut clocks = dut.clocks.iter().map(|clock| &clock.port);
         clocks.any(|port| port.eq_ignore_ascii_case(name))

@@ -18,6 +18,7 @@ mod files;
 mod flattened;
 mod ghdl;
 mod icarus;
+mod leap;
 mod process;
 mod said;
 mod text;
@@ -150,6 +151,7 @@ impl Designs for Simulators {
             (Engine::Ghdl, false) => {
                 return Err(scene.error("dut.engine", "GHDL reads VHDL; write \"verilator\" or \"auto\"").into());
             }
+            (Engine::Leap, _) => self.leaping_alone(&model, scene, inside),
             (Engine::Ghdl, true) => self.ghdl(&model, "", inside).map(|design| Arc::new(design) as Arc<dyn Design>),
             (_, false) => self.verilator(&model, inside).map(|design| Arc::new(design) as _),
             (engine, true) => match (lost_delay(&model), engine) {
@@ -171,6 +173,22 @@ const LOST: &str = "synthesis, the way of VHDL to Verilator, loses this delay, w
                     cycle";
 
 impl Simulators {
+    /// Builds a design as a netlist that leaps. Only where signals inside are to be shown does Verilator simulate it.
+    fn leaping_alone(&self, model: &Model, scene: &DutScene, inside: Inside) -> Result<Arc<dyn Design>, Error> {
+        let refused = |why: String| Error::key("dut.engine", format!("{why}; write \"auto\""));
+        if let Some(delay) = is_vhdl(&model.dut.files).then(|| lost_delay(model)).flatten() {
+            return Err(refused(format!("{delay}: {LOST}")));
+        }
+        if inside.is_any() {
+            note(format!("Verilator simulates `{}`, because signals inside are to be shown", scene.dut.top));
+            return self.verilator(model, inside).map(|design| Arc::new(design) as _);
+        }
+        match self.leaping(model, inside)? {
+            Ok(design) => Ok(Arc::new(design)),
+            Err(why) => Err(refused(format!("the design cannot leap: {why}"))),
+        }
+    }
+
     /// Builds a design in VHDL for Verilator, or for GHDL if only the way through Verilog fails.
     fn verilator_or_ghdl(&self, model: &Model, scene: &DutScene, inside: Inside) -> Result<Arc<dyn Design>, Error> {
         let error = match self.verilator(model, inside) {

@@ -92,6 +92,18 @@ pub(super) struct Verilated {
     unchecked: Vec<String>,
 }
 
+/// The ports and signals of a design, as its sources describe them.
+pub(super) struct Described {
+    /// The ports, then the signals inside that are shown.
+    pub(super) ports: Vec<Port>,
+    /// The names of the ports, then of all signals inside, as tools have them.
+    pub(super) raw: Vec<String>,
+    /// Signals inside that are not shown.
+    pub(super) hidden: Vec<Port>,
+    /// The places of the signals inside that are shown, among all that there are.
+    chosen: Vec<usize>,
+}
+
 impl Simulators {
     pub(super) fn verilator(&self, model: &Model, inside: Inside) -> Result<Verilated, Error> {
         let dut = model.dut;
@@ -116,8 +128,35 @@ impl Simulators {
         })?;
         read(&built.path.join(NOTES))?.lines().for_each(|told| note(told.to_string()));
         let unchecked = read(&built.path.join(UNCHECKED))?.lines().map(str::to_string).collect();
-        let lines = read(&built.path.join(PORTS))?;
+        let Described { ports, hidden, chosen, .. } = self.described(model, &read(&built.path.join(PORTS))?, inside)?;
+        let (registers, seed) = (dut.registers, model.seed);
+        let engine = match registers {
+            Registers::Unknown => tools,
+            Registers::Zero => format!("{tools}; registers that nothing sets begin at 0"),
+            Registers::Random => format!("{tools}; registers that nothing sets begin at random, by run.seed = {seed}"),
+        };
+        let limit = self.setup.timeout.unwrap_or(ANSWER);
+        let (dut, reads_files) = (dut.clone(), reads_files(dut));
+        Ok(Verilated {
+            built,
+            ports,
+            hidden,
+            chosen,
+            reads_files,
+            is_vhdl,
+            engine,
+            registers,
+            seed,
+            limit,
+            dut,
+            unchecked,
+        })
+    }
+
+    /// Describes the ports and signals that the `lines` of a file [`PORTS`] have.
+    pub(super) fn described(&self, model: &Model, lines: &str, inside: Inside) -> Result<Described, Error> {
         let (hidden, mut ports): (Vec<_>, Vec<_>) = lines.lines().filter_map(port).partition(|(_, hidden)| *hidden);
+        let raw: Vec<_> = ports.iter().map(|(port, _)| port.name.clone()).collect();
         let mut hidden: Vec<_> = hidden.into_iter().map(|(port, _)| port).collect();
         for (port, _) in &mut ports {
             if let Some(word) = model.names.word(&port.name) {
@@ -127,7 +166,7 @@ impl Simulators {
                 }
             }
         }
-        if is_vhdl {
+        if super::is_vhdl(&model.dut.files) {
             // Synthesis knows only bits; the sources know what they stand for.
             let (elaborated, declared) = self.declared_in_vhdl(model)?;
             for (port, _) in &mut ports {
@@ -153,28 +192,7 @@ impl Simulators {
             }
             place += usize::from(is_inside);
         }
-        let (registers, seed) = (dut.registers, model.seed);
-        let engine = match registers {
-            Registers::Unknown => tools,
-            Registers::Zero => format!("{tools}; registers that nothing sets begin at 0"),
-            Registers::Random => format!("{tools}; registers that nothing sets begin at random, by run.seed = {seed}"),
-        };
-        let limit = self.setup.timeout.unwrap_or(ANSWER);
-        let (dut, reads_files, ports) = (dut.clone(), reads_files(dut), shown);
-        Ok(Verilated {
-            built,
-            ports,
-            hidden,
-            chosen,
-            reads_files,
-            is_vhdl,
-            engine,
-            registers,
-            seed,
-            limit,
-            dut,
-            unchecked,
-        })
+        Ok(Described { ports: shown, raw, hidden, chosen })
     }
 
     /// Takes concurrent assertions that Verilator does not read out of the files in a folder. Returns them, with their
@@ -210,7 +228,11 @@ impl Simulators {
     }
 
     /// Returns the files of a VHDL design as Verilog that checks its assertions, and those that it does not check.
-    fn synthesised_with_assertions(&self, dut: &Dut, folder: &Path) -> Result<(Vec<PlainName>, Vec<String>), Error> {
+    pub(super) fn synthesised_with_assertions(
+        &self,
+        dut: &Dut,
+        folder: &Path,
+    ) -> Result<(Vec<PlainName>, Vec<String>), Error> {
         let texts = plain_names(dut).into_iter().zip(&dut.files);
         let texts: Vec<_> = texts
             .map(|((plain, _), (_, content))| (plain.to_string(), String::from_utf8_lossy(content).into_owned()))
@@ -320,7 +342,7 @@ impl Simulators {
     }
 
     /// Translates Verilog to C++ in a folder.
-    fn translated(
+    pub(super) fn translated(
         &self,
         model: &Model,
         design: (&Path, &[PlainName], &str),
@@ -530,7 +552,7 @@ fn parameters(dut: &Dut) -> impl Iterator<Item = String> {
     dut.generics.iter().map(option)
 }
 
-fn read(path: &Path) -> Result<String, Error> {
+pub(super) fn read(path: &Path) -> Result<String, Error> {
     fs::read_to_string(path).map_err(|error| Error::io(path, error))
 }
 
@@ -564,15 +586,15 @@ fn first_place<'s>(said: &'s str, top: &'s str) -> &'s str {
 }
 
 /// A design as C++.
-struct Translated {
+pub(super) struct Translated {
     /// The fields that are shown.
     fields: Vec<Field>,
     /// A line about each, as in the file [`PORTS`].
-    lines: String,
+    pub(super) lines: String,
     /// Whether the model waits for times of its own.
-    is_timed: bool,
+    pub(super) is_timed: bool,
     /// The notes about its modules and its delays, one a line.
-    notes: String,
+    pub(super) notes: String,
 }
 
 /// Returns whether a model has to simulate the delays that Verilator would leave out, and what is told about them. A
@@ -739,7 +761,7 @@ fn decoded(field: &str) -> String {
 }
 
 /// Returns a name of synthesised Verilog as VHDL has it: see [`with_escaped_names`](crate::cost::verilog).
-fn in_vhdl(name: &str) -> String {
+pub(super) fn in_vhdl(name: &str) -> String {
     let own = |part: &str| match part.strip_suffix('$') {
         Some(own) => own.to_string(),
         None if part.contains(|c: char| !c.is_ascii_alphanumeric() && c != '_') => format!("\\{part}\\"),

@@ -11,6 +11,7 @@ mod generics;
 mod gimbal_loops;
 mod headers;
 mod junit;
+mod leap;
 mod phantom_loops;
 #[path = "../../../wave/tests/all/read_back.rs"]
 mod read_back;

@@ -197,6 +197,8 @@ hpu_signal::named! {
         Ghdl = "ghdl",
         /// Verilator, after GHDL's synthesis for VHDL.
         Verilator = "verilator",
+        /// Leaps over the clock edges at which only counters move, on Yosys' netlist, after GHDL's synthesis for VHDL.
+        Leap = "leap",
     }
 }
 

@@ -1,0 +1,466 @@
+//! The simulation of a netlist.
+//!
+//! The words are always those of now. A word that changes marks its users: cells, the registers that take it, the
+//! outputs that show it, the asynchronous resets that it triggers. Marked cells are evaluated in topological order and
+//! mark their own users only if their word has changed. So an edge costs as much as changes at it, whatever the size
+//! of the netlist.
+//!
+//! A register is *pending* if the word that it will take differs from its own. A register that has shown the same
+//! pending difference at [`STEADY`] edges in a row is a *mover* from there on. Lines are computed of words that depend
+//! on movers, and only where all pending registers are movers: then everything else rests.
+
+use crate::index_set::IndexSet;
+use crate::line::{FOREVER, Line};
+use crate::netlist::{Cell, Net, Netlist};
+use crate::operation::{Operation, Widths, mask, signed};
+
+/// Edges in a row with one and the same difference after which a register of more than one bit is taken for a counter.
+const STEADY: u8 = 8;
+/// A jump over fewer edges is brief: it costs more than it saves.
+const BRIEF: u64 = 4;
+/// Brief jumps in a row after which the next edges are ordinary ones, and the most edges that are.
+const PATIENCE: u32 = 8;
+const LONGEST_REST: u64 = 1024;
+
+/// The clock edges of a simulation, and how many of them were leapt over.
+#[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
+pub struct Share {
+    /// All edges.
+    pub edges: u64,
+    /// Those within jumps of several edges.
+    pub leapt: u64,
+}
+
+/// A cell as the simulation needs it, with the range of the users of its word.
+#[derive(Clone, Copy)]
+struct Step {
+    operation: Operation,
+    widths: Widths,
+    operands: [u32; 3],
+    output: u32,
+    users: (u32, u32),
+}
+
+/// A register as the simulation needs it.
+#[derive(Clone, Copy)]
+struct Flop {
+    data: u32,
+    output: u32,
+    width: u8,
+    /// The edges in a row with the same difference, the last of them, and the difference.
+    steady: u8,
+    last: u64,
+    difference: u64,
+}
+
+/// The users of each word: a range in one list of marks. Marks are numbered: the cells, in topological order; the
+/// registers, by their data; the outputs; the registers, by their asynchronous resets.
+#[derive(Clone)]
+struct Users {
+    from: Vec<u32>,
+    /// The place and the bits of a word of the set of marks.
+    marks: Vec<(u32, u64)>,
+}
+
+impl Users {
+    #[inline]
+    fn mark(&self, net: u32, marked: &mut IndexSet) {
+        let (from, to) = (self.from[net as usize] as usize, self.from[net as usize + 1] as usize);
+        for &(part, bits) in &self.marks[from..to] {
+            marked.insert_into(part as usize, bits);
+        }
+    }
+}
+
+/// A simulation of a netlist, between two clock edges.
+#[derive(Clone)]
+pub struct Leap {
+    steps: Vec<Step>,
+    flops: Vec<Flop>,
+    inputs: Vec<(u32, u64)>,
+    outputs: Vec<u32>,
+    /// The register, the net, the active level and the word of each asynchronous reset.
+    resets: Vec<(u32, u32, u64, u64)>,
+    users: Users,
+    /// Of each net. Slopes and horizons are those of the last pass; nets that no mover reaches rest for ever.
+    lines: Vec<Line>,
+    marked: IndexSet,
+    pending: IndexSet,
+    movers: IndexSet,
+    /// The words of the outputs that were told last, and the outputs that have others now.
+    told: Vec<Option<u64>>,
+    news: IndexSet,
+    /// The outputs of each rank and below.
+    ranks: Vec<IndexSet>,
+    /// What depends on movers: cells, registers, outputs, asynchronous resets.
+    cone: Cone,
+    share: Share,
+    brief: u32,
+    rest: u64,
+    /// Words that registers take at an edge, before any of them has it.
+    taken: Vec<(u32, u64)>,
+}
+
+#[derive(Clone, Default)]
+struct Cone {
+    cells: Vec<u32>,
+    flops: Vec<u32>,
+    outputs: Vec<u32>,
+    resets: Vec<u32>,
+}
+
+impl Leap {
+    /// Starts a simulation with these words of the registers and of the inputs; asynchronous resets that are active act
+    /// at once. `ranks` has a rank for each output: a [request](Self::clock) tells of the outputs up to a rank, and
+    /// ends where one of rank 0 changes.
+    ///
+    /// # Panics
+    ///
+    /// If the numbers of registers, inputs or outputs are others.
+    pub fn new(netlist: &Netlist, (initial, given): (&[u64], &[u64]), ranks: &[u8]) -> Self {
+        let Netlist { widths, constants, cells, registers, inputs, outputs } = netlist;
+        assert_eq!((initial.len(), given.len()), (registers.len(), inputs.len()), "words of registers and inputs");
+        assert_eq!(ranks.len(), outputs.len(), "ranks of outputs");
+        let mut lines = vec![Line::still(0); widths.len()];
+        for (net, word) in constants {
+            lines[net.index()].word = *word;
+        }
+        let flop = |register: &crate::Register| Flop {
+            data: register.data.0,
+            output: register.output.0,
+            width: netlist.width(register.output),
+            steady: 0,
+            last: 0,
+            difference: 0,
+        };
+        let flops: Vec<_> = registers.iter().map(flop).collect();
+        for ((_, net), word) in inputs.iter().zip(given) {
+            lines[net.index()].word = word & mask(netlist.width(*net));
+        }
+        for (flop, word) in flops.iter().zip(initial) {
+            lines[flop.output as usize].word = word & mask(flop.width);
+        }
+        let reset = |(at, register): (usize, &crate::Register)| {
+            let reset = register.reset?;
+            Some((at as u32, reset.net.0, u64::from(reset.active), reset.word & mask(netlist.width(register.output))))
+        };
+        let resets: Vec<_> = registers.iter().enumerate().filter_map(reset).collect();
+        let marks = cells.len() + flops.len() + outputs.len() + resets.len();
+        let mut of_net = vec![Vec::new(); widths.len()];
+        let operands = cells.iter().map(|cell| &cell.operands[..cell.operation.operands()]);
+        let data = registers.iter().map(|register| std::slice::from_ref(&register.data));
+        let shown = outputs.iter().map(|output| std::slice::from_ref(&output.net));
+        let triggers: Vec<_> = resets.iter().map(|reset| [Net(reset.1)]).collect();
+        let all = operands.chain(data).chain(shown).chain(triggers.iter().map(|net| &net[..]));
+        for (mark, nets) in all.enumerate() {
+            for net in nets {
+                let (users, part, bit): (&mut Vec<(u32, u64)>, _, _) =
+                    (&mut of_net[net.index()], (mark / 64) as u32, 1 << (mark % 64));
+                match users.last_mut() {
+                    Some((last, bits)) if *last == part => *bits |= bit,
+                    _ => users.push((part, bit)),
+                }
+            }
+        }
+        let mut users = Users { from: vec![0], marks: Vec::new() };
+        for of in of_net {
+            users.marks.extend(of);
+            users.from.push(users.marks.len() as u32);
+        }
+        let step = |cell: &Cell| Step {
+            operation: cell.operation,
+            widths: cell.widths,
+            operands: cell.operands.map(|net| net.0),
+            output: cell.output.0,
+            users: (users.from[cell.output.index()], users.from[cell.output.index() + 1]),
+        };
+        let steps: Vec<_> = cells.iter().map(step).collect();
+        let highest = ranks.iter().copied().max().unwrap_or(0);
+        let up_to = |rank: u8| {
+            let mut set = IndexSet::new(outputs.len());
+            (0..outputs.len()).filter(|at| ranks[*at] <= rank).for_each(|at| set.insert(at));
+            set
+        };
+        let mut marked = IndexSet::new(marks);
+        (0..marks).for_each(|mark| marked.insert(mark));
+        let mut leap = Self {
+            steps,
+            inputs: inputs.iter().map(|(_, net)| (net.0, mask(netlist.width(*net)))).collect(),
+            outputs: outputs.iter().map(|output| output.net.0).collect(),
+            resets,
+            users,
+            lines,
+            marked,
+            pending: IndexSet::new(flops.len()),
+            movers: IndexSet::new(flops.len()),
+            told: vec![None; outputs.len()],
+            news: IndexSet::new(outputs.len()),
+            ranks: (0..=highest).map(up_to).collect(),
+            cone: Cone::default(),
+            share: Share::default(),
+            brief: 0,
+            rest: 0,
+            taken: Vec::with_capacity(flops.len()),
+            flops,
+        };
+        leap.settle();
+        leap
+    }
+
+    /// Sets the words of all inputs, between two edges. What changes at the outputs is told after the next edge.
+    pub fn input(&mut self, words: &[u64]) {
+        for (&(net, mask), word) in self.inputs.iter().zip(words) {
+            let line = &mut self.lines[net as usize];
+            if line.word != word & mask {
+                line.word = word & mask;
+                self.users.mark(net, &mut self.marked);
+            }
+        }
+        self.settle();
+    }
+
+    /// Returns the word of an output now.
+    pub fn output(&self, output: usize) -> u64 {
+        self.lines[self.outputs[output] as usize].word
+    }
+
+    /// Takes these words as those that were told last of the outputs; an output without one is told at the next edge at
+    /// which it is asked for.
+    pub fn tell(&mut self, told: impl IntoIterator<Item = Option<u64>>) {
+        for (at, word) in told.into_iter().enumerate().take(self.outputs.len()) {
+            self.told[at] = word;
+            self.news.set(at, word != Some(self.output(at)));
+        }
+    }
+
+    /// Returns the words of the registers now.
+    pub fn registers(&self) -> impl Iterator<Item = u64> + '_ {
+        self.flops.iter().map(|flop| self.lines[flop.output as usize].word)
+    }
+
+    /// Returns how many edges there were, and how many of them were leapt over.
+    pub fn share(&self) -> Share {
+        self.share
+    }
+
+    /// Returns the registers that are about to change and are no counters: those that prevent a jump now.
+    pub fn restless(&self) -> impl Iterator<Item = usize> + '_ {
+        self.pending.iter().filter(|at| !self.movers.contains(*at))
+    }
+
+    /// Clocks up to `edges` edges with the inputs as they are, up to the first after which an output of rank 0 has
+    /// another word. Returns the number of edges done. `said` is told each change of an output up to the rank `asked`:
+    /// the edge, counted from 1 in this request, the output and its word.
+    pub fn clock(&mut self, edges: u64, asked: u8, mut said: impl FnMut(u64, usize, u64)) -> u64 {
+        let asked = usize::from(asked).min(self.ranks.len() - 1);
+        let mut done = 0;
+        while done < edges {
+            done += self.step(edges - done, asked);
+            if self.news.meets(&self.ranks[asked]) && self.say(asked, done, &mut said) {
+                break;
+            }
+        }
+        done
+    }
+
+    /// Tells the changes up to a rank. Returns whether an output of rank 0 has changed.
+    #[inline(never)]
+    fn say(&mut self, asked: usize, edge: u64, said: &mut impl FnMut(u64, usize, u64)) -> bool {
+        let mut ends = false;
+        for at in 0..self.outputs.len() {
+            if self.news.contains(at) && self.ranks[asked].contains(at) {
+                let word = self.output(at);
+                self.told[at] = Some(word);
+                self.news.set(at, false);
+                ends |= self.ranks[0].contains(at);
+                said(edge, at, word);
+            }
+        }
+        ends
+    }
+
+    /// Moves on by an ordinary edge or by a jump of at most `most` edges. Returns the number of edges.
+    #[inline]
+    fn step(&mut self, most: u64, asked: usize) -> u64 {
+        let may_leap = most > 1 && self.rest == 0 && self.pending.is_within(&self.movers);
+        let edges = if may_leap && !self.news.meets(&self.ranks[asked]) { self.horizon(most, asked) } else { 1 };
+        if edges > 1 {
+            self.leap(edges);
+            self.share.leapt += edges;
+        } else {
+            self.rest = self.rest.saturating_sub(1);
+            self.edge();
+        }
+        self.share.edges += edges;
+        edges
+    }
+
+    /// An ordinary edge: each pending register takes its next word.
+    #[inline]
+    fn edge(&mut self) {
+        let now = self.share.edges;
+        let mut is_new = false;
+        for at in self.pending.iter() {
+            let flop = &mut self.flops[at];
+            let (next, word) = (self.lines[flop.data as usize].word, self.lines[flop.output as usize].word);
+            self.taken.push((at as u32, next));
+            if flop.width > 1 && !self.movers.contains(at) {
+                let difference = next.wrapping_sub(word) & mask(flop.width);
+                let goes_on = flop.last + 1 == now && flop.difference == difference;
+                flop.steady = if goes_on { flop.steady + 1 } else { 1 };
+                (flop.last, flop.difference) = (now, difference);
+                if flop.steady == STEADY {
+                    self.movers.insert(at);
+                    is_new = true;
+                }
+            }
+        }
+        self.take();
+        if is_new {
+            self.find_cone();
+        }
+    }
+
+    /// Gives the registers the words in `taken`.
+    #[inline]
+    fn take(&mut self) {
+        for (at, word) in self.taken.drain(..) {
+            let net = self.flops[at as usize].output;
+            self.lines[net as usize].word = word;
+            self.pending.set(at as usize, false);
+            // Its data may be as they were, and then the register is pending or not by its own new word.
+            self.marked.insert(self.steps.len() + at as usize);
+            self.users.mark(net, &mut self.marked);
+        }
+        self.settle();
+    }
+
+    /// Jumps over edges: each pending register moves by its slope at each of them.
+    #[inline]
+    fn leap(&mut self, edges: u64) {
+        for at in self.pending.iter() {
+            let flop = &self.flops[at];
+            let line = self.lines[flop.output as usize];
+            let moved = line.word.wrapping_add(edges.wrapping_mul(line.slope.cast_unsigned()));
+            self.taken.push((at as u32, moved & mask(flop.width)));
+        }
+        self.take();
+    }
+
+    /// Evaluates all that is marked, until no asynchronous reset acts any more. A register that is reset keeps that
+    /// word until the next edge, so each register is reset at most once.
+    #[inline]
+    fn settle(&mut self) {
+        loop {
+            self.evaluate();
+            if self.taken.is_empty() {
+                break;
+            }
+            for (at, word) in self.taken.drain(..) {
+                let net = self.flops[at as usize].output;
+                self.lines[net as usize].word = word;
+                self.marked.insert(self.steps.len() + at as usize);
+                self.users.mark(net, &mut self.marked);
+            }
+        }
+    }
+
+    /// Evaluates all that is marked, in the order of the marks. Leaves the registers that have to be reset in `taken`.
+    #[inline]
+    fn evaluate(&mut self) {
+        let lines = &mut self.lines[..];
+        let flops = self.steps.len();
+        let outputs = flops + self.flops.len();
+        let resets = outputs + self.outputs.len();
+        for part in 0..self.marked.parts() {
+            while let Some(mark) = self.marked.take_from(part) {
+                if mark < flops {
+                    let step = &self.steps[mark];
+                    let word = step.operation.word(step.widths, step.operands.map(|net| lines[net as usize].word));
+                    let line = &mut lines[step.output as usize];
+                    if line.word != word {
+                        line.word = word;
+                        for &(part, bits) in &self.users.marks[step.users.0 as usize..step.users.1 as usize] {
+                            self.marked.insert_into(part as usize, bits);
+                        }
+                    }
+                } else if mark < outputs {
+                    let flop = &self.flops[mark - flops];
+                    let is_pending = lines[flop.data as usize].word != lines[flop.output as usize].word;
+                    self.pending.set(mark - flops, is_pending);
+                } else if mark < resets {
+                    let output = mark - outputs;
+                    let is_new = self.told[output] != Some(lines[self.outputs[output] as usize].word);
+                    self.news.set(output, is_new);
+                } else {
+                    let (at, net, active, word) = self.resets[mark - resets];
+                    let output = self.flops[at as usize].output;
+                    if lines[net as usize].word == active && lines[output as usize].word != word {
+                        self.taken.push((at, word));
+                    }
+                }
+            }
+        }
+    }
+
+    /// Returns for how many edges, at most `most`, all registers certainly move by the difference that is pending now,
+    /// and the outputs up to the rank `asked` and all asynchronous resets certainly keep their words.
+    fn horizon(&mut self, most: u64, asked: usize) -> u64 {
+        for at in self.movers.iter() {
+            let Flop { data, output, width, .. } = self.flops[at];
+            let difference = self.lines[data as usize].word.wrapping_sub(self.lines[output as usize].word);
+            self.lines[output as usize].slope = signed(difference & mask(width), width);
+        }
+        for &cell in &self.cone.cells {
+            let step = &self.steps[cell as usize];
+            let operands = step.operands.map(|net| self.lines[net as usize]);
+            let line = &mut self.lines[step.output as usize];
+            *line = step.operation.line(step.widths, line.word, operands);
+        }
+        let keeps = |line: Line, slope: i64| if line.slope == slope { line.horizon } else { 1 };
+        let mut edges = most;
+        for &at in &self.cone.flops {
+            let Flop { data, output, .. } = self.flops[at as usize];
+            edges = edges.min(keeps(self.lines[data as usize], self.lines[output as usize].slope));
+        }
+        for &at in &self.cone.outputs {
+            if self.ranks[asked].contains(at as usize) {
+                edges = edges.min(keeps(self.lines[self.outputs[at as usize] as usize], 0));
+            }
+        }
+        for &at in &self.cone.resets {
+            edges = edges.min(keeps(self.lines[self.resets[at as usize].1 as usize], 0));
+        }
+        if edges >= BRIEF || edges == most {
+            (self.brief, self.rest) = (0, 0);
+        } else {
+            self.brief += 1;
+            if self.brief > PATIENCE {
+                self.rest = (1 << (self.brief - PATIENCE).min(63)).min(LONGEST_REST);
+            }
+        }
+        edges
+    }
+
+    /// Finds what depends on the movers.
+    fn find_cone(&mut self) {
+        for line in &mut self.lines {
+            (line.slope, line.horizon) = (0, FOREVER);
+        }
+        let mut moves = vec![false; self.lines.len()];
+        self.movers.iter().for_each(|at| moves[self.flops[at].output as usize] = true);
+        let mut cone = Cone::default();
+        for (at, step) in self.steps.iter().enumerate() {
+            if step.operands.iter().any(|net| moves[*net as usize]) {
+                moves[step.output as usize] = true;
+                cone.cells.push(at as u32);
+            }
+        }
+        let is_in = |net: u32| moves[net as usize];
+        let depends = |(at, flop): (usize, &Flop)| (self.movers.contains(at) || is_in(flop.data)).then_some(at as u32);
+        cone.flops = self.flops.iter().enumerate().filter_map(depends).collect();
+        cone.outputs = (0..self.outputs.len()).filter(|at| is_in(self.outputs[*at])).map(|at| at as u32).collect();
+        cone.resets = (0..self.resets.len()).filter(|at| is_in(self.resets[*at].1)).map(|at| at as u32).collect();
+        self.cone = cone;
+    }
+}

@@ -1,0 +1,54 @@
+//! Reads netlists from the JSON that Yosys writes.
+//!
+//! Yosys lists the bits of each port of each cell. Here bits become words again: runs of bits of one word are slices of
+//! it, and words are joined by concatenations. After the commands [`FLAT`] and [`LOWERED`] only words, registers and
+//! combinational cells are left. What a [`Netlist`] cannot represent is refused by its name.
+
+mod cells;
+mod module;
+mod words;
+
+use std::fmt;
+
+use crate::netlist::Netlist;
+
+/// Memories of more words than this are refused: each of their words would become a register.
+pub(crate) const MOST_MEMORY_WORDS: u32 = 64;
+/// The most cells of a netlist.
+const MOST_CELLS: usize = 1 << 16;
+
+/// The commands of Yosys that make a design one module, between `hierarchy -top` and [`LOWERED`].
+pub const FLAT: &str = "proc; flatten";
+/// A command between them that sets values `x` to 0. Without it they stay as they are, so that they are seen.
+pub const ZEROS: &str = "setundef -zero";
+/// The commands that leave words, combinational cells and registers without enables, before `write_json`. They use no
+/// value `x` to make the logic simpler. Memories of more than 64 words stay.
+pub const LOWERED: &str = "opt_expr -keepdc; opt_clean; memory_dff; memory_collect; memory_map r:SIZE<=64; \
+                           opt_expr -keepdc; opt_merge; opt_dff -keepdc -nodffe -nosdff; wreduce -keepdc; \
+                           opt_expr -keepdc -mux_bool; opt_merge; opt_clean; dffunmap; opt_expr -keepdc; opt_merge; \
+                           opt_clean -purge";
+
+/// The reason why a design is no [`Netlist`].
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Unfit(pub(crate) String);
+
+impl fmt::Display for Unfit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for Unfit {}
+
+/// Reads the module `top` from the JSON that Yosys writes after [`LOWERED`]. All registers must have the clock `clock`,
+/// an input. Names are compared without regard to case if `ignores_case` is set.
+///
+/// # Errors
+///
+/// [`Unfit`] if the text is no such JSON, or with the name of what a netlist cannot represent: a latch, a combinational
+/// loop, another clock or its falling edge, a word of more than 64 bits in arithmetic, an unknown value, a port
+/// `inout`, a large memory.
+pub fn read(json: &str, top: &str, (clock, ignores_case): (&str, bool)) -> Result<Netlist, Unfit> {
+    let module = module::Module::read(json, top, (clock, ignores_case))?;
+    words::Reader::new(&module).netlist()
+}

@@ -1,0 +1,160 @@
+//! A module as Yosys writes it: bits, cells, names.
+
+use std::collections::HashMap;
+
+use serde_json::Value;
+
+use super::{MOST_CELLS, Unfit};
+
+/// A bit of a word.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub(super) enum Bit {
+    Zero,
+    One,
+    /// A value that is not known, or high impedance.
+    Unknown,
+    Net(u64),
+}
+
+/// A cell with the bits at its ports.
+#[derive(Debug)]
+pub(super) struct RawCell {
+    pub(super) kind: String,
+    parameters: HashMap<String, String>,
+    connections: HashMap<String, Vec<Bit>>,
+}
+
+impl RawCell {
+    /// Returns the bits at a port; none where the cell has no such port.
+    pub(super) fn port(&self, port: &str) -> &[Bit] {
+        self.connections.get(port).map_or(&[], |bits| bits)
+    }
+
+    /// Returns whether a parameter is given and is not 0.
+    pub(super) fn is_set(&self, parameter: &str) -> bool {
+        self.parameters.get(parameter).is_some_and(|value| value.contains('1'))
+    }
+
+    /// Returns a parameter that is a word, as bits from the lowest one on.
+    pub(super) fn bits(&self, parameter: &str) -> Vec<Bit> {
+        let text = self.parameters.get(parameter).map_or("", |value| value);
+        text.chars().rev().map(constant).collect()
+    }
+
+    /// Returns whether it is a register.
+    pub(super) fn is_register(&self) -> bool {
+        self.kind == "$dff" || self.kind == "$adff"
+    }
+
+    /// Returns the name of the port with its result.
+    pub(super) fn result(&self) -> &'static str {
+        if self.is_register() { "Q" } else { "Y" }
+    }
+}
+
+/// A module.
+pub(super) struct Module {
+    /// The bit of the clock.
+    pub(super) clock: Bit,
+    /// Names and bits of the inputs but for the clock, and of the outputs.
+    pub(super) inputs: Vec<(String, Vec<Bit>)>,
+    pub(super) outputs: Vec<(String, Vec<Bit>)>,
+    pub(super) cells: Vec<RawCell>,
+    /// The name of the word that a net is a bit of, and the index of the bit there.
+    names: HashMap<u64, (String, usize)>,
+    /// The initial values of nets.
+    pub(super) initial: HashMap<u64, bool>,
+}
+
+fn constant(bit: char) -> Bit {
+    match bit {
+        '0' => Bit::Zero,
+        '1' => Bit::One,
+        _ => Bit::Unknown,
+    }
+}
+
+fn bits(value: &Value) -> Result<Vec<Bit>, Unfit> {
+    let bit = |bit: &Value| match (bit.as_u64(), bit.as_str().and_then(|text| text.chars().next())) {
+        (Some(net), _) => Ok(Bit::Net(net)),
+        (None, Some(text)) => Ok(constant(text)),
+        (None, None) => Err(malformed("a bit")),
+    };
+    value.as_array().ok_or_else(|| malformed("bits"))?.iter().map(bit).collect()
+}
+
+fn malformed(what: &str) -> Unfit {
+    Unfit(format!("Yosys wrote {what} in a form that is not known here"))
+}
+
+/// Returns whether GHDL's synthesis has made up a name, as in `n12_q`.
+fn is_made_up(name: &str) -> bool {
+    let leaf = name.rsplit('.').next().unwrap_or_default();
+    let number = leaf.strip_prefix('n').and_then(|rest| rest.strip_suffix("_o").or(rest.strip_suffix("_q")));
+    number.is_some_and(|number| !number.is_empty() && number.chars().all(|c| c.is_ascii_digit()))
+}
+
+impl Module {
+    pub(super) fn read(json: &str, top: &str, (clock, ignores_case): (&str, bool)) -> Result<Self, Unfit> {
+        let value: Value = serde_json::from_str(json).map_err(|error| Unfit(format!("no JSON of Yosys: {error}")))?;
+        let module = &value["modules"][top];
+        let entries = |of: &str| module[of].as_object().ok_or_else(|| malformed(of)).map(|all| all.iter());
+        let is = |name: &str| if ignores_case { name.eq_ignore_ascii_case(clock) } else { name == clock };
+        let (mut inputs, mut outputs, mut at_clock) = (Vec::new(), Vec::new(), None);
+        for (name, port) in entries("ports")? {
+            let of = bits(&port["bits"])?;
+            match port["direction"].as_str() {
+                Some("input") if is(name) && of.len() == 1 => at_clock = Some(of[0]),
+                Some("input") => inputs.push((name.clone(), of)),
+                Some("output") => outputs.push((name.clone(), of)),
+                _ => return Err(Unfit(format!("port `{name}` is inout"))),
+            }
+        }
+        let clock = at_clock.ok_or_else(|| Unfit(format!("the clock `{clock}` is no input of one bit")))?;
+        let mut cells = Vec::new();
+        for (_, cell) in entries("cells")?.filter(|(_, cell)| cell["type"] != "$scopeinfo") {
+            let kind = cell["type"].as_str().ok_or_else(|| malformed("a type"))?.to_string();
+            let parameters = cell["parameters"].as_object().into_iter().flatten();
+            let text =
+                |value: &Value| value.as_str().map_or_else(|| format!("{:b}", value.as_u64().unwrap_or(0)), Into::into);
+            let parameters = parameters.map(|(name, value)| (name.clone(), text(value))).collect();
+            let connections = cell["connections"].as_object().into_iter().flatten();
+            let connections =
+                connections.map(|(port, of)| Ok((port.clone(), bits(of)?))).collect::<Result<_, Unfit>>()?;
+            cells.push(RawCell { kind, parameters, connections });
+        }
+        if cells.len() > MOST_CELLS {
+            return Err(Unfit(format!("it has {} cells; at most {MOST_CELLS} are taken", cells.len())));
+        }
+        let (mut names, mut initial) = (HashMap::new(), HashMap::new());
+        let rank = |name: &str, is_hidden: bool| (is_hidden, is_made_up(name), name.len());
+        let mut best = HashMap::new();
+        for (name, net) in entries("netnames")? {
+            let of = bits(&net["bits"])?;
+            let values = net["attributes"]["init"].as_str().unwrap_or_default().chars().rev();
+            for (bit, value) in of.iter().zip(values) {
+                if let (Bit::Net(net), '0' | '1') = (bit, value) {
+                    initial.insert(*net, value == '1');
+                }
+            }
+            let own = rank(name, net["hide_name"].as_u64() == Some(1));
+            for (at, bit) in of.into_iter().enumerate() {
+                let Bit::Net(net) = bit else { continue };
+                if best.get(&net).is_none_or(|known| own < *known) {
+                    best.insert(net, own);
+                    names.insert(net, (name.clone(), at));
+                }
+            }
+        }
+        Ok(Self { clock, inputs, outputs, cells, names, initial })
+    }
+
+    /// Returns a name for a word, by its first bit that has one.
+    pub(super) fn name(&self, bits: &[Bit]) -> String {
+        let named = bits.iter().find_map(|bit| match bit {
+            Bit::Net(net) => self.names.get(net),
+            _ => None,
+        });
+        named.map_or_else(|| "a constant".to_string(), |(name, _)| name.clone())
+    }
+}

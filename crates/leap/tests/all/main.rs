@@ -1,0 +1,7 @@
+//! Tests of the simulator of netlists.
+
+mod cells;
+mod horizons;
+mod netlists;
+mod random;
+mod verilog;

@@ -1,0 +1,327 @@
+//! Whole netlists, held against stepping every cell at every edge by the Verilog standard.
+
+use hpu_leap::{AsynchronousReset, Leap, Net, Netlist, Operation};
+
+use crate::random::Random;
+use crate::verilog;
+
+/// Place, active level and word of an asynchronous reset.
+type Reset = (usize, u64, u64);
+
+/// A netlist as the tests step it: words by their places.
+#[derive(Default)]
+struct Plain {
+    netlist: Netlist,
+    nets: Vec<Net>,
+    widths: Vec<u8>,
+    words: Vec<u64>,
+    inputs: Vec<usize>,
+    cells: Vec<(Operation, Vec<usize>, usize)>,
+    /// Place of the register, place of its data, and its asynchronous reset.
+    registers: Vec<(usize, usize, Option<Reset>)>,
+    outputs: Vec<usize>,
+}
+
+impl Plain {
+    fn add(&mut self, net: Net, word: u64) -> usize {
+        self.widths.push(self.netlist.width(net));
+        self.nets.push(net);
+        self.words.push(word);
+        self.nets.len() - 1
+    }
+
+    fn constant(&mut self, word: u64, width: u8) -> usize {
+        let net = self.netlist.constant(word, width);
+        self.add(net, word)
+    }
+
+    fn input(&mut self, width: u8) -> usize {
+        let net = self.netlist.input("input", width);
+        let place = self.add(net, 0);
+        self.inputs.push(place);
+        place
+    }
+
+    fn register(&mut self, width: u8, word: u64) -> usize {
+        let net = self.netlist.register("register", width, (word, u64::MAX));
+        let place = self.add(net, word);
+        self.registers.push((place, place, None));
+        place
+    }
+
+    fn connect(&mut self, register: usize, data: usize, reset: Option<Reset>) {
+        let asynchronous =
+            reset.map(|(net, active, word)| AsynchronousReset { net: self.nets[net], active: active == 1, word });
+        self.netlist.connect(self.nets[register], self.nets[data], asynchronous);
+        let at = self.registers.iter().position(|one| one.0 == register).expect("a register");
+        self.registers[at] = (register, data, reset);
+    }
+
+    fn cell(&mut self, operation: Operation, operands: &[usize], width: u8) -> usize {
+        let nets: Vec<_> = operands.iter().map(|place| self.nets[*place]).collect();
+        let net = self.netlist.cell(operation, &nets, width);
+        let place = self.add(net, 0);
+        self.cells.push((operation, operands.to_vec(), place));
+        place
+    }
+
+    /// Returns a word as one of another width, by one of the operations that do so.
+    fn fitted(&mut self, word: usize, width: u8, random: &mut Random) -> usize {
+        match self.widths[word] {
+            own if own == width => word,
+            own if own < width && random.below(4) == 0 => {
+                let other = self.constant(random.below(1 << (width - own)), width - own);
+                let operands = if random.below(2) == 0 { [word, other] } else { [other, word] };
+                self.cell(Operation::Concat, &operands, width)
+            }
+            own if own < width => self.cell(Operation::Extend { signed: random.below(2) == 0 }, &[word], width),
+            own => self.cell(Operation::Slice { low: random.below((own - width + 1).into()) as u8 }, &[word], width),
+        }
+    }
+
+    fn output(&mut self, place: usize) {
+        self.netlist.output("output", self.nets[place]);
+        self.outputs.push(place);
+    }
+
+    fn settle(&mut self) {
+        for _ in 0..=self.registers.len() {
+            for (operation, operands, place) in &self.cells {
+                let at = |index: usize| operands.get(index).copied().unwrap_or(operands[0]);
+                let widths = [0, 1, 2].map(|index| self.widths[at(index)]);
+                let words = [0, 1, 2].map(|index| self.words[at(index)]);
+                self.words[*place] = verilog::word(*operation, self.widths[*place], widths, words);
+            }
+            for (register, _, reset) in &self.registers {
+                if let Some((net, active, word)) = reset
+                    && self.words[*net] == *active
+                {
+                    self.words[*register] = *word;
+                }
+            }
+        }
+    }
+
+    fn edge(&mut self) {
+        let next: Vec<_> = self
+            .registers
+            .iter()
+            .map(|(_, data, reset)| match reset {
+                Some((net, active, word)) if self.words[*net] == *active => *word,
+                _ => self.words[*data],
+            })
+            .collect();
+        for ((register, ..), word) in self.registers.iter().zip(next) {
+            self.words[*register] = word;
+        }
+        self.settle();
+    }
+
+    fn leap(&self, ranks: &[u8]) -> Leap {
+        let initial: Vec<_> = self.registers.iter().map(|(place, ..)| self.words[*place]).collect();
+        let given = vec![0; self.inputs.len()];
+        Leap::new(&self.netlist, (&initial, &given), ranks)
+    }
+}
+
+/// Steps both for `edges` edges with inputs that change at random, and compares all outputs at every edge. Returns the
+/// share of edges that were leapt over.
+fn same(plain: &mut Plain, edges: u64, random: &mut Random) -> f64 {
+    let ranks: Vec<u8> = plain.outputs.iter().map(|_| random.below(2) as u8).collect();
+    let mut leap = plain.leap(&ranks);
+    plain.settle();
+    let (mut edge, mut shown) = (0, plain.outputs.iter().map(|place| plain.words[*place]).collect::<Vec<_>>());
+    leap.tell(shown.iter().map(|word| Some(*word)));
+    while edge < edges {
+        let words: Vec<_> = plain.inputs.iter().map(|place| random.below(1 << plain.widths[*place])).collect();
+        for (place, word) in plain.inputs.iter().zip(&words) {
+            plain.words[*place] = *word;
+        }
+        plain.settle();
+        leap.input(&words);
+        let until = edge + 1 + random.below(400);
+        while edge < until {
+            let asked = random.below(2) as u8;
+            let mut changes = Vec::new();
+            let done = leap.clock(until - edge, asked, |at, output, word| changes.push((at, output, word)));
+            assert!(done > 0 && done <= until - edge);
+            let mut expected = Vec::new();
+            for at in 1..=done {
+                plain.edge();
+                for (output, place) in plain.outputs.iter().enumerate().filter(|(output, _)| ranks[*output] <= asked) {
+                    if plain.words[*place] != shown[output] {
+                        shown[output] = plain.words[*place];
+                        expected.push((at, output, shown[output]));
+                    }
+                }
+                let ends = expected.iter().any(|(_, output, _)| ranks[*output] == 0);
+                assert!(at == done || !ends, "a request goes on past a change");
+                if at == done && !ends {
+                    assert_eq!(done, until - edge, "a request ends early");
+                }
+            }
+            assert_eq!(changes, expected, "after edge {edge}");
+            edge += done;
+            let registers: Vec<_> = plain.registers.iter().map(|(place, ..)| plain.words[*place]).collect();
+            assert_eq!(leap.registers().collect::<Vec<_>>(), registers, "after edge {edge}");
+        }
+    }
+    assert_eq!(leap.share().edges, edge);
+    leap.share().leapt as f64 / edge as f64
+}
+
+/// Returns a netlist with counters, accumulators, random logic and asynchronous resets.
+fn random_netlist(random: &mut Random) -> Plain {
+    let mut plain = Plain::default();
+    for _ in 0..1 + random.below(3) {
+        plain.input(1 + random.below(6) as u8);
+    }
+    for _ in 0..2 {
+        let width = 1 + random.below(8) as u8;
+        plain.constant(random.below(1 << width), width);
+    }
+    let mut registers = Vec::new();
+    for _ in 0..3 + random.below(6) {
+        let width = if random.below(4) == 0 { 1 } else { 4 + random.below(9) as u8 };
+        registers.push(plain.register(width, random.below(1 << width)));
+    }
+    for _ in 0..12 + random.below(40) {
+        let mut any = |plain: &Plain| random.below(plain.nets.len() as u64) as usize;
+        let (a, b, c) = (any(&plain), any(&plain), any(&plain));
+        let width = plain.widths[b];
+        match random.below(16) {
+            0 | 1 => {
+                let other = plain.fitted(c, width, random);
+                let operations = [Operation::And, Operation::Or, Operation::Xor];
+                plain.cell(operations[random.below(3) as usize], &[b, other], width)
+            }
+            2..=5 => {
+                let other = plain.fitted(c, width, random);
+                plain.cell([Operation::Add, Operation::Sub][random.below(2) as usize], &[b, other], width)
+            }
+            6..=9 => {
+                let other = plain.fitted(c, width, random);
+                let signed = random.below(2) == 0;
+                let operations =
+                    [Operation::Less { signed }, Operation::AtMost { signed }, Operation::Equal, Operation::Differ];
+                plain.cell(operations[random.below(4) as usize], &[b, other], 1)
+            }
+            10..=13 => {
+                let (selector, other) = (plain.fitted(a, 1, random), plain.fitted(c, width, random));
+                plain.cell(Operation::Mux, &[selector, b, other], width)
+            }
+            14 => {
+                let operations = [Operation::ShiftLeft, Operation::ShiftRight { signed: random.below(2) == 0 }];
+                plain.cell(operations[random.below(2) as usize], &[b, c], width)
+            }
+            _ if random.below(2) == 0 => plain.cell(Operation::Not, &[b], width),
+            _ => {
+                let other = plain.fitted(c, width, random);
+                plain.cell(Operation::Mul, &[b, other], width)
+            }
+        };
+    }
+    for &register in &registers {
+        let width = plain.widths[register];
+        let picked = random.below(plain.nets.len() as u64) as usize;
+        let data = match random.below(5) {
+            // A counter, which a condition may clear.
+            0 | 1 => {
+                let step = plain.constant(1 + random.below(3), width.max(2));
+                let step = plain.fitted(step, width, random);
+                let next = plain.cell(Operation::Add, &[register, step], width);
+                let (clear, zero) = (plain.fitted(picked, 1, random), plain.constant(0, width));
+                if random.below(2) == 0 { next } else { plain.cell(Operation::Mux, &[clear, next, zero], width) }
+            }
+            // An accumulator of any other word.
+            2 => {
+                let step = plain.fitted(picked, width, random);
+                plain.cell(Operation::Add, &[register, step], width)
+            }
+            // A register with a clock enable.
+            3 => {
+                let (enable, next) = (plain.fitted(picked, 1, random), random.below(plain.nets.len() as u64) as usize);
+                let next = plain.fitted(next, width, random);
+                plain.cell(Operation::Mux, &[enable, register, next], width)
+            }
+            _ => plain.fitted(picked, width, random),
+        };
+        let reset = (random.below(6) == 0).then(|| {
+            let trigger = random.below(plain.nets.len() as u64) as usize;
+            (plain.fitted(trigger, 1, random), random.below(2), random.below(1 << width))
+        });
+        plain.connect(register, data, reset);
+    }
+    for _ in 0..4 {
+        plain.output(random.below(plain.nets.len() as u64) as usize);
+    }
+    plain
+}
+
+#[test]
+fn random_netlists_have_the_words_of_plain_stepping() {
+    let (mut leapt, mut resets) = (0.0, 0);
+    const NETLISTS: u64 = 500;
+    for seed in 1..=NETLISTS {
+        let mut random = Random(seed * 0x9e37_79b9_7f4a_7c15);
+        let mut plain = random_netlist(&mut random);
+        resets += u32::from(plain.registers.iter().any(|(.., reset)| reset.is_some()));
+        leapt += same(&mut plain, 3000, &mut random);
+    }
+    let share = leapt / NETLISTS as f64;
+    assert!(share > 0.2, "only {share} of the edges are leapt over");
+    assert!(resets > 50, "{resets} netlists with asynchronous resets");
+}
+
+/// A counter that takes a step now and then, and an accumulator of the counter's old words: the next word of the
+/// accumulator is a line, but with another slope than the accumulator was assumed to have. The figures are from a model
+/// in Python.
+#[test]
+fn slopes_that_do_not_last_are_not_leapt_over() {
+    let mut plain = Plain::default();
+    let x = plain.input(8);
+    let (cnt, acc) = (plain.register(8, 0), plain.register(20, 0));
+    let next = plain.cell(Operation::Add, &[cnt, x], 8);
+    plain.connect(cnt, next, None);
+    let wide = plain.cell(Operation::Extend { signed: false }, &[cnt], 20);
+    let sum = plain.cell(Operation::Add, &[acc, wide], 20);
+    plain.connect(acc, sum, None);
+    let top = plain.cell(Operation::Slice { low: 19 }, &[acc], 1);
+    plain.output(top);
+    let mut leap = plain.leap(&[0]);
+    leap.tell([Some(0)]);
+    let inputs = [(1, 1), (4, 0), (501, 1), (505, 0), (901, 1), (1501, 0), (1601, 1), (200_001, 0)];
+    let mut changes = Vec::new();
+    for pair in inputs.windows(2) {
+        let ((mut edge, word), (until, _)) = (pair[0], pair[1]);
+        leap.input(&[word]);
+        while edge < until {
+            edge += leap.clock(until - edge, 0, |at, _, _| changes.push(edge + at - 1));
+        }
+    }
+    assert_eq!((changes.len(), &changes[..4], changes[47]), (48, &[5039, 9144, 13_250, 17_355][..], 198_310));
+    assert_eq!(leap.registers().collect::<Vec<_>>(), [95, 213_684]);
+}
+
+/// A word that an input reaches without a register is told after the next edge, however long the jump could be.
+#[test]
+fn a_change_through_logic_alone_is_told_after_the_next_edge() {
+    let mut plain = Plain::default();
+    let (x, cnt) = (plain.input(1), plain.register(16, 0));
+    let one = plain.constant(1, 16);
+    let next = plain.cell(Operation::Add, &[cnt, one], 16);
+    plain.connect(cnt, next, None);
+    let not = plain.cell(Operation::Not, &[x], 1);
+    plain.output(not);
+    plain.output(cnt);
+    let mut leap = plain.leap(&[0, 1]);
+    leap.tell([Some(1), Some(0)]);
+    let mut changes = Vec::new();
+    assert_eq!(leap.clock(1000, 0, |at, output, word| changes.push((at, output, word))), 1000);
+    leap.input(&[1]);
+    assert_eq!(leap.clock(1000, 0, |at, output, word| changes.push((at, output, word))), 1);
+    // The counter has not been asked for: at the next edge it is told, though its change is an older one.
+    assert_eq!(leap.clock(1, 1, |at, output, word| changes.push((at, output, word))), 1);
+    assert_eq!(changes, [(1, 0, 0), (1, 1, 1002)]);
+    assert!(leap.share().leapt > 900, "{:?}", leap.share());
+}

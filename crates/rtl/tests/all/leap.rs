@@ -1,0 +1,338 @@
+//! Designs by others as netlists that leap: known answers of Verilator, and whole runs beside Verilator.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use hpu_cosim::dut::{Asked, Change, Design, Designs, DutSimulation, Inside};
+use hpu_cosim::scene::{DutScene, Experiment, SceneFile};
+use hpu_cosim::{Control, Simulation, Summary};
+use hpu_rtl::dut::Simulators;
+use hpu_rtl::{CacheFolder, Hdl, Setup};
+use hpu_signal::{Cycle, Observe};
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).expect("the project")
+}
+
+fn simulators() -> Simulators {
+    let cache = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("leap");
+    Simulators { cache: CacheFolder::new(Some(cache), "built models").with_programs(), setup: Setup::new(Hdl::Carried) }
+}
+
+/// Returns a scene of `testbench/dut` whose text is changed in these places, with an engine.
+fn scene(name: &str, changes: &[(&str, &str)], engine: &str) -> DutScene {
+    let path = root().join(format!("testbench/dut/{name}.toml"));
+    let mut file = SceneFile::find(&path.to_string_lossy()).expect("a scene");
+    for (before, after) in changes {
+        assert!(file.text.contains(before), "{name}: {before}");
+        file.text = file.text.replace(before, after);
+    }
+    let set = [("dut.engine".to_string(), engine.to_string())];
+    match file.parse(&set).unwrap_or_else(|error| panic!("{error}")) {
+        Experiment::Dut(scene) => scene,
+        _ => panic!("{name} has a design"),
+    }
+}
+
+fn built(scene: &DutScene) -> Arc<dyn Design> {
+    simulators().build(scene, Inside::Nothing).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Returns the polynomial remainder of CRC-32 (IEEE 802.3).
+fn crc32(text: &str) -> u32 {
+    let step = |crc: u32, _| if crc & 1 == 1 { crc >> 1 ^ 0xedb8_8320 } else { crc >> 1 };
+    !text.bytes().fold(!0, |crc, byte| (0..8).fold(crc ^ u32::from(byte), step))
+}
+
+/// Clocks a design for two million edges: the reset is active for eight of them; then the lines of an encoder, `enc_a`
+/// and `enc_b`, step forward 1100 times, every 1000 edges. Returns a line for each change of an output; all outputs
+/// count as 0 before edge 1.
+fn stimulated(design: &dyn Design, reset: (&str, u64), constants: &[(&str, u64)]) -> String {
+    const EDGES: u64 = 2_000_000;
+    let ports: Vec<_> = design.ports().iter().filter(|port| port.name != "clk").collect();
+    let mut words = vec![0; ports.len()];
+    let place = |name: &str| ports.iter().position(|port| port.name == name).expect("a port");
+    for (name, word) in constants {
+        words[place(name)] = *word;
+    }
+    let (a, b, rst) = (place("enc_a"), place("enc_b"), place(reset.0));
+    words[rst] = reset.1;
+    let mut running = design.start(&words, &vec![false; ports.len()], &mut Vec::new()).expect("a simulation");
+    let (mut shown, mut text, mut edge) = (vec![0; ports.len()], String::new(), 0);
+    let mut next = |words: &[u64], until: u64| {
+        let mut changes = Vec::new();
+        while edge < until {
+            let done = running.clock(words, until - edge, Asked::Outputs, &mut changes).expect("edges");
+            for Change { edge: at, port, bits } in changes.drain(..) {
+                let bits = bits.expect("known bits");
+                if std::mem::replace(&mut shown[port], bits) != bits {
+                    writeln!(text, "{} {} {bits}", edge + at, ports[port].name).expect("memory");
+                }
+            }
+            edge += done;
+        }
+    };
+    next(&words, 8);
+    words[rst] = 1 - reset.1;
+    for step in 1..=1100 {
+        next(&words, 1000 * (step + 1) + 16);
+        let phase = step % 4;
+        (words[a], words[b]) = (u64::from(phase >= 2), u64::from(phase == 1 || phase == 2));
+    }
+    next(&words, EDGES);
+    text
+}
+
+/// The figures are those of Verilator 5.006.
+#[test]
+fn two_designs_have_the_outputs_that_verilator_has_told() {
+    let zero = ("[dut]\n", "[dut]\nregisters = \"zero\"\n");
+    let knee = [zero, ("reset = { port = \"rst\" }\n", ""), ("gain = 95\n", "gain = 95\nrst = 0\n")];
+    let knee = stimulated(&*built(&scene("knee", &knee, "leap")), ("rst", 1), &[("gain", 95), ("wall", 978)]);
+    assert_eq!(knee.lines().take(2).collect::<Vec<_>>(), ["1 dir 1", "2019 position 1"]);
+    assert_eq!(knee.lines().rev().take(2).collect::<Vec<_>>(), ["1999974 pwm 1", "1999675 pwm 0"]);
+    assert_eq!((knee.lines().count(), crc32(&knee)), (3098, 0x4cbb_80c4));
+    let rim =
+        [zero, ("reset = { port = \"rst_n\", active = \"low\" }\n", ""), ("[dut.ports]\n", "[dut.ports]\nrst_n = 1\n")];
+    let rim = stimulated(&*built(&scene("rim", &rim, "leap")), ("rst_n", 0), &[]);
+    assert_eq!(rim.lines().next(), Some("15 gate_al 1"));
+    assert_eq!(rim.lines().rev().take(2).collect::<Vec<_>>(), ["1999889 gate_bh 1", "1999884 gate_bl 0"]);
+    assert_eq!((rim.lines().count(), crc32(&rim)), (4020, 0xdecc_16f6));
+}
+
+/// Every word that an observer is shown, edge by edge.
+#[derive(Default, PartialEq)]
+struct Shown(Vec<(u64, Vec<i64>)>);
+
+impl Observe for Shown {
+    fn nets(&mut self, cycle: Cycle, words: &[i64]) {
+        if self.0.last().is_none_or(|(_, last)| last != words) {
+            self.0.push((cycle.0, words.to_vec()));
+        }
+    }
+
+    fn reals(&mut self, _: Cycle, _: &[f64]) {}
+}
+
+fn ran(scene: &DutScene) -> (Shown, Summary, String) {
+    let simulators = simulators();
+    let simulation = DutSimulation::new(scene, &simulators, Inside::Nothing).unwrap_or_else(|error| panic!("{error}"));
+    let (mut trace, mut shown) = (simulation.brief_trace(), Shown::default());
+    let summary =
+        simulation.run(true, &mut trace, &mut shown, &Control::default()).unwrap_or_else(|error| panic!("{error}"));
+    (shown, summary, simulation.engine().to_string())
+}
+
+/// Holds a run by leaps against one by Verilator: every word of every port at every edge, and the energies to the bit.
+fn same_as_verilator(name: &str, changes: &[(&str, &str)], least: usize) -> Summary {
+    let ((leapt, by_leaps, one), (clocked, by_verilator, other)) =
+        (ran(&scene(name, changes, "leap")), ran(&scene(name, changes, "verilator")));
+    assert!(one.starts_with("hpu's leaps") && other.starts_with("Verilator"), "{one}, {other}");
+    assert_eq!(leapt.0.len(), clocked.0.len(), "{name}");
+    for (own, other) in leapt.0.iter().zip(&clocked.0) {
+        assert_eq!(own, other, "{name}");
+    }
+    assert!(leapt.0.len() > least, "{name}: {} changes", leapt.0.len());
+    assert_eq!(by_leaps.energy, by_verilator.energy, "{name}");
+    let counts = |summary: &Summary| (summary.edges, summary.encoder_edges, summary.output_changes);
+    assert_eq!(counts(&by_leaps), counts(&by_verilator), "{name}");
+    by_leaps
+}
+
+/// The energies are those of Verilator 5.006 when the designs came into the repository.
+#[test]
+fn whole_runs_are_those_of_verilator_to_the_last_bit() {
+    let energy = |summary: Summary| (summary.energy.source_j, summary.energy.copper_j);
+    let knee = energy(same_as_verilator("knee", &[], 10_000));
+    assert_eq!(knee, (10.797_218_678_279_638, 10.803_402_102_578_916));
+    let rim = energy(same_as_verilator("rim", &[], 20_000));
+    assert_eq!(rim, (10.773_356_039_689_741, 10.767_953_388_357_42));
+}
+
+/// Returns a scene around Verilog of its own, with the clock `clk` and inputs at 0.
+fn around(verilog: &str, more: &str, engine: &str) -> DutScene {
+    let folder = hpu_rtl::temporary::Temporary::folder().expect("a folder");
+    std::fs::write(folder.path().join("t.v"), verilog).expect("a file");
+    let text = format!(
+        "about = \"a design\"\ndevice = {{ kind = \"motor\", motor = \"vasudevan_2007\", wheel_ratio = 7 }}\n\
+         clock = {{ frequency = \"10 MHz\" }}\nrun = {{ duration = \"1 ms\" }}\n\
+         hand = {{ kind = \"spring_damper\", stiffness = \"0.3 N.m/rad\", damping = 0, path = [[0, 0], [1, 1]] }}\n\
+         [dut]\nfiles = [\"t.v\"]\ntop = \"t\"\nclock = \"clk\"\nengine = \"{engine}\"\n{more}"
+    );
+    let file = SceneFile { name: "t.toml".to_string(), text, data: folder.path().to_path_buf(), is_shipped: false };
+    match file.parse(&[]).unwrap_or_else(|error| panic!("{error}")) {
+        Experiment::Dut(scene) => scene,
+        _ => panic!("a design"),
+    }
+}
+
+#[test]
+fn designs_that_no_netlist_represents_are_refused_by_name() {
+    let module =
+        |ports: &str, body: &str| format!("module t(input clk, input a, input b, {ports});\n{body}\nendmodule\n");
+    let q = "output reg q";
+    for (verilog, why) in [
+        (module(q, "always @* if (a) q = b;"), "`q` is a latch"),
+        (module("output y", "wire z = ~(y & a); assign y = z | b;"), "is in a combinational loop"),
+        (module(q, "wire g = clk & a; always @(posedge g) q <= b;"), "`g` clocks register `q`"),
+        (module(q, "always @(negedge clk) q <= b;"), "register `q` takes its word at the falling edge of the clock"),
+        (module(q, "always @(posedge clk) begin q <= b; if (a) $display(\"a\"); end"), "`$display`"),
+        (module(q, "always @(posedge clk) case (a) 1'b0: q <= b; default: q <= 1'bx; endcase"), "may take a value x"),
+        (module("output y", "assign y = clk ^ a;"), "the clock `clk` is read as a signal"),
+        (
+            module(q, "always @(posedge clk or posedge a) if (a) q <= b; else q <= 1'b0;"),
+            "register `q` has an asynchronous set or load",
+        ),
+        (
+            module(q, "reg [69:0] p; always @(posedge clk) begin p <= p * {70{a}} + b; q <= p[69]; end"),
+            "in 70 bits; at most 64 are taken",
+        ),
+        (
+            module(q, "reg m [0:127]; reg [6:0] n; always @(posedge clk) begin n <= n + 1; m[n] <= a; q <= m[~n]; end"),
+            "has more than 64 words",
+        ),
+    ] {
+        let refused = simulators().build(&around(&verilog, "", "leap"), Inside::Nothing).err();
+        let said = refused.map(|error| error.to_string()).unwrap_or_default();
+        assert!(said.contains(why) && said.contains("dut.engine"), "{verilog}{said}");
+    }
+    let slower = "[dut.clocks]\nclk = 1\nb = 2\n";
+    let two = around(&module(q, "always @(posedge clk) q <= a;"), "", "leap");
+    assert!(simulators().build(&two, Inside::Nothing).is_ok());
+    let text = module(q, "always @(posedge clk) q <= a;");
+    let slow = std::panic::catch_unwind(|| around(&text, slower, "leap"));
+    if let Ok(slow) = slow {
+        let said = simulators().build(&slow, Inside::Nothing).err().expect("two clocks").to_string();
+        assert!(said.contains("several clocks"), "{said}");
+    }
+}
+
+/// Clocks a design by both engines with the same words at random times, and compares every answer.
+fn same_answers(verilog: &str, more: &str, (requests, drives): (u32, bool)) {
+    let engines = ["leap", "verilator"].map(|engine| built(&around(verilog, more, engine)));
+    let [own, other] = &engines;
+    assert_eq!(own.ports(), other.ports());
+    let ports: Vec<_> = own.ports().iter().filter(|port| !["clk", "rst"].contains(&&*port.name)).collect();
+    let driving: Vec<_> = ports.iter().map(|port| drives && !port.is_input).collect();
+    let mut seed = 0x1234_5678_9abc_def1u64;
+    let mut random = |limit: u64| {
+        seed ^= seed << 13;
+        seed ^= seed >> 7;
+        seed ^= seed << 17;
+        (seed.wrapping_mul(0x2545_f491_4f6c_dd1d) >> 11) % limit
+    };
+    let mut word = |ports: &[&hpu_cosim::dut::Port]| -> Vec<u64> {
+        let width = |port: &&hpu_cosim::dut::Port| port.format.width();
+        ports.iter().map(|port| random(1 << width(port).min(50)) & (u64::MAX >> (64 - width(port)))).collect()
+    };
+    let (mut words, mut changes) = (word(&ports), [Vec::new(), Vec::new()]);
+    let mut running: Vec<_> = engines
+        .iter()
+        .zip(&mut changes)
+        .map(|(design, changes)| design.start(&words, &driving, changes).expect("a simulation"))
+        .collect();
+    let (mut told, mut last) = (0, [vec![Some(0); ports.len()], vec![Some(0); ports.len()]]);
+    for request in 0..requests {
+        // Verilator's program tells an unknown word anew when the word of one of its models changes.
+        for (changes, last) in changes.iter_mut().zip(&mut last) {
+            changes.retain(|change| std::mem::replace(&mut last[change.port], change.bits) != change.bits);
+        }
+        assert_eq!(changes[0], changes[1], "before request {request}\n{verilog}");
+        told += changes[0].len();
+        changes.iter_mut().for_each(Vec::clear);
+        if request % 3 != 1 {
+            words = word(&ports);
+        }
+        let edges = [1, 2, 5, 100, 700][request as usize % 5];
+        let asked = if request % 4 == 3 { Asked::Driving } else { Asked::Outputs };
+        let done = running.iter_mut().zip(&mut changes).map(|(one, changes)| one.clock(&words, edges, asked, changes));
+        let done: Vec<_> = done.map(|done| done.map_err(|fault| fault.to_string())).collect();
+        match &done[..] {
+            [Ok(own), Ok(other)] => assert_eq!(own, other, "request {request}\n{verilog}"),
+            [Err(own), Err(other)] => {
+                let head = |said: &str| said.split(&[':', ';'][..]).next().unwrap_or_default().to_string();
+                assert_eq!(head(own), head(other));
+                assert!(own.contains("depends on a value that nothing has set"), "{own}");
+                return;
+            }
+            _ => panic!("{done:?}"),
+        }
+    }
+    assert!(told > 20, "{told} changes\n{verilog}");
+}
+
+#[test]
+fn cells_of_every_kind_answer_as_in_verilator() {
+    let reset = "reset = { port = \"rst\" }\n";
+    same_answers(
+        "module t(input clk, input rst, input signed [6:0] a, input [6:0] b, input [2:0] n,
+           output reg signed [12:0] product, output reg [6:0] shifted, output reg signed [6:0] rotated,
+           output reg [6:0] quotient, output reg signed [6:0] rest, output reg [3:0] order, output reg picked,
+           output reg [1:0] part, output reg [4:0] flags, output [7:0] through, output reg [15:0] ramp);
+         reg [6:0] m [0:7];
+         reg [2:0] at;
+         assign through = {a ^ b, ~&b};
+         always @(posedge clk or posedge rst)
+           if (rst) begin
+             product <= 0; shifted <= 0; rotated <= 0; quotient <= 0; rest <= 0; order <= 0; picked <= 0; part <= 0;
+             flags <= 0; ramp <= 0; at <= 0;
+           end else begin
+             ramp <= ramp + 3; at <= at + 1;
+             product <= a * $signed(b); shifted <= n[0] ? b << n : b >> n; rotated <= n[0] ? a >>> n : -a;
+             quotient <= b == 0 ? 7'd0 : b / (b % 7'd5 + 7'd1);
+             rest <= b == 0 ? 7'sd0 : a % $signed({1'b0, b[3:0]} + 7'sd1);
+             order <= {a < $signed(b), a <= 3, $unsigned(a) > b, a >= -5};
+             picked <= b[n[1:0]]; part <= {b[n[1:0]], b[{1'b0, n[1:0]}]};
+             flags <= {^a, |b, &a, !b, a && b};
+           end
+         always @(posedge clk) begin m[at] <= b; end
+         endmodule\n",
+        reset,
+        (300, false),
+    );
+}
+
+#[test]
+fn wide_words_and_tables_answer_as_in_verilator() {
+    let reset = "reset = { port = \"rst\", active = \"low\" }\n";
+    same_answers(
+        "module t(input clk, input rst, input [7:0] a, input [2:0] n, output [7:0] y, output reg [7:0] z,
+           output reg all, output reg some);
+         reg [99:0] line;
+         reg [7:0] m [0:7];
+         reg [2:0] at;
+         assign y = line[99:92];
+         always @(posedge clk)
+           if (!rst) begin line <= 0; z <= 0; all <= 0; some <= 0; at <= 0; end
+           else begin
+             line <= a[0] ? {line[91:0], a} : line ^ {92'b0, a};
+             at <= at + 1; m[at] <= a; z <= m[n];
+             all <= line == {100{a[1]}}; some <= |line[98:3];
+             case (n[1:0]) 2'd0: z[7] <= 1; 2'd1: z[7] <= a[2]; 2'd2: z[7] <= 0; 2'd3: z[7] <= ~a[2]; endcase
+           end
+         integer i;
+         initial for (i = 0; i < 7; i = i + 1) m[i] = 8'h18 + i;
+         initial m[7] = 8'hff;
+         endmodule\n",
+        reset,
+        (300, false),
+    );
+}
+
+/// Registers that the reset does not set: their outputs are unknown up to the edge at which they are known.
+#[test]
+fn words_that_nothing_has_set_are_unknown_as_in_verilator() {
+    let verilog = "module t(input clk, input rst, input [1:0] a, output reg [3:0] q, output y, output reg [9:0] n);
+         reg [3:0] r;
+         assign y = ^r;
+         always @(posedge clk) begin
+           if (a == 2) q <= {q[2:0], a[0]};
+           if (a == 1) r <= 5; else if (a == 3) r <= r + 1;
+           n <= rst ? 10'd0 : n + 10'd1;
+         end
+         endmodule\n";
+    same_answers(verilog, "reset = { port = \"rst\" }\n", (200, false));
+    same_answers(verilog, "reset = { port = \"rst\" }\n", (200, true));
+    same_answers(verilog, "reset = { port = \"rst\" }\nregisters = \"zero\"\n", (200, true));
+}
