@@ -10,8 +10,10 @@
 
 use hpu_cosim::scene::{Device, Hand, Scene};
 
+use toml_edit::Value;
+
 use crate::Error;
-use crate::certify::{Bound, Witness, check, of_scene};
+use crate::certify::{Bound, CLAIM, Witness, check, of_scene};
 use crate::linear::unit;
 use crate::sampled::{Matrix, SampledLoop, exponential, product, scaled, solution};
 
@@ -84,6 +86,36 @@ impl SteadySet {
         }
         Ok(set)
     }
+}
+
+/// Returns the text of a certificate that [`certify`](crate::certify::certify) checks: the scene's text, what replaces
+/// its keys, and the witnesses. A certificate of a scene that reads files is rejected.
+pub fn certificate(set: &SteadySet, name: &str, text: &str, overrides: &[(String, String)]) -> String {
+    let quoted = |text: &str| Value::from(text).to_string();
+    let list = |numbers: &[f64]| numbers.iter().map(|number| format!("{number:e}")).collect::<Vec<_>>().join(", ");
+    let pairs: Vec<String> =
+        overrides.iter().map(|(key, value)| format!("[{}, {}]", quoted(key), quoted(value))).collect();
+    let mut certificate = format!(
+        "# `hpu certify` checks this file. It holds for every start from which the wall stays in contact.\n\
+         claim = {}\nname = {}\nset = [{}]\nscene = {}\n",
+        quoted(CLAIM),
+        quoted(name),
+        pairs.join(", "),
+        quoted(text)
+    );
+    for Steady { stiffness, bound, witness } in &set.proved {
+        let Witness { word, act, decay, shape, half_range, level, weights, storage } = witness;
+        let Bound { rms_counts, duty, .. } = bound;
+        certificate += &format!(
+            "\n[[word]]\nword = {word}\nstiffness = {stiffness:e}\nduty = {duty:e}\nrms_counts = {rms_counts:e}\n\
+             act = {act:e}\ndecay = {decay:e}\nshape = [{}]\nhalf_range = {half_range:e}\nlevel = {level:e}\n\
+             weights = [{}]\nstorage = [{}]\n",
+            list(shape),
+            list(weights),
+            list(storage)
+        );
+    }
+    certificate
 }
 
 /// Why a word is not proved: because of its scene, or of itself.
@@ -507,6 +539,7 @@ mod tests {
     use hpu_cosim::scene::{Scene, shipped};
 
     use super::*;
+    use crate::certify::certify;
 
     fn known(name: &str, set: &[(&str, &str)]) -> Scene {
         let shipped = shipped().iter().find(|scene| scene.name == name).expect("it is shipped");
@@ -604,6 +637,44 @@ mod tests {
         for (index, change) in changes.into_iter().enumerate() {
             assert!(bad(change).is_err(), "change {index}: {:?}", bad(change));
         }
+    }
+
+    #[test]
+    fn a_certificate_of_another_scene_stiffness_or_duty_is_rejected() {
+        let overrides = [("wall.damping".to_string(), "0".to_string())];
+        let shipped = shipped().iter().find(|scene| scene.name == "hybrid-wall").expect("it is shipped");
+        let set = SteadySet::new(&undamped(&[]), [1.4, 1.6]).expect("a loop of that kind");
+        let text = certificate(&set, "hybrid-wall", shipped.text, &overrides);
+        let proved = certify(&text).expect("it holds");
+        assert_eq!(proved, set.proved.iter().map(|word| (word.stiffness, word.bound)).collect::<Vec<_>>());
+        let first = &set.proved[0];
+        let told = |key: &str, value: f64, other: f64| (format!("{key} = {value:e}"), format!("{key} = {other:e}"));
+        for (old, new) in [
+            ("stiffness = \"0.3 N.m/rad\"".to_string(), "stiffness = \"0.31 N.m/rad\"".to_string()),
+            ("position = \"1.5 rad\"".into(), "position = \"1.49 rad\"".into()),
+            ("\"0\"]".into(), "\"0.1 mN.m.s/rad\"]".into()),
+            told("stiffness", first.stiffness, first.stiffness * 1.01),
+            told("duty", first.bound.duty, first.bound.duty + 1e-3),
+            told("rms_counts", first.bound.rms_counts, first.bound.rms_counts * 0.999),
+            (format!("word = {}\n", first.witness.word), format!("word = {}\n", first.witness.word + 1)),
+            ("storage".into(), "store".into()),
+            ("for ever".into(), "for an hour".into()),
+        ] {
+            let changed = text.replace(&old, &new);
+            assert!(changed != text, "{old} is not in it");
+            assert!(certify(&changed).is_err(), "{old} became {new}");
+        }
+        assert!(certify("").is_err() && certify("claim = 3").is_err() && certify("[").is_err());
+    }
+
+    #[test]
+    fn the_checker_is_short_and_shares_no_code_but_intervals() {
+        let source = include_str!("certify/mod.rs");
+        let is_code = |line: &&str| !line.trim().is_empty() && !line.trim_start().starts_with("//");
+        assert!(source.lines().filter(is_code).count() <= 300);
+        let own = source.lines().filter(|line| line.contains("crate::"));
+        let known = ["use crate::Error;", "use crate::interval::", "use crate::square::"];
+        own.for_each(|line| assert!(known.iter().any(|known| line.starts_with(known)), "{line}"));
     }
 
     #[test]

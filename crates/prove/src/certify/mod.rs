@@ -5,9 +5,9 @@
 //! Time is in periods of the modulator, angles in counts, and a current in the acceleration of its torque. A period
 //! begins where the modulator reads the encoder. The deviation `x` from the periodic motion of a constant command `c0`
 //! then obeys `x+ = Φ x + ∫F(t) dt`, from `c0` to the command `c`. `F(t)` is what a clock of supply leaves at the end
-//! of the period if the pulse ends at clock `t`. With `u = c - c0` the integral is `u (F(a) + τ F'(a) + v)`,
-//! `|τ| <= |u|/2 + |c0 - a|`, and every part of `v` is at most the greatest one of `F''` times half of `u²/3 + |u| |c0 - a| + |c0 - a|²`.
-//! With the angle `y`, the command is `u = -k q`, and `q = y + e` with `|e| <= H` is a function of `y` that never falls.
+//! of the period if the pulse ends at clock `t`. With `u = c - c0` the integral is `u` times the mean of
+//! `F(a) + (t - a) F'(a) + (t - a)²/2 F''(s)`, or with `F''(a)` and a third derivative. With the angle `y`, the command
+//! is `u = -k q`. There `q = y + e` with `|e| <= H` is a function of `y` that never falls.
 //!
 //! 1. `x' P x` falls by `decay²` from period to period, so the sums of the responses' sizes are bounded.
 //! 2. By these sums, `|y| <= Y` gives `|y| <= f(Y)`. As `f` is convex, `f(Y) <= Y`, and `f(L) < L` for the greatest `L`
@@ -16,10 +16,14 @@
 //!    that of `λ e²`. The sum of `q (y - y-)` is at least a constant. So the rms of `y` is at most `H √λ`.
 //! 4. Between two readings the angle is within an eighth of the greatest acceleration from the straight line.
 
+mod text;
+
 use std::array::from_fn;
 use std::f64::consts::PI;
 
 use hpu_cosim::scene::{BridgeModel, Datapath, Device, Encoder, EncoderModel, Friction, Hand, Loop, Scene, Winding};
+
+pub use text::{CLAIM, certify};
 
 use crate::Error;
 use crate::interval::Interval;
@@ -214,8 +218,7 @@ pub fn of_scene(scene: &Scene) -> Result<(), Error> {
 pub fn check(scene: &Scene, witness: &Witness) -> Result<Bound, Error> {
     let Witness { word, act, decay, shape, half_range, level, weights, storage } = witness;
     let single = [*act, *decay, *half_range, *level];
-    let mut all = single.iter().chain(shape).chain(weights).chain(storage);
-    if !all.all(|number| number.abs() < GREATEST) || *word < 1 {
+    if !single.iter().chain(shape).chain(weights).chain(storage).all(|number| number.abs() < GREATEST) || *word < 1 {
         return Err("its numbers have no sense".into());
     }
     let plant = Plant::of(scene)?;
@@ -257,14 +260,15 @@ pub fn check(scene: &Scene, witness: &Witness) -> Result<Bound, Error> {
     // 1. Responses die out.
     let shape: Square<3> = symmetric(shape);
     let unit: Square<3> = from_fn(|row| from_fn(|of| shape[row][of].plus(number(-f64::from(u8::from(row == of))))));
-    let square = number(*decay).times(number(*decay));
     let moved = product(&transposed(&closed), &product(&shape, &closed));
-    let falls: Square<3> = from_fn(|row| from_fn(|of| square.times(shape[row][of]).plus(negative(moved[row][of]))));
+    let falls: Square<3> = from_fn(|row| {
+        from_fn(|of| number(*decay).times(number(*decay)).times(shape[row][of]).plus(negative(moved[row][of])))
+    });
     if !(0.0..1.0).contains(decay) || !is_positive(unit) || !is_positive(falls) {
         return Err("its motions are not proved to die out".into());
     }
-    let root = Interval { lo: 0.0, hi: (0..3).fold(0.0, |sum: f64, at| (sum + shape[at][at].hi).next_up()) }.hi.sqrt();
-    let sums = |start: Vector| sums(&closed, start, *decay, root.next_up());
+    let trace = (0..3).fold(Interval::ZERO, |sum, at| sum.plus(shape[at][at]));
+    let sums = |start: Vector| sums(&closed, start, *decay, trace.hi.sqrt().next_up());
     let axis = |at: usize| sums(from_fn(|state| number(f64::from(u8::from(state == at)))));
     let [by_answer, by_later, by_turned] = [sums(answer)?, sums(later)?, sums(turned)?];
     let by_axis = [axis(0)?, axis(1)?, axis(2)?];
@@ -312,10 +316,7 @@ pub fn check(scene: &Scene, witness: &Witness) -> Result<Bound, Error> {
     if weights.iter().any(|weight| *weight < 0.0) {
         return Err("its multipliers are below zero".into());
     }
-    let kept: [Interval; 9] = [2, 4].into_iter().fold([Interval::ZERO; 9], |mut all, at| {
-        all[at] = number(1.0);
-        all
-    });
+    let kept: [Interval; 9] = from_fn(|at| number(f64::from(u8::from(at == 2 || at == 4))));
     let both = first.plus(other.times(number(3.0)));
     let mut left: Square<9> = from_fn(|row| {
         from_fn(|of| {
