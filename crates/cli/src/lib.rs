@@ -7,6 +7,7 @@ mod shell;
 
 mod beside;
 mod block;
+mod certify;
 mod chart;
 mod check;
 mod command;
@@ -78,6 +79,7 @@ enum Verb {
     Vectors(vectors::Args),
     Check(check::Args),
     Limits(limits::Args),
+    Certify(certify::Args),
     Map(map::Args),
     Chart(chart::Args),
     Fit(fit::Args),
@@ -123,6 +125,7 @@ impl Verb {
             Self::Vectors(args) => vectors::run(&args),
             Self::Check(args) => check::run(&args),
             Self::Limits(args) => limits::run(&args),
+            Self::Certify(args) => certify::run(&args),
             Self::Map(args) => match args.from() {
                 Some(dir) => sweep::show_map(&args, dir),
                 None => map::run(&args),

@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 pub mod arms;
+pub mod certify;
 pub mod criteria;
 pub mod exact;
 pub mod interval;
@@ -10,6 +11,8 @@ pub mod ranges;
 pub mod real;
 pub mod sampled;
 mod series;
+mod square;
+pub mod steady;
 pub mod waits;
 
 pub use sampled::SampledLoop;

@@ -9,6 +9,7 @@ use hpu_cosim::scene::{DutScene, Experiment, Scene};
 use hpu_cosim::{SceneFile, figure};
 use hpu_page::Page;
 use hpu_prove::linear::{BoxSet, NotDriven, usual_range};
+use hpu_prove::steady::{SteadySet, certificate};
 use hpu_study::limits::{Limits, Looks, MOST_UNKNOWN, Unknown, WordsSet, World, hands_of, limits};
 use hpu_study::map::SceneText;
 use hpu_study::{Error, Kind};
@@ -38,6 +39,11 @@ use crate::shell::{Exit, Failure, Folder, Jobs, Watch, hdl, interrupt, values};
 /// not known. The scene in words is run at the box's corners and at eight points within it. The words stay those of the
 /// scene: what a motor makes of them changes with the motor.
 ///
+/// With --for-ever, the words of the stiffness are proved to settle at every phase of the contact, for ever: from the
+/// softest word on, until the bound of the rms exceeds one count. This is worked out for a live spring without damping
+/// behind a latched modulator; of other scenes the page tells why not. --certificates writes the proof as a file that
+/// `hpu certify` checks.
+///
 /// Of a finger on a segment on a gimbal, the criteria tell without a run whether it can rest, and at which stiffnesses.
 #[derive(clap::Args)]
 pub(crate) struct Args {
@@ -64,6 +70,12 @@ pub(crate) struct Args {
     /// Stiffness words to look at, at most; each of a range that has no more [default: 256, with --over 96]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=65_536))]
     words: Option<u32>,
+    /// Prove up to which stiffness the wall settles at every phase, for ever
+    #[arg(long)]
+    for_ever: bool,
+    /// Write the proof into this folder, as a certificate that `hpu certify` checks
+    #[arg(long, value_name = "DIR", requires = "for_ever")]
+    certificates: Option<PathBuf>,
     #[command(flatten)]
     jobs: Jobs,
     #[command(flatten)]
@@ -114,6 +126,11 @@ fn find<'w, F>(
     let mut load = |file: &str| source.load(file);
     let read = SceneText::read((&source.name, &source.text), &args.set.set, &mut load).map_err(Failure::file)?;
     args.hdl.agree(&read.1)?;
+    let is_box = !args.over.is_empty() || args.hands.is_some();
+    let is_axis = matches!(&read.1, Experiment::Axis(_));
+    if args.for_ever && (is_box || !is_axis) {
+        return Err(Failure::usage("--for-ever is of one scene of a wall on an axis, without --over and --hands"));
+    }
     if let Experiment::Dut(scene) = &read.1 {
         return of_design(args, &read.0, scene, open, watch);
     }
@@ -147,7 +164,16 @@ fn find<'w, F>(
         stopped = watch.is_stopped();
         found
     });
-    let found = Limits { in_box, ..found }.at_wall(&nominal);
+    let steady = args.for_ever.then(|| SteadySet::new(&nominal, range).map_err(Error::from));
+    let found = Limits { in_box, steady, ..found }.at_wall(&nominal);
+    if let (Some(dir), Some(Ok(set)), false) = (&args.certificates, &found.steady, stopped) {
+        if !text.files.is_empty() {
+            return Err(Failure::usage("--certificates: the scene reads files, which a certificate does not carry"));
+        }
+        let mut folder = Folder::open(dir)?;
+        folder.write("limits.certificate", certificate(set, &nominal.name, &text.text, &args.set.set))?;
+        folder.commit()?;
+    }
     Ok((!stopped).then(|| (opened, drawn(args, &nominal.name, &found, &over))))
 }
 
@@ -225,6 +251,7 @@ fn of_design<'w, F>(
         ripple: None,
         in_box: None,
         in_words,
+        steady: None,
         stiffness_miss: None,
         damping_error: None,
         left_out: Vec::new(),
@@ -262,6 +289,7 @@ fn command(args: &Args) -> String {
     let phases = Some(args.phases).filter(|phases| *phases != Looks::default().phases);
     let command = CommandLine::new("limits").words([&args.scene]).set(&args.set.set).option("--range", &args.range);
     let command = command.option("--over", &args.over).option("--hands", radius).flag("--hands", is_bare);
+    let command = command.flag("--for-ever", args.for_ever);
     command.option("--words", args.words).option("--phases", phases).text()
 }
 

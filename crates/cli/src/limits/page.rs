@@ -5,6 +5,7 @@ use hpu_page::{Cell, Column, Page, Table};
 use hpu_prove::Wait;
 use hpu_prove::criteria::{Assumption, Criterion, Figure, Region, Silent};
 use hpu_prove::linear::{BoxSet, DrivenSet, End, StableSet, Stretch};
+use hpu_prove::steady::{Steady, SteadySet};
 use hpu_study::limits::{Group, Limits, MOST_EVENTS, Seen, Unknown, WordsSet};
 use serde_json::{Value, json};
 
@@ -49,6 +50,9 @@ pub fn page(scene: &str, found: &Limits, over: &[Unknown]) -> Page {
     page.data("linear_in_box_reason", in_box.and_then(|set| set.as_ref().err()).map(ToString::to_string));
     if let Some(set) = in_box {
         page.line("ideal drive, whole box", set.as_ref().map_or_else(ToString::to_string, BoxSet::said));
+    }
+    if let Some(set) = &found.steady {
+        steady(&mut page, set);
     }
     page.data("words", found.in_words.as_ref().ok().map(in_words))
         .data("words_reason", found.in_words.as_ref().err().map(ToString::to_string));
@@ -179,6 +183,58 @@ fn driven(page: &mut Page, found: &Limits) {
     if found.coulomb > 0.0 && (found.linear.is_ok() || found.driven.is_ok() || found.ripple.is_some()) {
         page.line("", "all of this without the device's Coulomb friction, which may hold it at other stiffnesses too");
     }
+}
+
+/// Adds the lines about what is proved at every phase.
+fn steady(page: &mut Page, set: &Result<SteadySet, hpu_study::Error>) {
+    const LABEL: &str = "proved at every phase";
+    let set = match set {
+        Err(why) => {
+            page.data("for_ever", json!({ "reason": why.to_string() }));
+            page.line(LABEL, format!("not worked out: {why}"));
+            return;
+        }
+        Ok(set) => set,
+    };
+    let word = |Steady { stiffness, bound, witness }: &Steady| {
+        json!({
+            "word": witness.word,
+            "stiffness": stiffness,
+            "rms_counts": bound.rms_counts,
+            "half_range_counts": bound.half_range_counts,
+            "depth_counts": bound.depth_counts,
+            "duty": bound.duty,
+        })
+    };
+    page.data(
+        "for_ever",
+        json!({
+            "unit": set.unit,
+            "from": set.from,
+            "to": set.proved.last().map(|last| last.stiffness),
+            "words": set.proved.iter().map(word).collect::<Vec<_>>(),
+            "not_proved": set.beyond.as_ref().map(|(stiffness, _)| stiffness),
+            "reason": set.beyond.as_ref().map(|(_, why)| why),
+            "ended": set.ended,
+        }),
+    );
+    match set.proved.last() {
+        None => page.line(LABEL, "no word of the stiffness"),
+        Some(last) => {
+            let (from, to, unit) = (figure(set.from), figure(last.stiffness), set.unit);
+            page.line(LABEL, format!("every word from {from} to {to} {unit} settles, for ever"));
+            let [rms, range] = [last.bound.rms_counts, last.bound.half_range_counts].map(figure);
+            page.line("", format!("the stiffest with at most {rms} counts rms, within {range} counts of its rest"))
+        }
+    };
+    if let Some((stiffness, why)) = &set.beyond {
+        page.line("", format!("not proved at {} {}: {why}", figure(*stiffness), set.unit));
+    }
+    if set.ended {
+        page.line("", "the search ended there: a proof takes so many words at most");
+    }
+    let said = "from every start that stays in contact and below a full command, under a hand at rest";
+    page.line("", said);
 }
 
 /// Adds the line about what linear loops around a network leave out.

@@ -19,6 +19,7 @@ use hpu_prove::linear::{BoxSet, Damping, DrivenSet, NotDriven, Ripple, StableSet
 
 use crate::Error;
 use hpu_prove::criteria::{self, Criterion, Rigid, Silent};
+use hpu_prove::steady::SteadySet;
 
 pub use hands::{PublishedHand, hands_of, published_hands};
 pub use looks::{Looks, MOST_EVENTS};
@@ -58,6 +59,9 @@ pub struct Limits {
     /// Relative error of the word of the scene's damping, if it is more than [`Miss::FLAGGED`]: the runs in words have
     /// the word's damping, linear loops and criteria what is asked for.
     pub damping_error: Option<f64>,
+    /// The words that are proved to settle at every phase for ever, or why that is not worked out; `None` if nobody
+    /// asks.
+    pub steady: Option<Result<SteadySet, Error>>,
     /// What linear loops leave out of a network or a bridge beside Coulomb friction, each as text.
     pub left_out: Vec<String>,
     /// Coulomb friction of the device, in SI units: linear loops and ripple leave it out.
@@ -117,6 +121,7 @@ pub fn limits(scene: &Scene, range: [f64; 2], in_words: impl FnOnce() -> Result<
         in_box: None,
         in_words,
         stiffness_miss: realised.and_then(|realised| realised.stiffness_miss),
+        steady: None,
         damping_error: realised.map(|realised| realised.damping_error).filter(|error| error.abs() > Miss::FLAGGED),
         left_out,
         coulomb: if scene.model.friction == Friction::None { 0.0 } else { Rigid::new(scene).coulomb_nm },

@@ -1,0 +1,57 @@
+//! `hpu certify`: certificates, checked.
+
+use std::path::PathBuf;
+
+use hpu_cosim::figure;
+use hpu_page::Page;
+use hpu_prove::certify::certify;
+use serde_json::json;
+
+use crate::page::show;
+use crate::shell::{Exit, Failure, read_text};
+
+/// Check a certificate: the proof that a wall settles at every phase, for ever
+///
+/// `hpu limits SCENE --for-ever --certificates DIR` writes certificates. The checker makes its own matrices from the
+/// scene in the file, with all arithmetic rounded outwards, and shares nothing with the search but intervals and the
+/// scene's reader. A proof holds for every start from which the wall stays in contact and below its full command, and
+/// for a hand at rest.
+///
+/// Exit code 0: it is accepted; 1: it is rejected.
+#[derive(clap::Args)]
+pub(crate) struct Args {
+    /// A certificate
+    file: PathBuf,
+    /// Print the result as one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs `hpu certify`.
+pub fn run(args: &Args) -> Result<Exit, Failure> {
+    let text = read_text(&args.file)?;
+    let found = certify(&text);
+    let mut page = Page::default();
+    page.data("file", json!(args.file)).data("accepted", found.is_ok());
+    match &found {
+        Ok(words) => {
+            let all = words.iter().map(|(stiffness, bound)| {
+                json!({ "stiffness": stiffness, "rms_counts": bound.rms_counts, "duty": bound.duty })
+            });
+            page.data("words", json!(all.collect::<Vec<_>>()));
+            let most = words.iter().fold(0.0, |most: f64, (_, bound)| most.max(bound.rms_counts));
+            let ends = words.first().zip(words.last());
+            let said = ends.map_or("it claims nothing".to_string(), |((from, _), (to, _))| {
+                let [from, to, most] = [*from, *to, most].map(figure);
+                format!("{} words, stiffness {from} to {to}, at most {most} counts rms for ever", words.len())
+            });
+            page.line("accepted", said);
+        }
+        Err(why) => {
+            page.data("reason", why.to_string());
+            page.line("rejected", why.to_string());
+        }
+    }
+    show(&page, args.json)?;
+    Ok(Exit::when(found.is_ok()))
+}

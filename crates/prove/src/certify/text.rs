@@ -1,0 +1,72 @@
+//! Certificates as text.
+
+use hpu_cosim::scene::Scene;
+use toml_edit::{DocumentMut, Item, Table, Value};
+
+use super::{Bound, Witness, check};
+use crate::Error;
+
+/// The claim of a certificate.
+pub const CLAIM: &str = "settled at every phase, for ever";
+
+/// Checks the text of a certificate. Returns the stiffness of each word in SI units, and what is proved of it.
+///
+/// # Errors
+///
+/// Returns why it is rejected.
+pub fn certify(text: &str) -> Result<Vec<(f64, Bound)>, Error> {
+    let document: DocumentMut = text.parse().map_err(|error| Error::new(format_args!("no TOML: {error}")))?;
+    let missing = |key: &str| Error::new(format_args!("`{key}` is missing, or of another kind"));
+    let said = |key: &str| document.get(key).and_then(Item::as_str).ok_or_else(|| missing(key));
+    if said("claim")? != CLAIM {
+        return Err(Error::new(format_args!("another claim than \"{CLAIM}\"")));
+    }
+    let none = &mut |file: &str| Err(std::io::Error::other(format!("a certificate carries no file {file}")));
+    let scene = Scene::parse(said("name")?, said("scene")?, &set(&document).ok_or_else(|| missing("set"))?, none)?;
+    let words = scene.words()?.realised;
+    let step = words.torque_quantum_nm / words.count_rad * scene.method.stiffness_format.lsb();
+    let tables = document.get("word").and_then(Item::as_array_of_tables).ok_or_else(|| missing("word"))?;
+    if tables.is_empty() {
+        return Err("it has no word of a stiffness".into());
+    }
+    let word = |table: &Table| {
+        let number = |key: &str| table.get(key).and_then(Item::as_float).ok_or_else(|| missing(key));
+        let word = table.get("word").and_then(Item::as_integer).ok_or_else(|| missing("word"))?;
+        let witness = Witness {
+            word,
+            act: number("act")?,
+            decay: number("decay")?,
+            shape: numbers(table, "shape").ok_or_else(|| missing("shape"))?,
+            half_range: number("half_range")?,
+            level: number("level")?,
+            weights: numbers(table, "weights").ok_or_else(|| missing("weights"))?,
+            storage: numbers(table, "storage").ok_or_else(|| missing("storage"))?,
+        };
+        let rejected = |why: &dyn std::fmt::Display| Error::new(format_args!("word {word}: {why}"));
+        let bound = check(&scene, &witness).map_err(|error| rejected(&error))?;
+        let (stiffness, duty) = (number("stiffness")?, number("duty")?);
+        let rms = number("rms_counts")?;
+        if !((stiffness / (word as f64 * step) - 1.0).abs() < 1e-9 && (duty - bound.duty).abs() < 1e-6) {
+            return Err(rejected(&"its stiffness or its duty is that of another scene"));
+        }
+        if !(bound.rms_counts <= rms && rms < 1.0) {
+            return Err(rejected(&format_args!("{rms} counts rms are claimed, {} are proved", bound.rms_counts)));
+        }
+        Ok((stiffness, bound))
+    };
+    tables.iter().map(word).collect()
+}
+
+/// Returns keys and values that replace those of the scene's text.
+fn set(document: &DocumentMut) -> Option<Vec<(String, String)>> {
+    let pair = |pair: &Value| {
+        let [key, value] = [0, 1].map(|at| pair.as_array().and_then(|pair| pair.get(at)).and_then(Value::as_str));
+        Some((key?.to_string(), value?.to_string()))
+    };
+    document.get("set")?.as_array()?.iter().map(pair).collect()
+}
+
+fn numbers<const N: usize>(table: &Table, key: &str) -> Option<[f64; N]> {
+    let all: Option<Vec<f64>> = table.get(key)?.as_array()?.iter().map(Value::as_float).collect();
+    all?.try_into().ok()
+}

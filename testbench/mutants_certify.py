@@ -1,0 +1,97 @@
+#!/usr/bin/env python3
+"""Mutants of the checker of certificates, chosen by hand: a sign, a missing term, a bound rounded inwards.
+
+Each is written into the source in turn, and the tests of the checker and of its matrices run. A mutant that fails no
+test survives. The source is put back in the end.
+
+Usage: testbench/mutants_certify.py [--update]
+  --update  write testbench/record/mutants-certify.txt
+Exit codes: 0 each mutant is killed, 1 one survives, 3 the tests fail without a mutant, or a mutant does not build.
+"""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+RECORD = ROOT / "testbench" / "record" / "mutants-certify.txt"
+CHECK = "crates/prove/src/certify/mod.rs"
+SQUARE = "crates/prove/src/square.rs"
+TEXT = "crates/prove/src/certify/text.rs"
+
+# File, what is wrong, the text, and what stands in its place.
+MUTANTS = [
+    (CHECK, "the sign of the winding's decay", "[negative(decay), negative(coupling), none]",
+     "[decay, negative(coupling), none]"),
+    (CHECK, "no voltage by the speed", "[negative(decay), negative(coupling), none]", "[negative(decay), none, none]"),
+    (CHECK, "no hand's spring", "[one, negative(drag), negative(grip)]", "[one, negative(drag), none]"),
+    (CHECK, "no latency of the encoder", "latency: 4.0 + ", "latency: "),
+    (CHECK, "the rounding is a quarter of a count", "let half = number(0.5)", "let half = number(0.25)"),
+    (CHECK, "any duty is that at rest", "let away = rest.plus(negative(number(*act))).size();", "let away = 0.0;"),
+    (CHECK, "P may be small", "!is_positive(unit)", "false"),
+    (CHECK, "motions may grow", "|| !is_positive(falls)", ""),
+    (CHECK, "the half-range need not hold", "angle <= *half_range && ", ""),
+    (CHECK, "the storage is not checked", "if !is_positive(left) {", "if false {"),
+    (CHECK, "the sign of the staircase", "let spent = staircase.times(crossed)",
+     "let spent = negative(staircase).times(crossed)"),
+    (CHECK, "a negative weight", "weights.iter().any(|weight| *weight < 0.0)", "false"),
+    (CHECK, "no level enters", "let own = [number(-1.0), number(*level),", "let own = [number(0.0), number(*level),"),
+    (CHECK, "no angle between readings", "(number(level.sqrt().next_up())).plus(between).hi;",
+     "(number(level.sqrt().next_up())).hi;"),
+    (CHECK, "no damping is refused", 'scene.words()?.damping != 0, "its wall', 'false, "its wall'),
+    (SQUARE, "Taylor's polynomial has no rest", "Interval { lo: -rest, hi: rest }", "Interval { lo: 0.0, hi: 0.0 }"),
+    (SQUARE, "a pivot may be negative", "if pivot.lo <= 0.0 ||", "if pivot.hi <= 0.0 ||"),
+    (SQUARE, "a number may be none", "|| !cells.iter()", "|| false && !cells.iter()"),
+    (SQUARE, "the sign of the elimination", "cell| negative(share.times(cell))", "cell| share.times(cell)"),
+    (TEXT, "any stiffness is claimed", "(stiffness / (word as f64 * step) - 1.0).abs() < 1e-9 && ", ""),
+    (TEXT, "any duty is claimed", " && (duty - bound.duty).abs() < 1e-6", ""),
+    (TEXT, "any rms is claimed", "bound.rms_counts <= rms && ", ""),
+]
+
+
+def tests():
+    """Runs the tests. Returns whether they build, and the first that fails."""
+    command = ["cargo", "test", "--locked", "--profile", "quick", "-p", "hpu-prove", "--lib", "--", "steady", "square",
+               "certify"]
+    wrapper = {**os.environ, "RUSTC_WRAPPER": str(ROOT / "testbench" / "rustc.sh")}
+    done = subprocess.run(command, cwd=ROOT, env=wrapper, capture_output=True, text=True, timeout=600)
+    failed = [line.split()[1] for line in done.stdout.splitlines() if line.startswith("test ") and "FAILED" in line]
+    return "running " in done.stdout, (failed[0] if failed else None)
+
+
+def main():
+    if sys.argv[1:] not in ([], ["--update"]):
+        print(__doc__, file=sys.stderr)
+        return 2
+    builds, failed = tests()
+    if not builds or failed:
+        print(f"without a mutant: {failed or 'no build'}", file=sys.stderr)
+        return 3
+    rows, survivors = [], 0
+    for file, what, old, new in MUTANTS:
+        path = ROOT / file
+        source = path.read_text()
+        if source.count(old) != 1:
+            print(f"{file}: {old} stands there {source.count(old)} times", file=sys.stderr)
+            return 3
+        try:
+            path.write_text(source.replace(old, new))
+            builds, failed = tests()
+        finally:
+            path.write_text(source)
+        if not builds:
+            print(f"does not build: {what}", file=sys.stderr)
+            return 3
+        survivors += failed is None
+        rows.append(f"{file}  {'killed' if failed else 'SURVIVES'}  {what}\n    {failed or ''}".rstrip())
+        print(rows[-1], flush=True)
+    head = f"# testbench/mutants_certify.py\n# {len(rows)} mutants of the checker of certificates: " \
+           f"{len(rows) - survivors} killed, {survivors} survive\n# each with the first test that fails\n"
+    if "--update" in sys.argv:
+        RECORD.write_text(head + "\n".join(rows) + "\n")
+    return 1 if survivors else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
