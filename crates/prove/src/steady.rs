@@ -668,6 +668,18 @@ mod tests {
     }
 
     #[test]
+    fn a_pulse_that_ends_after_the_next_reading_is_refused() {
+        // 4 clocks before the period's end the modulator reads the next command. The stall torque is 265 mN.m.
+        let mut scene = undamped(&[]);
+        let (witness, _) = steady(&scene, 36).map_err(|_| ()).expect("a witness");
+        for (act, is_outside) in [(4090.0, false), (4093.5, true)] {
+            scene.hand = Hand::ConstantTorque { torque_nm: 0.265 * act / 4096.0 };
+            let error = check(&scene, &Witness { act, ..witness.clone() }).expect_err("too long a pulse").to_string();
+            assert_eq!(error.contains("ends outside of its period"), is_outside, "{act}: {error}");
+        }
+    }
+
+    #[test]
     fn the_checker_is_short_and_shares_no_code_but_intervals() {
         let source = include_str!("certify/mod.rs");
         let is_code = |line: &&str| !line.trim().is_empty() && !line.trim_start().starts_with("//");

@@ -151,6 +151,13 @@ pub const COMMANDS: &[(&str, Form)] = &[
         ),
     ),
     (
+        "hpu limits hybrid-wall --set wall.damping=0 --for-ever",
+        short(
+            "hpu limits hybrid-wall --set wall.damping=0 --for-ever --words 4 --phases 1",
+            "eight phases take ten seconds of two cores",
+        ),
+    ),
+    (
         "hpu limits hybrid-wall --hands 50mm",
         short(
             "hpu limits hybrid-wall --hands 50mm --range 0.1..0.2 --words 2 --phases 1",
