@@ -899,7 +899,7 @@ PLACES = [
         ("for ever, nets that matter: a net that is still hangs on others", "live & outputs != 0"),
         ("for ever, nets that matter: none but the gates", "false"),
     ]),
-    (FOREVER, "fn period", "recurrence.period / LEAST_ROWS | 1", [
+    (FOREVER, "fn period", "(recurrence.period / LEAST_ROWS) | 1", [
         ("for ever, period: one row", "recurrence.period"),
     ]),
     (FOREVER, "fn go_far", "end <= self.world.reach()", [

@@ -97,7 +97,7 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone> ClosedLoop
         let angle = |world: &E, at| world.reals(at).as_ref()[ANGLE];
         let (mut sum, mut squares, mut rows) = (0.0, 0.0, 0.0);
         // Odd, so that rows are at all phases of a modulator.
-        let (end, stride) = (self.edge + recurrence.period, recurrence.period / LEAST_ROWS | 1);
+        let (end, stride) = (self.edge + recurrence.period, (recurrence.period / LEAST_ROWS) | 1);
         let (start, before, ticks) = (angle(&self.world, self.edge), self.world.summary(), self.ticks);
         while self.edge < end {
             if !self.go_far(end.min(self.edge + stride), observer, control) {
