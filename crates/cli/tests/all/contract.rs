@@ -62,6 +62,7 @@ fn verbs(scene: &str, dir: &Path) -> Vec<(Does, Vec<String>)> {
     fs::write(&log, "time_ms,count\n0,0\n1,1\n2,2\n").expect("a log");
     let page = out("page.html");
     fs::write(&page, "<script type=\"application/json\" id=\"start\">{}</script>").expect("a page");
+    let certificate = format!("{ROOT}/testbench/hybrid-wall.certificate");
     let words = |words: &[&str]| words.iter().map(ToString::to_string).collect::<Vec<_>>();
     let (report, explored, new) = (out("report.html"), out("explored.html"), out("new"));
     vec![
@@ -93,6 +94,7 @@ fn verbs(scene: &str, dir: &Path) -> Vec<(Does, Vec<String>)> {
         (Does::Works, words(&["scenes", "show", scene])),
         (Does::Works, words(&["explore", scene, "--page", &page, "--out", &explored])),
         (Does::Works, words(&["new", &new])),
+        (Does::Works, words(&["certify", &certificate])),
         (Does::Works, words(&["scenes"])),
         (Does::Works, words(&["keys"])),
         (Does::Works, words(&["block"])),

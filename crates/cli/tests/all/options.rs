@@ -62,6 +62,7 @@ const GIVEN: &[(&str, &[&str])] = &[
     ("expect", &["--expect"]),
     ("edges", &["--edges", "100"]),
     ("for-ever", &["--for-ever=1ms"]),
+    ("certificates", &["--certificates", "@/c"]),
     ("compare", &["--compare"]),
     ("dut", &["--dut", "testbench/dut/begin.vhd"]),
     ("beside", &["--beside", "free-motion", "--out", "@/o"]),
@@ -220,7 +221,12 @@ const MODES: &[Mode] = &[
     ),
     (&["check"], &["--scene", "short-contact", "--edges", "200"], &[HAND, ("scene", &["--scene", "nothing"])]),
     (&["check"], &["saturator", "--formal"], &[("scene", &["--scene", "nothing"])]),
-    (&["limits"], &["hybrid-wall", "--range", "0.2..0.25", "--words", "2", "--phases", "1"], &[HAND]),
+    (
+        &["limits"],
+        &["hybrid-wall", "--set", "wall.damping=0", "--range", "0.2..0.25", "--words", "2", "--phases", "1"],
+        &[HAND, ("for-ever", &["--for-ever"]), ("certificates", &["--for-ever", "--certificates", "@/c"])],
+    ),
+    (&["certify"], &["testbench/hybrid-wall.certificate"], &[]),
     (&["limits"], &["gimbal-switch"], &[("set", &["--set", "method.force_gain=5"])]),
     (
         &["map"],

@@ -409,6 +409,7 @@ pub const COMMANDS: &[(&str, Form)] = &[
     ("hpu reproduce", Form::NotHere(VERB)),
     ("hpu limits", Form::NotHere(VERB)),
     ("hpu widths", Form::NotHere(VERB)),
+    ("hpu certify FILE", Form::NotHere("its file stands for any certificate; options.rs and contract.rs have one")),
     ("hpu map", Form::NotHere(VERB)),
     ("hpu study", Form::NotHere(VERB)),
     ("hpu run", Form::NotHere(VERB)),
