@@ -116,7 +116,7 @@ pub fn stays(scene: &Scene, rest: &Rest) -> Result<Quiet, Error> {
         let (torque, friction) = (exact(motor.torque_constant_nm_per_a), motor.coulomb_friction_nm);
         return Held { rate, push, torque, hand, friction, hertz: scene.clock.frequency_hz() as f64 }.stays(rest);
     }
-    Ok(Plant::of(scene)?.stays(rest)?)
+    Plant::of(scene)?.stays(rest)
 }
 
 /// Returns the distance in counts within which the motion of real numbers repeats as the emulator's does.
