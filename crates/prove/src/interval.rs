@@ -25,6 +25,7 @@ impl Interval {
     }
 
     /// Returns the sums of both.
+    #[inline]
     pub fn plus(self, other: Self) -> Self {
         if self == Self::ZERO {
             return other;
@@ -40,6 +41,7 @@ impl Interval {
     }
 
     /// Returns the products of both.
+    #[inline]
     pub fn times(self, other: Self) -> Self {
         if self == Self::ZERO || other == Self::ZERO {
             return Self::ZERO;
