@@ -92,7 +92,7 @@ pub struct Leap {
     news: IndexSet,
     /// The outputs of each rank and below.
     ranks: Vec<IndexSet>,
-    /// What depends on movers: cells, registers, outputs, asynchronous resets.
+    /// The users of movers, direct or not: cells, registers, outputs, asynchronous resets.
     cone: Cone,
     share: Share,
     brief: u32,

@@ -16,7 +16,7 @@ impl Net {
 /// A cell: an operation, the words that it takes, and the word that it makes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Cell {
-    /// What it computes.
+    /// Its operation.
     pub operation: Operation,
     /// Its operands; those that the operation does not have repeat the first one.
     pub operands: [Net; 3],

@@ -3,7 +3,7 @@
 /// The widest word, in bits.
 pub const MOST_BITS: u8 = 64;
 
-/// What a cell computes. Unless it is said otherwise, the operands have the width of the result, and the result is
+/// The operation of a cell. Unless it is said otherwise, the operands have the width of the result, and the result is
 /// taken modulo `2^width`. Operands are called `a`, `b` and `c`, in this order.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Operation {

@@ -44,9 +44,9 @@ pub struct SteadySet {
 pub struct Steady {
     /// Stiffness of the word.
     pub stiffness: f64,
-    /// What is proved.
+    /// The bounds that are proved.
     pub bound: Bound,
-    /// What proves it.
+    /// The numbers that prove them.
     pub witness: Witness,
 }
 
@@ -147,7 +147,7 @@ struct Sampled {
     /// The plant's flow over a period, and that of the closed loop.
     flow: Matrix,
     closed: Matrix,
-    /// What a count of the encoder, and a clock by which a pulse ends later, leave at the end of a period.
+    /// The state at the end of a period by a count of the encoder, and by a clock by which a pulse ends later.
     answer: [f64; 3],
     later: [f64; 3],
     /// Bounds of the second and the third derivative by that clock.

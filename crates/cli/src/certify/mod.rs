@@ -43,7 +43,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
             let ends = words.first().zip(words.last());
             let said = ends.map_or("it claims nothing".to_string(), |((from, _), (to, _))| {
                 let [from, to, most] = [*from, *to, most].map(figure);
-                format!("{} words, stiffness {from} to {to}, at most {most} counts rms for ever", words.len())
+                format!("{} words, stiffness {from} to {to}, at most {most} counts rms in contact", words.len())
             });
             page.line("accepted", said);
         }

@@ -47,7 +47,7 @@ pub struct Quiet {
     pub ripple_counts: f64,
 }
 
-/// What happened in a period after which the emulator's state came back.
+/// The events of a period after which the emulator's state came back.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Period {
     /// Its clock edges.

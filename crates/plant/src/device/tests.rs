@@ -104,7 +104,7 @@ fn a_reversal_under_a_constant_torque_has_its_closed_form_to_thirty_digits() {
     }
 }
 
-/// What `crates/prove/src/lasting.rs` takes the rounding of a flow to be: 2⁻⁹⁵ of the state, and as much for each
+/// `crates/prove/src/lasting.rs` takes the rounding of a flow for at most this: 2⁻⁹⁵ of the state, and as much for each
 /// `1/‖A‖` of its time, in states whose sum of squares is twice the energy over the spring's stiffness.
 #[test]
 fn a_flow_has_thirty_digits() {

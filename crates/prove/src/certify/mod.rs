@@ -36,7 +36,7 @@ const MOST_PERIODS: usize = 200_000;
 /// Greatest size of a number of a witness.
 const GREATEST: f64 = 1e15;
 
-/// What a search has found for one word of the stiffness.
+/// The numbers that a search has found for one word of the stiffness.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Witness {
     /// The word of the stiffness.
@@ -57,7 +57,7 @@ pub struct Witness {
     pub storage: [f64; 10],
 }
 
-/// What is proved of a word.
+/// The bounds that are proved of a word.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Bound {
     /// Bound of the rms of the angle about its rest in the long run, in counts.

@@ -1,4 +1,4 @@
-//! What Verilog says, or does to the run, while it is simulated.
+//! The messages of Verilog, and its ends of the run, while it is simulated.
 
 /// System functions that only compute, and tasks that only give memories their first words.
 const SILENT: [&str; 12] = [
