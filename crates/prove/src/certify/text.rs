@@ -3,8 +3,45 @@
 use hpu_cosim::scene::Scene;
 use toml_edit::{DocumentMut, Item, Table, Value};
 
-use super::{Bound, Witness, check};
+use super::check;
 use crate::Error;
+
+/// The numbers that a search has found for one word of the stiffness.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Witness {
+    /// The word of the stiffness.
+    pub word: i64,
+    /// The clock `a` near which pulses end.
+    pub act: f64,
+    /// The factor by which the root of `x' P x` falls in a period.
+    pub decay: f64,
+    /// The upper triangle of `P`, row by row; states are current, speed, angle.
+    pub shape: [f64; 6],
+    /// `Y`: bounds of the angle, of its step in a period, and of its distance from the straight line between readings,
+    /// in counts.
+    pub sizes: [f64; 3],
+    /// `L`, the same three where contact ends.
+    pub far: [f64; 3],
+    /// `λ`.
+    pub level: f64,
+    /// The multipliers of the staircase, of both parts of the pulse's end, of the stale drag and of its rounding.
+    pub weights: [f64; 5],
+    /// The upper triangle of `W`, row by row; its last state is the angle of the period before.
+    pub storage: [f64; 10],
+}
+
+/// The bounds that are proved of a word.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Bound {
+    /// Bound of the rms of the angle about its rest in the long run, in counts.
+    pub rms_counts: f64,
+    /// Bound of the angle's distance from its rest, once the start has died out, in counts.
+    pub half_range_counts: f64,
+    /// Depth of the rest behind the wall's surface, in counts.
+    pub depth_counts: f64,
+    /// Duty at rest.
+    pub duty: f64,
+}
 
 /// The claim of a certificate.
 pub const CLAIM: &str = "settled at every phase, for ever";
@@ -37,7 +74,8 @@ pub fn certify(text: &str) -> Result<Vec<(f64, Bound)>, Error> {
             act: number("act")?,
             decay: number("decay")?,
             shape: numbers(table, "shape").ok_or_else(|| missing("shape"))?,
-            half_range: number("half_range")?,
+            sizes: numbers(table, "sizes").ok_or_else(|| missing("sizes"))?,
+            far: numbers(table, "far").ok_or_else(|| missing("far"))?,
             level: number("level")?,
             weights: numbers(table, "weights").ok_or_else(|| missing("weights"))?,
             storage: numbers(table, "storage").ok_or_else(|| missing("storage"))?,
