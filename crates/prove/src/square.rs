@@ -80,7 +80,7 @@ mod tests {
     #[test]
     fn an_exponential_encloses_its_closed_forms() {
         // A rotation, a decay, and a shear with both: closed forms of the library's functions, within some units.
-        for angle in [1e-3f64, 0.7, 3.0, 20.0] {
+        for angle in [1e-3f64, 0.7, 3.0, 20.0, 1500.0] {
             let (sine, cosine) = angle.sin_cos();
             let fall = (-angle).exp();
             let number = Interval::exact;
@@ -93,10 +93,12 @@ mod tests {
             for (found, exact) in found.iter().flatten().zip(exact.iter().flatten()) {
                 let spare = 4.0 * f64::EPSILON * exact.abs();
                 assert!(found.lo <= exact + spare && exact - spare <= found.hi, "{angle}: {found:?}, not {exact}");
-                assert!(found.hi - found.lo < 1e-11 * (1.0 + angle), "{angle}: {found:?} is wide");
+                // A polynomial alone misses the last of these: the first term left out is 4096/5040 of (1500/4096)^7.
+                let width = if angle > 1000.0 { 0.1 } else { 1e-11 * (1.0 + angle) };
+                assert!(found.hi - found.lo < width, "{angle}: {found:?} is wide");
             }
         }
-        // A truncated polynomial alone misses this: the first term left out is 1/5040 of (3/4096)^7, 4096 times.
+        // Nothing is known where the norm is a half.
         let wide = exponential(&[[Interval { lo: -2048.0, hi: 2048.0 }]]);
         assert!(wide[0][0].hi.is_infinite() || wide[0][0].hi.is_nan(), "{wide:?}");
     }

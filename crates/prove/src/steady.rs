@@ -708,7 +708,7 @@ mod tests {
     use hpu_cosim::scene::{Scene, shipped};
 
     use super::*;
-    use crate::certify::certify;
+    use crate::certify::{Checked, certify};
 
     fn known(name: &str, set: &[(&str, &str)]) -> Scene {
         let shipped = shipped().iter().find(|scene| scene.name == name).expect("it is shipped");
@@ -821,7 +821,7 @@ mod tests {
         let shipped = shipped().iter().find(|scene| scene.name == "hybrid-wall").expect("it is shipped");
         let set = SteadySet::new(&undamped(&[]), [1.4, 1.6]).expect("a loop of that kind");
         let text = certificate(&set, "hybrid-wall", shipped.text, &overrides);
-        let proved = certify(&text).expect("it holds");
+        let Ok(Checked::Accepted(proved)) = certify(&text) else { panic!("it holds") };
         assert_eq!(proved, set.proved.iter().map(|word| (word.stiffness, word.bound)).collect::<Vec<_>>());
         let first = &set.proved[0];
         let told = |key: &str, value: f64, other: f64| (format!("{key} = {value:e}"), format!("{key} = {other:e}"));
@@ -838,9 +838,41 @@ mod tests {
         ] {
             let changed = text.replace(&old, &new);
             assert!(changed != text, "{old} is not in it");
-            assert!(certify(&changed).is_err(), "{old} became {new}");
+            let found = certify(&changed);
+            // A key that is missing, and another claim, make another file of it.
+            let is_other = old == "storage" || old == "for ever";
+            assert!(matches!(found, Ok(Checked::Rejected(_))) != is_other, "{old} became {new}: {found:?}");
+            assert_eq!(found.is_err(), is_other, "{old} became {new}");
         }
         assert!(certify("").is_err() && certify("claim = 3").is_err() && certify("[").is_err());
+    }
+
+    #[test]
+    fn no_multiplier_is_below_zero() {
+        // Under a hand that damps, a soft word needs none of the staircase's multiplier: a small one of either sign has a
+        // storage.
+        let scene = undamped(&[("hand.damping", "1 mN.m.s/rad")]);
+        let sampled = Sampled::new(&scene, 5).expect("a loop of that kind");
+        let mut found = sampled.found(None).expect("a level");
+        for climb in [0.01, -0.01] {
+            found.weights = [climb, 0.1, 0.1, 0.1, 0.1];
+            let responses = found.dissipation.responses();
+            found.level = responses.iter().fold(0.0, |most: f64, at| most.max(at.level(found.weights)));
+            let witness = sampled.witness(5, &found, 0.02).expect("a storage");
+            let checked = check(&scene, &witness);
+            assert_eq!(checked.is_ok(), climb > 0.0, "{climb}: {checked:?}");
+        }
+    }
+
+    #[test]
+    fn a_bound_has_each_of_its_parts() {
+        for scene in [undamped(&[]), known("hybrid-wall", &[])] {
+            let (witness, bound) = steady(&scene, 20, None).map_err(|_| ()).expect("a witness");
+            let [_, _, _, _, noise] = witness.weights;
+            let read = (0.25 * witness.level + noise).sqrt();
+            assert!(bound.rms_counts > read + 0.999 * witness.sizes[2] && witness.sizes[2] > 1e-3, "{bound:?}");
+            assert!(bound.rms_counts < 1.001 * (read + witness.sizes[2]), "{bound:?}");
+        }
     }
 
     #[test]

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use hpu_cosim::figure;
 use hpu_page::Page;
-use hpu_prove::certify::certify;
+use hpu_prove::certify::{Checked, certify};
 use serde_json::json;
 
 use crate::page::show;
@@ -17,7 +17,7 @@ use crate::shell::{Exit, Failure, read_text};
 /// scene's reader. A proof holds for every start from which the wall stays in contact and below its full command, and
 /// for a hand at rest.
 ///
-/// Exit code 0: it is accepted; 1: it is rejected.
+/// Exit code 0: it is accepted; 1: it is rejected; 4: the file is no certificate.
 #[derive(clap::Args)]
 pub(crate) struct Args {
     /// A certificate
@@ -30,11 +30,12 @@ pub(crate) struct Args {
 /// Runs `hpu certify`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     let text = read_text(&args.file)?;
-    let found = certify(&text);
+    let found = certify(&text).map_err(|why| Failure::at(&args.file, why))?;
+    let is_accepted = matches!(found, Checked::Accepted(_));
     let mut page = Page::default();
-    page.data("file", json!(args.file)).data("accepted", found.is_ok());
+    page.data("file", json!(args.file)).data("accepted", is_accepted);
     match &found {
-        Ok(words) => {
+        Checked::Accepted(words) => {
             let all = words.iter().map(|(stiffness, bound)| {
                 json!({ "stiffness": stiffness, "rms_counts": bound.rms_counts, "duty": bound.duty })
             });
@@ -47,11 +48,11 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
             });
             page.line("accepted", said);
         }
-        Err(why) => {
+        Checked::Rejected(why) => {
             page.data("reason", why.to_string());
             page.line("rejected", why.to_string());
         }
     }
     show(&page, args.json)?;
-    Ok(Exit::when(found.is_ok()))
+    Ok(Exit::when(is_accepted))
 }

@@ -131,6 +131,9 @@ fn find<'w, F>(
     if args.for_ever && (is_box || !is_axis) {
         return Err(Failure::usage("--for-ever is of one scene of a wall on an axis, without --over and --hands"));
     }
+    if args.certificates.is_some() && !read.0.files.is_empty() {
+        return Err(Failure::usage("--certificates: the scene reads files, which a certificate does not carry"));
+    }
     if let Experiment::Dut(scene) = &read.1 {
         return of_design(args, &read.0, scene, open, watch);
     }
@@ -153,6 +156,7 @@ fn find<'w, F>(
     let world = World { text: &text, set: &args.set.set, nominal: &nominal, unknown: &over, named: &named };
     let worlds = if over.is_empty() { vec![nominal.clone()] } else { points(&world)? };
     let opened = open()?;
+    let certificates = args.certificates.as_ref().map(|dir| Folder::open(dir)).transpose()?;
 
     let most = args.words.unwrap_or(if over.is_empty() { 256 } else { 96 });
     let looks = Looks::words(most as usize, args.phases);
@@ -166,11 +170,7 @@ fn find<'w, F>(
     });
     let steady = args.for_ever.then(|| SteadySet::new(&nominal, range).map_err(Error::from));
     let found = Limits { in_box, steady, ..found }.at_wall(&nominal);
-    if let (Some(dir), Some(Ok(set)), false) = (&args.certificates, &found.steady, stopped) {
-        if !text.files.is_empty() {
-            return Err(Failure::usage("--certificates: the scene reads files, which a certificate does not carry"));
-        }
-        let mut folder = Folder::open(dir)?;
+    if let (Some(mut folder), Some(Ok(set)), false) = (certificates, &found.steady, stopped) {
         folder.write("limits.certificate", certificate(set, &nominal.name, &text.text, &args.set.set))?;
         folder.commit()?;
     }

@@ -27,7 +27,7 @@ use std::f64::consts::PI;
 
 use hpu_cosim::scene::{BridgeModel, Datapath, Device, Encoder, EncoderModel, Friction, Hand, Loop, Scene, Winding};
 
-pub use text::{Bound, CLAIM, Witness, certify};
+pub use text::{Bound, CLAIM, Checked, Witness, certify};
 
 use crate::Error;
 use crate::interval::Interval;

@@ -46,12 +46,21 @@ pub struct Bound {
 /// The claim of a certificate.
 pub const CLAIM: &str = "settled at every phase, for ever";
 
-/// Checks the text of a certificate. Returns the stiffness of each word in SI units, and what is proved of it.
+/// What the checker says of a certificate.
+#[derive(Debug)]
+pub enum Checked {
+    /// The stiffness of each word in SI units, and what is proved of it.
+    Accepted(Vec<(f64, Bound)>),
+    /// A word, and what of it does not hold.
+    Rejected(Error),
+}
+
+/// Checks the text of a certificate.
 ///
 /// # Errors
 ///
-/// Returns why it is rejected.
-pub fn certify(text: &str) -> Result<Vec<(f64, Bound)>, Error> {
+/// Returns why the text is no certificate.
+pub fn certify(text: &str) -> Result<Checked, Error> {
     let document: DocumentMut = text.parse().map_err(|error| Error::new(format_args!("no TOML: {error}")))?;
     let missing = |key: &str| Error::new(format_args!("`{key}` is missing, or of another kind"));
     let said = |key: &str| document.get(key).and_then(Item::as_str).ok_or_else(|| missing(key));
@@ -66,7 +75,7 @@ pub fn certify(text: &str) -> Result<Vec<(f64, Bound)>, Error> {
     if tables.is_empty() {
         return Err("it has no word of a stiffness".into());
     }
-    let word = |table: &Table| {
+    let read = |table: &Table| {
         let number = |key: &str| table.get(key).and_then(Item::as_float).ok_or_else(|| missing(key));
         let word = table.get("word").and_then(Item::as_integer).ok_or_else(|| missing("word"))?;
         let witness = Witness {
@@ -80,10 +89,12 @@ pub fn certify(text: &str) -> Result<Vec<(f64, Bound)>, Error> {
             weights: numbers(table, "weights").ok_or_else(|| missing("weights"))?,
             storage: numbers(table, "storage").ok_or_else(|| missing("storage"))?,
         };
+        Ok((witness, number("stiffness")?, number("duty")?, number("rms_counts")?))
+    };
+    let holds = |(witness, stiffness, duty, rms): (Witness, f64, f64, f64)| {
+        let word = witness.word;
         let rejected = |why: &dyn std::fmt::Display| Error::new(format_args!("word {word}: {why}"));
         let bound = check(&scene, &witness).map_err(|error| rejected(&error))?;
-        let (stiffness, duty) = (number("stiffness")?, number("duty")?);
-        let rms = number("rms_counts")?;
         if !((stiffness / (word as f64 * step) - 1.0).abs() < 1e-9 && (duty - bound.duty).abs() < 1e-6) {
             return Err(rejected(&"its stiffness or its duty is that of another scene"));
         }
@@ -92,7 +103,9 @@ pub fn certify(text: &str) -> Result<Vec<(f64, Bound)>, Error> {
         }
         Ok((stiffness, bound))
     };
-    tables.iter().map(word).collect()
+    let claims = tables.iter().map(read).collect::<Result<Vec<_>, Error>>()?;
+    let checked: Result<Vec<_>, Error> = claims.into_iter().map(holds).collect();
+    Ok(checked.map_or_else(Checked::Rejected, Checked::Accepted))
 }
 
 /// Returns keys and values that replace those of the scene's text.
