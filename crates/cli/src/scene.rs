@@ -62,6 +62,16 @@ impl Loaded {
         self.source.load(file)
     }
 
+    /// Returns the text of the scene, and its place.
+    pub fn source(&self) -> &SceneFile {
+        &self.source
+    }
+
+    /// Returns the keys that are changed, with their values.
+    pub fn overrides(&self) -> &[(String, String)] {
+        &self.overrides
+    }
+
     /// Returns the command that runs this scene.
     pub fn command(&self) -> String {
         let place = if self.source.is_shipped { &self.scene.name } else { &self.source.name };

@@ -708,7 +708,8 @@ mod tests {
     use hpu_cosim::scene::{Scene, shipped};
 
     use super::*;
-    use crate::certify::{Checked, certify};
+    use crate::certify::{Checked, certify, stale_gain};
+    use crate::interval::Interval;
 
     fn known(name: &str, set: &[(&str, &str)]) -> Scene {
         let shipped = shipped().iter().find(|scene| scene.name == name).expect("it is shipped");
@@ -796,7 +797,7 @@ mod tests {
             change(&mut witness);
             check(&scene, &witness)
         };
-        let changes: [&dyn Fn(&mut Witness); 12] = [
+        let changes: [&dyn Fn(&mut Witness); 16] = [
             &|witness| witness.level *= 0.99,
             &|witness| witness.sizes[0] *= 0.999,
             &|witness| witness.sizes[0] = 1e6,
@@ -809,9 +810,51 @@ mod tests {
             &|witness| witness.weights[1] = -1e-6,
             &|witness| witness.weights[2] = 0.0,
             &|witness| witness.storage[4] = f64::NAN,
+            // All of the inequality but the angle itself by a half.
+            &|witness| {
+                witness.level *= 0.5;
+                witness.weights = witness.weights.map(|weight| 0.5 * weight);
+                witness.storage = witness.storage.map(|cell| 0.5 * cell);
+            },
+            // Sizes that contact does not end, and such from which the motion grows.
+            &|witness| witness.far = witness.sizes.map(|size| 1.01 * size),
+            &|witness| witness.far[1] = 0.5 * (witness.sizes[1] + witness.far[1]) * 1e-3,
+            &|witness| witness.far[0] *= 0.99,
         ];
         for (index, change) in changes.into_iter().enumerate() {
             assert!(bad(change).is_err(), "change {index}: {:?}", bad(change));
+        }
+    }
+
+    #[test]
+    fn a_witness_of_a_damped_wall_that_claims_more_is_rejected() {
+        let scene = known("hybrid-wall", &[]);
+        let (good, _) = steady(&scene, 20, None).map_err(|_| ()).expect("a witness");
+        let changes: [&dyn Fn(&mut Witness); 5] = [
+            &|witness| witness.sizes[0] *= 0.99,
+            &|witness| witness.sizes[1] *= 0.99,
+            &|witness| witness.weights[3] *= 0.7,
+            &|witness| witness.weights[4] *= 0.95,
+            &|witness| witness.weights[4] = 0.0,
+        ];
+        for (index, change) in changes.into_iter().enumerate() {
+            let mut witness = good.clone();
+            change(&mut witness);
+            let checked = check(&scene, &witness);
+            assert!(checked.is_err(), "change {index}: {checked:?}");
+        }
+        // The difference of a sample no longer fits the velocity.
+        let narrow = known("hybrid-wall", &[("method.velocity_bits", "3")]);
+        let checked = check(&narrow, &good);
+        assert!(checked.is_err(), "{checked:?}");
+        // A pulse that ends elsewhere, where the inequality has much to spare.
+        let sampled = Sampled::new(&scene, 20).expect("a loop of that kind");
+        let found = sampled.found(None).expect("a level");
+        let spare = sampled.witness(20, &found, 0.15).expect("a storage");
+        assert!(check(&scene, &spare).is_ok());
+        for by in [-15.0, 15.0] {
+            let checked = check(&scene, &Witness { act: spare.act + by, ..spare.clone() });
+            assert!(checked.is_err(), "{by}: {checked:?}");
         }
     }
 
@@ -849,8 +892,7 @@ mod tests {
 
     #[test]
     fn no_multiplier_is_below_zero() {
-        // Under a hand that damps, a soft word needs none of the staircase's multiplier: a small one of either sign has a
-        // storage.
+        // Under a hand that damps, a soft word needs none of the staircase's multiplier.
         let scene = undamped(&[("hand.damping", "1 mN.m.s/rad")]);
         let sampled = Sampled::new(&scene, 5).expect("a loop of that kind");
         let mut found = sampled.found(None).expect("a level");
@@ -1032,8 +1074,7 @@ mod tests {
         let mut most = 0.0f64;
         for index in 0..3000 {
             let sample = [0.3, 1.0, 2.0, 3.7, 12.207, 40.0][index % 6];
-            let less: f64 = sample - 1.0;
-            let gain: f64 = sample * sample * (sample * sample + sample + less * less / 8.0);
+            let gain = stale_gain(Interval::exact(sample)).hi;
             // One change, changes of one sign, and at random; at rest before.
             let changes: Vec<f64> = (0..60)
                 .map(|at| match index / 6 % 3 {

@@ -1,5 +1,7 @@
 //! `hpu certify`: certificates, checked.
 
+mod of_run;
+
 use std::path::PathBuf;
 
 use hpu_cosim::figure;
@@ -8,14 +10,18 @@ use hpu_prove::certify::{Checked, certify};
 use serde_json::json;
 
 use crate::page::show;
+use crate::run::certificate::is_of_run;
 use crate::shell::{Exit, Failure, read_text};
 
-/// Check a certificate: the proof that a wall settles at every phase, for ever
+/// Check a certificate: the proof that a wall settles at every phase, or that a run goes on as it is told, for ever
 ///
-/// `hpu limits SCENE --for-ever --certificates DIR` writes certificates. The checker makes its own matrices from the
+/// `hpu limits SCENE --for-ever --certificates DIR` writes proofs of walls. The checker makes its own matrices from the
 /// scene in the file, with all arithmetic rounded outwards, and shares nothing with the search but intervals and the
 /// scene's reader. A proof holds for every start from which the wall stays in contact and below its full command, and
 /// for a hand at rest.
+///
+/// `hpu run SCENE --for-ever --certificates DIR` writes how a run goes on. It is checked by the same program: the scene
+/// in the file is run again, and has to go on in the same way to every digit.
 ///
 /// Exit code 0: it is accepted; 1: it is rejected; 4: the file is no certificate.
 #[derive(clap::Args)]
@@ -30,6 +36,16 @@ pub(crate) struct Args {
 /// Runs `hpu certify`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     let text = read_text(&args.file)?;
+    if is_of_run(&text) {
+        let mut page = Page::default();
+        page.data("file", json!(args.file));
+        let Some(is_so) = of_run::check(&args.file.display().to_string(), &text, &mut page)? else {
+            return Ok(Exit::Interrupted);
+        };
+        page.data("accepted", is_so);
+        show(&page, args.json)?;
+        return Ok(Exit::when(is_so));
+    }
     let found = certify(&text).map_err(|why| Failure::at(&args.file, why))?;
     let is_accepted = matches!(found, Checked::Accepted(_));
     let mut page = Page::default();

@@ -2,6 +2,7 @@
 
 mod against;
 mod axis;
+pub mod certificate;
 mod device;
 mod dut;
 mod finished;
@@ -65,6 +66,9 @@ pub(crate) struct Args {
     #[arg(long, value_name = "TIME", num_args = 0..=1, require_equals = true, default_missing_value = "10s",
         value_parser = values::time, conflicts_with_all = ["compare", "beside"])]
     for_ever: Option<Duration>,
+    /// Write what --for-ever tells into this folder, as a certificate that `hpu certify` checks by running it again
+    #[arg(long, value_name = "DIR", requires = "for_ever", conflicts_with_all = ["compare", "beside"])]
+    certificates: Option<PathBuf>,
     /// Run `events` against `clock` and compare every net and plant state at every edge; with PORT=NET, hold ports of
     /// the scene's own design, or signals inside it (u_vel.vel_r=velocity), against nets of the scene that --beside
     /// names
@@ -177,6 +181,13 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     if let Some(out) = &args.out {
         Estimate::of(&simulation, table(&simulation, engine.compares()).len(), args.parquet).tell(out)?;
     }
+    let mut certificates = match &args.certificates {
+        Some(dir) => {
+            certificate::agree(loaded.source(), loaded.overrides())?;
+            Some(Folder::open(dir)?)
+        }
+        None => None,
+    };
     let command = loaded.command() + &engine.options();
     let recorder = folder.as_mut().map_or(Recorder::Nothing, |folder| Recorder::Folder(folder, &command));
     let mut ran = match simulate(args, &loaded, &simulation, &engine, recorder, interrupt::watch()) {
@@ -198,8 +209,23 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     if let Some(file) = junit_file {
         file.write(&junit::report(&ran))?;
     }
-    show(&page::page(&ran), args.json)?;
+    let page = page::page(&ran);
+    if let (Some(folder), Some(longest)) = (certificates.take(), args.for_ever) {
+        certify(&loaded, folder, longest, &page.json()["for_ever"])?;
+    }
+    show(&page, args.json)?;
     Ok(ran.exit())
+}
+
+/// Writes how a run goes on for ever as a certificate, unless nothing is told.
+fn certify(loaded: &Loaded, mut folder: Folder, longest: Duration, found: &Value) -> Result<(), Failure> {
+    if found["kind"] == "not_told" {
+        return Ok(());
+    }
+    let text = certificate::certificate(loaded.source(), loaded.overrides(), longest, found);
+    folder.write("run.certificate", text)?;
+    folder.commit()?;
+    Ok(())
 }
 
 /// Makes the scene of a command ready, with the signals inside its design that a waveform or a comparison shows.

@@ -6,6 +6,7 @@ mod architecture;
 mod arithmetic;
 mod bad_input;
 mod blocks;
+mod certify;
 mod chart;
 mod common;
 mod contact;

@@ -151,9 +151,9 @@ pub const COMMANDS: &[(&str, Form)] = &[
         ),
     ),
     (
-        "hpu limits hybrid-wall --set wall.damping=0 --for-ever",
+        "hpu limits hybrid-wall --for-ever",
         short(
-            "hpu limits hybrid-wall --set wall.damping=0 --for-ever --words 4 --phases 1",
+            "hpu limits hybrid-wall --for-ever --words 4 --phases 1",
             "eight phases take ten seconds of two cores",
         ),
     ),

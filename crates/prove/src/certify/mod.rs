@@ -7,15 +7,16 @@
 //! then obeys `x+ = Φ x + ∫F(t) dt`, from `c0` to the command `c`. `F(t)` is what a clock of supply leaves at the end
 //! of the period if the pulse ends at clock `t`. With `u = c - c0` the integral is `u` times the mean of
 //! `F(a) + (t - a) F'(a) + (t - a)²/2 F''(s)`, or with `F''(a)` and a third derivative. With the angle `y`, the command
-//! is `u = -k q - d`. There `q = y + e` with `|e| <= H` is a function of `y` that never falls. The drag `d` is `B` times
-//! a difference of two counts that lie a sample of `T` periods apart, the later one at most a sample ago, rounded down.
+//! is `u = -k q - d`. There `q = y + e` with `|e| <= H` is a function of `y` that never falls. The drag `d` is a gain
+//! times a difference of two counts, rounded down: they lie a sample of `T` periods apart, the later one at most a
+//! sample ago.
 //!
 //! 1. `x' P x` falls by `decay²` from period to period without drag, so the sums of the responses' sizes are bounded.
 //! 2. By these sums, sizes `Y` of the angle, of its step in a period and of its distance from the straight line between
 //!    readings give sizes `f(Y)`. As `f` is convex, `f(Y) <= Y`, and `f(L) < L` for an `L` at which contact ends, no
 //!    motion in contact stays beyond `Y`. The straight line errs by an eighth of the acceleration.
-//! 3. Of straight lines, the difference is `T` times the latest step, and `s`. A change of speed by `z` is missing there
-//!    until a sample is read, and then in a part. So the sum of `s²` is at most that of `γ² z²`, with
+//! 3. Of straight lines, the difference is `T` times the latest step, and `s`. A change of speed by `z` is missing in
+//!    it until a sample is read, and then in a part. So the sum of `s²` is at most that of `γ² z²`, with
 //!    `γ² = T² (T² + T + (T - 1)²/8)` at every phase of the samples. The rest of `d` is rounding.
 //! 4. `x' W x` and the convex potential of the staircase store what enters: the sum of `y² + h q (y - y-)` is at most
 //!    that of `λ e²` and of a constant for the drag's rounding. The sum of `q (y - y-)` is at least a constant.
@@ -27,7 +28,7 @@ use std::f64::consts::PI;
 
 use hpu_cosim::scene::{BridgeModel, Datapath, Device, Encoder, EncoderModel, Friction, Hand, Loop, Scene, Winding};
 
-pub use text::{Bound, CLAIM, Checked, Witness, certify};
+pub use text::{Bound, CLAIM, Checked, Witness, certify, set};
 
 use crate::Error;
 use crate::interval::Interval;
@@ -279,12 +280,11 @@ pub fn check(scene: &Scene, witness: &Witness) -> Result<Bound, Error> {
         let accelerated = driven.plus(plant.coupling.times(fastest)).plus(pulled).plus(number(swing));
         [angle.hi, step.hi, accelerated.over(8.0).hi]
     };
-    let (turns, _, push) = entering(*sizes);
-    let (_, _, farthest) = entering(*far);
+    let [(turns, _, push), (_, _, farthest)] = [*sizes, *far].map(entering);
     let reach = rest.hi.max((number(most).plus(negative(rest))).hi);
     let all = |left: &[f64; 3], is: fn(&f64, &f64) -> bool, right| left.iter().zip(right).all(|(l, r)| is(l, r));
     let is_bound = all(&follow(*sizes), f64::le, sizes) && all(&follow(*far), f64::lt, far);
-    if !(is_bound && all(sizes, f64::le, far) && farthest.lo >= reach && turns.hi < plant.most_turns) {
+    if !(is_bound && farthest.lo >= reach && turns.hi < plant.most_turns) {
         return Err("its half-range is no bound of the motion in contact".into());
     }
 
@@ -310,9 +310,7 @@ pub fn check(scene: &Scene, witness: &Witness) -> Result<Bound, Error> {
     let climbs: [Interval; INPUTS] = from_fn(|at| number(f64::from(i8::from(at == 2) - i8::from(at == 3))));
     let bent: [Interval; INPUTS] =
         from_fn(|at| next[2][at].plus(number(f64::from(i8::from(at == 3) - 2 * i8::from(at == 2)))));
-    let (sample, less) = (plant.sample, plant.sample.plus(number(-1.0)));
-    let gain = sample.times(sample).plus(sample).plus(less.times(less).over(8.0)).times(sample).times(sample);
-    let (missed, both) = (stale.times(gain), first.plus(other.times(number(3.0))));
+    let (missed, both) = (stale.times(stale_gain(plant.sample)), first.plus(other.times(number(3.0))));
     let mut left: Square<INPUTS> = from_fn(|row| {
         from_fn(|of| {
             let moved = (0..4).fold(none, |sum, at| {
@@ -339,6 +337,12 @@ pub fn check(scene: &Scene, witness: &Witness) -> Result<Bound, Error> {
         depth_counts: rest.plus(floor).over(slope).plus(number(half)).middle(),
         duty: rest.middle() / plant.period,
     })
+}
+
+/// Returns `γ²` of a sample of so many periods.
+pub(crate) fn stale_gain(sample: Interval) -> Interval {
+    let less = sample.plus(Interval::exact(-1.0));
+    sample.times(sample).plus(sample).plus(less.times(less).over(8.0)).times(sample).times(sample)
 }
 
 /// Returns bounds of the sums of the sizes of each state, and of the angle's steps, over all periods from a start on.

@@ -108,8 +108,8 @@ pub fn certify(text: &str) -> Result<Checked, Error> {
     Ok(checked.map_or_else(Checked::Rejected, Checked::Accepted))
 }
 
-/// Returns keys and values that replace those of the scene's text.
-fn set(document: &DocumentMut) -> Option<Vec<(String, String)>> {
+/// Returns keys and values that replace those of the scene's text: the list `set` of pairs; `None` if it is none.
+pub fn set(document: &DocumentMut) -> Option<Vec<(String, String)>> {
     let pair = |pair: &Value| {
         let [key, value] = [0, 1].map(|at| pair.as_array().and_then(|pair| pair.get(at)).and_then(Value::as_str));
         Some((key?.to_string(), value?.to_string()))

@@ -1,0 +1,90 @@
+//! `hpu certify`: certificates of walls and of runs; changed ones are rejected, other files are none.
+
+use std::fs;
+use std::path::Path;
+
+use crate::common::{assert_refused, code, json as as_json, run, scratch, stdout};
+
+/// Writes the certificate of a run, and returns its text.
+fn of_run(arguments: &[&str], dir: &Path) -> String {
+    let folder = dir.display().to_string();
+    let out = run(&[&["run"], arguments, &["--certificates", &folder]].concat());
+    assert_eq!(code(&out), 0, "{}", stdout(&out));
+    fs::read_to_string(dir.join("run.certificate")).expect("a certificate")
+}
+
+#[test]
+fn a_run_is_certified_by_running_it_again() {
+    let dir = scratch("certify-run");
+    let file = dir.join("changed").display().to_string();
+    for (arguments, kind) in [
+        (&["bounded-wall", "--for-ever=2s"][..], "quiet"),
+        (&["hybrid-wall", "--for-ever=2s", "--set", "wall.stiffness=2"], "repeats"),
+    ] {
+        let certificate = of_run(arguments, &dir.join(kind));
+        let good = dir.join(kind).join("run.certificate").display().to_string();
+        let found = as_json(&run(&["certify", &good, "--json"]));
+        let told = as_json(&run(&[&["run"], arguments, &["--json"]].concat()));
+        assert_eq!(told["for_ever"]["kind"], kind);
+        assert_eq!((&found["accepted"], &found["found"]), (&true.into(), &told["for_ever"]));
+        // Another claim of the run, and another run.
+        let from = told["for_ever"]["from_s"].to_string();
+        let other = format!("{}1", &from[..from.len() - 1]);
+        for (old, new) in
+            [(from.as_str(), other.as_str()), (kind, "stuck"), ("[hand]", "[hand]\ndamping = \"0.11 mN.m.s/rad\"")]
+        {
+            let changed = certificate.replacen(old, new, 1);
+            assert!(changed != certificate, "{old} is not in it");
+            // A key that stands twice is an error of the scene.
+            let changed = if old == "[hand]" { without_damping(&changed) } else { changed };
+            fs::write(&file, changed).expect("a file");
+            let out = run(&["certify", &file]);
+            assert_eq!(code(&out), 1, "{old}: {}", stdout(&out));
+            assert!(stdout(&out).contains("rejected"), "{}", stdout(&out));
+        }
+        for (old, new) in [("looked_on_s = ", "looked_on_s = -"), ("found = ", "lost = "), ("kind = ", "kin = ")] {
+            fs::write(&file, certificate.replacen(old, new, 1)).expect("a file");
+            assert_refused(&run(&["certify", &file]), 4, &[&file]);
+        }
+    }
+}
+
+/// Removes the second damping of a hand, that of the scene as it is shipped.
+fn without_damping(certificate: &str) -> String {
+    let (before, hand) = certificate.split_once("[hand]").expect("a hand");
+    let mut seen = 0;
+    let lines = hand.lines().filter(|line| {
+        seen += usize::from(line.starts_with("damping"));
+        !(line.starts_with("damping") && seen == 2)
+    });
+    format!("{before}[hand]{}\n", lines.collect::<Vec<_>>().join("\n"))
+}
+
+#[test]
+fn what_no_certificate_carries_is_refused_before_the_run() {
+    let dir = scratch("certify-refused").display().to_string();
+    for (scene, why) in [("testbench/dut/knee.toml", "design of your own"), ("replay-motion", "carries no file")] {
+        assert_refused(&run(&["run", scene, "--for-ever", "--certificates", &dir]), 2, &[why]);
+    }
+    assert_refused(&run(&["run", "free-motion", "--certificates", &dir]), 2, &["--for-ever"]);
+    assert!(!Path::new(&dir).join("run.certificate").exists());
+}
+
+#[test]
+fn a_wall_is_certified_and_another_file_is_no_certificate() {
+    let dir = scratch("certify-wall");
+    let good = fs::read_to_string("../../testbench/hybrid-wall.certificate").expect("a certificate");
+    let file = dir.join("file").display().to_string();
+    let with = |text: &str| {
+        fs::write(&file, text).expect("a file");
+        run(&["certify", &file])
+    };
+    assert_eq!(code(&with(&good)), 0);
+    let rejected = with(&good.replacen("level = ", "level = 0.9e-9 # ", 1));
+    assert_eq!(code(&rejected), 1, "{}", stdout(&rejected));
+    for other in ["", "[", "claim = 3", "\0", &good.replacen("storage", "store", 1), &good.replacen("claim", "say", 1)]
+    {
+        fs::write(&file, other).expect("a file");
+        assert_refused(&run(&["certify", &file]), 4, &[&file]);
+    }
+}
