@@ -152,10 +152,7 @@ pub const COMMANDS: &[(&str, Form)] = &[
     ),
     (
         "hpu limits hybrid-wall --for-ever",
-        short(
-            "hpu limits hybrid-wall --for-ever --words 4 --phases 1",
-            "eight phases take ten seconds of two cores",
-        ),
+        short("hpu limits hybrid-wall --for-ever --words 4 --phases 1", "eight phases take ten seconds of two cores"),
     ),
     (
         "hpu limits hybrid-wall --hands 50mm",
