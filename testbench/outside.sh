@@ -1,7 +1,7 @@
 #!/bin/bash
 # What other tools make of hpu: APyTypes of its rounding and overflow, cocotb and VUnit of its vectors, on the VHDL in
 # GHDL; what the Python package makes of runs, studies, blocks and plants, against the command; and what polars and
-# DuckDB read of a gathered sweep.
+# DuckDB read of a gathered sweep; and what FMPy makes of scenes as units.
 # Each is seen to fail on something broken first. Installs what it needs where it may; ends with what agrees. With
 # --tools it only does the former.
 # Exit codes: 0 all agree, 1 something differs, 3 a tool is missing.
@@ -13,7 +13,7 @@ cd "$(dirname "$0")/.."
 
 need "ghdl iverilog cc python3" "ghdl-mcode iverilog python3 python3-venv gcc"
 venv=$(need_python outside-venv "apytypes==0.5.1 cocotb==2.1.0 vunit_hdl==4.7.1 numpy==2.4.6 polars==2.1.0 \
-pandas==3.1.1 duckdb==2.0.1")
+pandas==3.1.1 duckdb==2.0.1 fmpy==0.3.32")
 [ "${1:-}" != --tools ] || exit 0
 python=$venv/bin/python
 
@@ -96,6 +96,12 @@ sed -i 's/0.0016 rad/1 rad/' vunit/crates/capi/examples/vunit/tb_wall.vhd
 fails "VUnit around a plant" "the wall is not reached" walls
 [ $differs = 0 ] || exit 1
 
+# Units of FMI in FMPy, against libhpu; it sees a library that is none.
+fails FMPy "invalid ELF header" "$python" "$testbench/oracle/fmu.py" "$built/hpu" "$testbench/../README.md"
+agrees FMPy "$python" "$testbench/oracle/fmu.py" "$built/hpu" "$built/libhpu.so"
+[ $differs = 0 ] || exit 1
+units=$(tail -n 1 log)
+
 # A gathered sweep, read by polars and by DuckDB: as many settled cells as in the CSV.
 "$built/hpu" --quiet sweep run "$testbench/studies/example.toml" --section map -o sweep >sweep.log
 settled=$(grep -c '^[0-9]*,made,.*,settled,' sweep/gathered.csv)
@@ -116,4 +122,5 @@ echo "$narrowed"
 grep -o -e "hpu.run beyond .*" -e "cocotb .*a second.*" <<<"$packaged"
 echo "Python package: $(sed -n 's/^Ran \([0-9]* tests\).*/\1/p' <<<"$packaged") agree with the command"
 echo "cocotb: 2 blocks agree, 2000 rows each; VUnit: the same"
+echo "FMPy: $units"
 echo "polars and DuckDB: $settled settled cells of a gathered sweep each"

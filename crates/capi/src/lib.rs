@@ -8,6 +8,7 @@ mod abi;
 mod block;
 mod emulated;
 mod error;
+pub mod fmi;
 mod plant;
 mod table;
 

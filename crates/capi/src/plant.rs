@@ -4,6 +4,7 @@
 //! calls, and the motion is that of a `[dut]` with the same outputs, to the bit.
 
 use std::ptr::NonNull;
+use std::sync::Arc;
 
 use hpu_cosim::dut::{Wire, Wires};
 use hpu_cosim::scene::{BridgeModel, Device, DutScene, Experiment};
@@ -32,8 +33,8 @@ const NS_PER_S: u128 = 1_000_000_000;
 pub struct Plant {
     // Before the fields that it borrows from: fields are dropped in this order.
     world: Driven,
-    _laws: Owned<Laws>,
-    scene: Owned<Experiment>,
+    laws: Arc<Owned<Laws>>,
+    scene: Arc<Owned<Experiment>>,
     inputs: Vec<Signal>,
     outputs: Vec<Signal>,
     /// The continuous outputs, with their indices in the world's rows.
@@ -44,8 +45,9 @@ pub struct Plant {
     owed: u128,
 }
 
-// SAFETY: a plant owns all that its world borrows from, and none of it has state that threads share: no Rc, no cell,
-// no thread-local. `Plant` has no method that changes it through a shared reference.
+// SAFETY: a plant owns all that its world borrows from, alone or with its copies, and none of it has state that threads
+// share: no Rc, no cell, no thread-local. `Plant` has no method that changes it through a shared reference, and what
+// copies share is never changed.
 unsafe impl Send for Plant {}
 
 /// The parts of a plant that its world borrows.
@@ -123,7 +125,23 @@ impl Plant {
         let Joint { world, inputs, outputs, states } = joint;
         let is_design = matches!(lent, Experiment::Dut(scene) if !scene.dut.files.is_empty());
         let has_legs = !is_design && outputs.len() == 4 && outputs[0].name == "a_high";
-        Ok(Self { world, _laws: laws, scene, inputs, outputs, states, has_legs, owed: 0 })
+        let (laws, scene) = (Arc::new(laws), Arc::new(scene));
+        Ok(Self { world, laws, scene, inputs, outputs, states, has_legs, owed: 0 })
+    }
+
+    /// Returns a copy, which goes on by itself from the present edge.
+    #[must_use]
+    pub fn copy(&self) -> Self {
+        Self {
+            world: self.world.copy(),
+            laws: Arc::clone(&self.laws),
+            scene: Arc::clone(&self.scene),
+            inputs: self.inputs.clone(),
+            outputs: self.outputs.clone(),
+            states: self.states.clone(),
+            has_legs: self.has_legs,
+            owed: self.owed,
+        }
     }
 
     /// Returns the inputs of the logic, which the plant gives: the encoders' lines first.
@@ -170,6 +188,11 @@ impl Plant {
     #[inline]
     pub fn words(&self) -> &[i64] {
         self.world.inputs()
+    }
+
+    /// Returns the words that the outputs have, in the order of [`outputs`](Self::outputs).
+    pub fn driven(&self) -> &[i64] {
+        self.world.outputs()
     }
 
     /// Sets the words of all outputs from the present edge on, in the order of [`outputs`](Self::outputs). They are 0

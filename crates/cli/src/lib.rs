@@ -15,6 +15,7 @@ mod cost;
 mod diff;
 mod document;
 mod explore;
+mod export;
 mod fit;
 mod identify;
 mod journal;
@@ -80,6 +81,7 @@ enum Verb {
     Check(check::Args),
     Limits(limits::Args),
     Certify(certify::Args),
+    Export(export::Args),
     Map(map::Args),
     Chart(chart::Args),
     Fit(fit::Args),
@@ -126,6 +128,7 @@ impl Verb {
             Self::Check(args) => check::run(&args),
             Self::Limits(args) => limits::run(&args),
             Self::Certify(args) => certify::run(&args),
+            Self::Export(args) => export::run(&args),
             Self::Map(args) => match args.from() {
                 Some(dir) => sweep::show_map(&args, dir),
                 None => map::run(&args),

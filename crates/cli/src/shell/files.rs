@@ -130,9 +130,9 @@ impl Single {
     }
 
     /// Writes the file and puts it in its place.
-    pub fn write(mut self, content: &str) -> Result<(), Failure> {
+    pub fn write(mut self, content: impl AsRef<[u8]>) -> Result<(), Failure> {
         let mut file = self.folder.stage(self.place.clone())?;
-        file.write_all(content.as_bytes()).map_err(|error| Failure::at(&self.place, error))?;
+        file.write_all(content.as_ref()).map_err(|error| Failure::at(&self.place, error))?;
         self.folder.commit().map(drop)
     }
 }

@@ -28,7 +28,7 @@ const MAY_KNOW: [(&str, &[&str]); 21] = [
         "cli",
         &[
             "assets", "signal", "datapath", "plant", "cosim", "wave", "rtl", "prove", "page", "farm", "study",
-            "papers", "chart",
+            "papers", "chart", "capi",
         ],
     ),
     ("web", &["signal", "cosim", "wave", "page", "study"]),

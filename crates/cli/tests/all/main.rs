@@ -16,6 +16,7 @@ mod diff;
 mod dut;
 mod entity;
 mod explore;
+mod export;
 mod exports;
 mod fit;
 mod formal;

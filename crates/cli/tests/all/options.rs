@@ -63,6 +63,8 @@ const GIVEN: &[(&str, &[&str])] = &[
     ("edges", &["--edges", "100"]),
     ("for-ever", &["--for-ever=1ms"]),
     ("certificates", &["--certificates", "@/c"]),
+    ("loop", &["--loop"]),
+    ("library", &["--library", "Cargo.toml"]),
     ("compare", &["--compare"]),
     ("dut", &["--dut", "testbench/dut/begin.vhd"]),
     ("beside", &["--beside", "free-motion", "--out", "@/o"]),
@@ -227,6 +229,11 @@ const MODES: &[Mode] = &[
         &[HAND, ("for-ever", &["--for-ever"]), ("certificates", &["--for-ever", "--certificates", "@/c"])],
     ),
     (&["certify"], &["testbench/hybrid-wall.certificate"], &[]),
+    (
+        &["export", "fmu"],
+        &["hybrid-wall", "--out", "@/x.fmu", "--library", "Cargo.toml"],
+        &[HAND, ("loop", &["--loop"]), ("library", &["--library", "README.md"])],
+    ),
     (&["limits"], &["gimbal-switch"], &[("set", &["--set", "method.force_gain=5"])]),
     (
         &["map"],

@@ -152,10 +152,7 @@ pub const COMMANDS: &[(&str, Form)] = &[
     ),
     (
         "hpu limits hybrid-wall --for-ever",
-        short(
-            "hpu limits hybrid-wall --for-ever --words 4 --phases 1",
-            "eight phases take ten seconds of two cores",
-        ),
+        short("hpu limits hybrid-wall --for-ever --words 4 --phases 1", "eight phases take ten seconds of two cores"),
     ),
     (
         "hpu limits hybrid-wall --hands 50mm",
@@ -409,6 +406,10 @@ pub const COMMANDS: &[(&str, Form)] = &[
     ("hpu reproduce", Form::NotHere(VERB)),
     ("hpu limits", Form::NotHere(VERB)),
     ("hpu widths", Form::NotHere(VERB)),
+    (
+        "hpu export fmu SCENE -o FILE",
+        Form::NotHere("SCENE and FILE are any; testbench/oracle/fmu.py and export.rs export some"),
+    ),
     ("hpu certify FILE", Form::NotHere("its file stands for any certificate; options.rs and contract.rs have one")),
     ("hpu map", Form::NotHere(VERB)),
     ("hpu study", Form::NotHere(VERB)),

@@ -34,6 +34,7 @@ pub enum Halt {
 }
 
 /// The logic that drives a world.
+#[derive(Clone)]
 pub enum Logic<'s> {
     /// A wiring of a scene's own, or a logic in its place.
     Wiring {
@@ -77,6 +78,20 @@ pub struct DrivenWorld<'s, W: ?Sized> {
     asked: u64,
     end: u64,
     over: Option<&'static str>,
+}
+
+impl<'s> DrivenWorld<'s, dyn AnyWorld<'s> + 's> {
+    /// Returns a copy, which goes on by itself.
+    #[must_use]
+    pub fn copy(&self) -> Self {
+        Self {
+            world: self.world.copy(),
+            logic: self.logic.clone(),
+            inputs: self.inputs.clone(),
+            outputs: self.outputs.clone(),
+            ..*self
+        }
+    }
 }
 
 impl<'s, W: AnyWorld<'s> + ?Sized> DrivenWorld<'s, W> {

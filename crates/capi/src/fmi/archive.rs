@@ -1,0 +1,110 @@
+//! The file of a unit: description, library, and the scene as a resource.
+
+use std::collections::hash_map::DefaultHasher;
+use std::hash::{Hash, Hasher};
+use std::io::{Cursor, Write};
+use std::path::Path;
+
+use hpu_cosim::{SceneFile, read_plain};
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, DateTime, ZipWriter};
+
+use super::description::model_description;
+use super::unit::{Kind, Unit};
+use crate::error::{Error, Status};
+
+/// The resource with the scene.
+const SCENE: &str = "scene.toml";
+/// The resource that says what of the scene the unit is: the kind, the token, then a changed key a line.
+const EXPORT: &str = "export.txt";
+
+/// A scene to be exported.
+pub struct Export<'a> {
+    /// What of it the unit is.
+    pub kind: Kind,
+    /// The name of the model.
+    pub name: &'a str,
+    /// The text of the scene.
+    pub text: &'a str,
+    /// Keys and values that replace those of the text.
+    pub set: &'a [(String, String)],
+    /// The data files that the scene names, by those names.
+    pub files: &'a [(String, Vec<u8>)],
+    /// `libhpu` for `x86_64-linux`.
+    pub library: &'a [u8],
+}
+
+/// Returns the archive of a unit. The same scene gives the same bytes.
+///
+/// # Errors
+///
+/// [`Status::Refused`] when the scene is refused or has no such unit, or names a file outside its folder.
+pub fn archive(export: &Export, file: &SceneFile) -> Result<Vec<u8>, Error> {
+    let Export { kind, name, text, set, files, library } = export;
+    let refused = |why: &dyn std::fmt::Display| Error::new(Status::Refused, why);
+    let unit = Unit::open(*kind, file.clone(), set.to_vec())?;
+    let mut hasher = DefaultHasher::new();
+    (kind.name(), text, set, files, env!("CARGO_PKG_VERSION")).hash(&mut hasher);
+    let token = format!("{{{:016x}}}", hasher.finish());
+    let mut said = format!("{}\n{token}\n", kind.name());
+    for (key, value) in *set {
+        if value.contains('\n') {
+            return Err(refused(&format!("--set {key}: a unit carries values of one line")));
+        }
+        said += &format!("{key}={value}\n");
+    }
+    let description = model_description(&unit, name, &token, unit.end_s());
+    let mut parts: Vec<(String, &[u8])> = vec![
+        ("modelDescription.xml".into(), description.as_bytes()),
+        ("binaries/x86_64-linux/hpu.so".into(), library),
+        (format!("resources/{SCENE}"), text.as_bytes()),
+        (format!("resources/{EXPORT}"), said.as_bytes()),
+    ];
+    for (place, bytes) in *files {
+        let is_inside = Path::new(place).components().all(|part| matches!(part, std::path::Component::Normal(_)));
+        if !is_inside || [SCENE, EXPORT].contains(&place.as_str()) {
+            return Err(refused(&format!("{place}: a unit carries files in the scene's folder alone")));
+        }
+        parts.push((format!("resources/{place}"), bytes));
+    }
+    let mut writer = ZipWriter::new(Cursor::new(Vec::new()));
+    let options = SimpleFileOptions::default()
+        .compression_method(CompressionMethod::Deflated)
+        .last_modified_time(DateTime::default());
+    for (place, bytes) in parts {
+        let options = options.unix_permissions(0o644);
+        writer.start_file(place, options).map_err(|error| refused(&error))?;
+        writer.write_all(bytes).map_err(|error| refused(&error))?;
+    }
+    Ok(writer.finish().map_err(|error| refused(&error))?.into_inner())
+}
+
+/// Opens the unit that the resources in a folder describe.
+///
+/// # Errors
+///
+/// [`Status::Refused`] when they are not those of a unit with this token.
+pub(super) fn opened(folder: &Path, token: &str) -> Result<Unit, Error> {
+    let refused = |why: &dyn std::fmt::Display| Error::new(Status::Refused, why);
+    let text = |name: &str| -> Result<String, Error> {
+        let place = folder.join(name);
+        let bytes = read_plain(&place).map_err(|error| refused(&format!("{}: {error}", place.display())))?;
+        String::from_utf8(bytes).map_err(|error| refused(&format!("{}: {error}", place.display())))
+    };
+    let said = text(EXPORT)?;
+    let mut lines = said.lines();
+    let kind = match lines.next() {
+        Some("plant") => Kind::Plant,
+        Some("loop") => Kind::Loop,
+        _ => return Err(refused(&format!("{EXPORT}: neither plant nor loop"))),
+    };
+    if lines.next() != Some(token) {
+        return Err(refused(&"the instantiation token is that of another unit"));
+    }
+    let pair = |line: &str| line.split_once('=').map(|(key, value)| (key.to_string(), value.to_string()));
+    let set: Option<Vec<_>> = lines.map(pair).collect();
+    let set = set.ok_or_else(|| refused(&format!("{EXPORT}: a line without KEY=VALUE")))?;
+    let name = folder.join(SCENE).display().to_string();
+    let file = SceneFile { name, text: text(SCENE)?, data: folder.to_path_buf(), is_shipped: false };
+    Unit::open(kind, file, set)
+}
