@@ -18,6 +18,7 @@ mod ranges;
 mod side_by_side;
 mod speed;
 mod stiffness_by_cost;
+mod transfer;
 pub mod web;
 
 use hpu_cosim::dut::DutSimulation;
@@ -51,6 +52,7 @@ pub use ranges::ranges;
 pub use side_by_side::side_by_side;
 pub use speed::{shares, speed};
 pub use stiffness_by_cost::stiffness_by_cost;
+pub use transfer::{TRANSFER_NETS, transfer_pictures};
 
 /// Returns the nets that a run's trace must hold for its pictures, in this order.
 pub fn nets(scene: &Scene) -> &'static [&'static str] {

@@ -405,6 +405,18 @@ impl<'p> TransferMotion<'p> {
         self.plant.units.iter().enumerate().map(|(state, unit)| self.x.lane(state).hi * unit).collect()
     }
 
+    /// Returns whether this motion goes on as another does, if both are driven alike.
+    pub fn is_alike(&self, other: &Self) -> bool {
+        self.x == other.x && self.u == other.u
+    }
+
+    /// Returns a number that is the same of motions that are [alike](Self::is_alike), and of few others.
+    pub fn mark(&self) -> u64 {
+        // Zeros of either sign are alike.
+        let bits = self.x.hi.iter().chain(&self.x.lo).map(|x| (x + 0.0).to_bits());
+        bits.fold(0, |sum, bits| (sum ^ bits).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(29))
+    }
+
     /// Returns whether a state or the output has left the sizes that are modelled.
     pub fn is_beyond(&self) -> bool {
         let sizes = self.x.hi.iter().zip(&self.plant.units).map(|(x, unit)| (x * unit).abs());
