@@ -319,6 +319,35 @@ impl Transfer {
     }
 }
 
+/// Numbers in double-double, each as the nearest `f64` and the rest.
+pub type Pairs = Vec<[f64; 2]>;
+
+/// The matrices of a plant, in the units of its own states.
+#[derive(Clone, PartialEq, Debug)]
+pub struct PairMatrices {
+    /// `A`, by rows.
+    pub a: Vec<Pairs>,
+    /// `B`.
+    pub b: Pairs,
+    /// `C`.
+    pub c: Pairs,
+    /// `D`.
+    pub d: [f64; 2],
+}
+
+fn pair(x: &Double) -> [f64; 2] {
+    [x.hi, x.lo]
+}
+
+impl Transfer {
+    /// Returns the matrices that the plant moves by.
+    pub fn matrices(&self) -> PairMatrices {
+        let Matrices { a, b, c, d } = &self.matrices;
+        let pairs = |all: &Vec<Double>| all.iter().map(pair).collect();
+        PairMatrices { a: a.iter().map(pairs).collect(), b: pairs(b), c: pairs(c), d: pair(d) }
+    }
+}
+
 /// Returns the part of a form that has its modes.
 fn part_of(form: &Form) -> &'static str {
     match form {
@@ -326,24 +355,6 @@ fn part_of(form: &Form) -> &'static str {
         Form::Roots { .. } => "poles",
         Form::Matrices { .. } => "a",
     }
-}
-
-/// Returns whether a form's input reaches its output at once.
-///
-/// # Errors
-///
-/// [`TransferError`] if the form is no proper plant of 1 to 12 states.
-pub fn is_immediate(form: &Form) -> Result<bool, TransferError> {
-    Ok(Matrices::of(form)?.d.hi != 0.0)
-}
-
-/// Returns the number of states of a form.
-///
-/// # Errors
-///
-/// [`TransferError`] if the form is no proper plant of 1 to 12 states.
-pub fn states(form: &Form) -> Result<usize, TransferError> {
-    Ok(Matrices::of(form)?.a.len())
 }
 
 /// A plant in motion. Its state is exact but for double-double's rounding at the instants at which it was moved to.
@@ -400,9 +411,9 @@ impl<'p> TransferMotion<'p> {
         [self.output(&self.moved(edges)).hi, self.u.hi]
     }
 
-    /// Returns the states, in the units of the plant's form, each rounded once.
-    pub fn states(&self) -> Vec<f64> {
-        self.plant.units.iter().enumerate().map(|(state, unit)| self.x.lane(state).hi * unit).collect()
+    /// Returns the states in the units of [`Transfer::matrices`].
+    pub fn pairs(&self) -> Pairs {
+        (0..self.plant.order()).map(|state| pair(&self.x.lane(state))).collect()
     }
 
     /// Returns whether this motion goes on as another does, if both are driven alike.

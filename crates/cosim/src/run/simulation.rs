@@ -296,7 +296,7 @@ macro_rules! wired_alike {
         }
 
         fn driver(&self) -> $crate::Driver {
-            self.scene().model.solver.into()
+            self.scene.model.solver.into()
         }
     };
 }

@@ -1,6 +1,7 @@
 //! A plant as a transfer function: its scene made ready, its world.
 
 mod direct_form;
+mod samples;
 mod world;
 
 use hpu_plant::transfer::Transfer;
@@ -15,6 +16,7 @@ use hpu_scene::{Setup, TransferScene, TransferWords};
 use direct_form::{DirectForm, TransferIn};
 use world::{Plan, TransferWorld};
 
+pub use samples::Samples;
 pub use world::TRANSFER_REALS;
 
 /// A scene of a plant as a transfer function made ready: its words, its controller, its plant.
@@ -58,6 +60,16 @@ impl<'s> TransferSimulation<'s> {
         self.plan.scene
     }
 
+    /// Returns the loop from sample to sample, before the first.
+    pub fn samples(&self) -> Samples<'_> {
+        Samples::new(TransferWorld::new(&self.plan), self.wiring.clone())
+    }
+
+    /// Returns the plant.
+    pub fn plant(&self) -> &Transfer {
+        &self.plan.plant
+    }
+
     /// Returns the number of the plant's states.
     pub fn order(&self) -> usize {
         self.plan.plant.order()
@@ -90,5 +102,33 @@ impl Wired for TransferSimulation<'_> {
         visitor.visit(&self.wiring, TransferWorld::new(&self.plan), TransferIn::build(|| 0))
     }
 
-    crate::run::simulation::wired_alike!();
+    /// How words go on for ever is told from sample to sample, without a clock.
+    fn run_beyond(
+        &self,
+        driver: crate::Driver,
+        trace: &mut crate::Trace,
+        observer: &mut dyn hpu_signal::Observe,
+        control: &crate::Control,
+        beyond: Option<&crate::Beyond>,
+    ) -> crate::Summary {
+        let summary = crate::run::simulation::run(self, driver, trace, (observer, control), None);
+        #[cfg(not(target_family = "wasm"))]
+        let summary = crate::Summary {
+            forever: beyond.filter(|_| summary.complete).map(|beyond| (beyond.words)(summary.edges + beyond.edges)),
+            ..summary
+        };
+        summary
+    }
+
+    fn closed_loop(&self) -> Box<dyn crate::AnyClosedLoop<'_> + '_> {
+        self.visit(crate::run::simulation::Close)
+    }
+
+    fn compare(&self, edges: u64) -> crate::Comparison {
+        self.visit(crate::run::simulation::Compare(edges))
+    }
+
+    fn driver(&self) -> crate::Driver {
+        self.scene().model.solver.into()
+    }
 }

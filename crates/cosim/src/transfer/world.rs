@@ -61,6 +61,26 @@ impl<'p> TransferWorld<'p> {
         Self { plan, motion, edge: 0, anchor: 0, due: 1, reading: 0, wanted: 0, driving: 0, command: 0 }
     }
 
+    /// Returns the words at the present edge: the reading, that of the controller, and that which drives the plant.
+    pub(super) fn words(&self) -> [i64; 3] {
+        [self.reading, self.command, self.driving]
+    }
+
+    /// Returns the edge of the next sample.
+    pub(super) fn due(&self) -> u64 {
+        self.due
+    }
+
+    /// Returns the plant in motion.
+    pub(super) fn motion(&self) -> &TransferMotion<'p> {
+        &self.motion
+    }
+
+    /// Returns whether nothing is planned any more: the reference has its last word.
+    pub(super) fn is_left_alone(&self) -> bool {
+        self.edge >= self.plan.reference.1
+    }
+
     /// Lets the plant take a word from the present edge on.
     fn take(&mut self, word: i64) {
         if word != self.driving {

@@ -180,7 +180,7 @@ impl TransferScene {
         if !(least as f64 <= reference && reference <= most as f64) {
             let [least, most] = [least, most].map(|word| number(word as f64 * self.adc.range.lsb()));
             let reason =
-                format!("{} is not among the words of the ADC; write {least} to {most}", number(self.reference[0]));
+                format!("{} lies beyond the words of the ADC; write {least} to {most}", number(self.reference[0]));
             return Err(self.error("reference.value", reason));
         }
         Ok(TransferWords { numerator, denominator, reference: reference as i64 })

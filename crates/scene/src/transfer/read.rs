@@ -28,9 +28,8 @@ const MOST_PERIOD: f64 = (1u64 << 30) as f64;
 pub(crate) fn scene(file: &str, source: &Source) -> Result<TransferScene, SceneError> {
     let root = Section::root(source);
     if root.has("dut") {
-        let reason = "a plant as a transfer function is driven by [method] alone; a design of yours drives a motor, \
-                      a mass or a network";
-        return Err(root.key_error("dut", reason));
+        let instead = "a plant as a transfer function is driven by [method] alone";
+        return Err(root.unknown("dut", instead));
     }
     root.accept(&["transfer"])?;
     let about = about(&root)?;
