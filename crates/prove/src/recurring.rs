@@ -26,6 +26,8 @@ const MOST_SAMPLES: u64 = 5_000_000;
 const MOST_PERIOD: usize = 100_000;
 /// The most doublings of a number of samples after which deviations are looked at.
 const MOST_DOUBLINGS: u32 = 40;
+/// The farthest that an output may be from its cycle when it is told, in steps of the ADC.
+const MOST_OFF: f64 = 1e-3;
 /// The fraction bits of numbers that are computed without rounding.
 const FRACTION: i32 = 30;
 
@@ -227,6 +229,21 @@ fn proved(map: &Map, decay: Option<[f64; 2]>, period: &[Noted]) -> Result<WordCy
             number(off / lsb)
         ));
     }
+    if !(off / lsb <= MOST_OFF) {
+        return Err(format!(
+            "the words repeat, but the output may still be {} steps from its cycle",
+            number(off / lsb)
+        ));
+    }
+    // Under words of a shorter period a plant that decays has a cycle of that period.
+    let is_shorter = |samples: &usize| {
+        let same = |at: usize| {
+            let (one, other) = (&period[at], &period[at - samples]);
+            one.words == other.words && (!is_exact || one.states == other.states)
+        };
+        period.len().is_multiple_of(*samples) && (*samples..period.len()).all(same)
+    };
+    let samples = (1..period.len()).find(is_shorter).unwrap_or(period.len());
     let ends = |index: usize| {
         let all = || period.iter().map(|noted| noted.words[index]);
         [all().min().unwrap_or_default(), all().max().unwrap_or_default()]
@@ -235,8 +252,8 @@ fn proved(map: &Map, decay: Option<[f64; 2]>, period: &[Noted]) -> Result<WordCy
     let squares: f64 = outputs.iter().map(|y| (y - mean) * (y - mean)).sum();
     Ok(WordCycle {
         from_edge: 0,
-        edges: period.len() as u64 * adc.period,
-        samples: period.len(),
+        edges: samples as u64 * adc.period,
+        samples,
         readings: ends(0),
         commands: ends(2),
         outputs: outputs.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, m], &y| [l.min(y), m.max(y)]),

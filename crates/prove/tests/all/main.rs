@@ -7,3 +7,4 @@ mod proofs_common;
 mod ranges;
 mod ranges_device;
 mod ranges_wraps;
+mod recurring;

@@ -268,9 +268,10 @@ fn method(s: &Section) -> Result<DirectForm, SceneError> {
 fn reference(s: &Section) -> Result<[f64; 2], SceneError> {
     use rows::reference as key;
     s.accept(&[])?;
+    let from_s = s.read(&key::from)?;
     // A section that is not there wants 0.
     let value = if s.keys().next().is_none() { 0.0 } else { s.read(&key::value)? };
-    Ok([value, s.read(&key::from)?])
+    Ok([value, from_s])
 }
 
 fn transfer_expect(s: &Section) -> Result<Expect, SceneError> {
