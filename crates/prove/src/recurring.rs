@@ -1,10 +1,11 @@
 //! A proof that the words of a loop around a plant as a transfer function repeat for ever.
 //!
-//! Converters and controller act at the samples alone, so the plant is a map from sample to sample, `x(k+1) = F x(k) +
-//! G u(k)`, also a continuous one, whose `F` and `G` are enclosed. Let the controller remember the same words at two
-//! samples, and let `p(0)`, .., `p(P-1)` be the emulator's states between them, rounded to `f64`. The motion of real
-//! numbers from the emulator's state on, under the words between both for ever, is off the repeated `p` by `e`, with
-//! `e(k+1) = F e(k) + r(k)`, where `r(k) = F p(k) + G u(k) - p(k+1)` is enclosed, and the last one leads back to `p(0)`.
+//! Converters and controller act at the samples alone, so the plant is a map from sample to sample,
+//! `x(k+1) = F x(k) + G u(k)`, also a continuous one, whose `F` and `G` are enclosed. Let the controller remember the
+//! same words at two samples, and let `p(0)`, .., `p(P-1)` be the emulator's states between them, rounded to `f64`. The
+//! motion of real numbers from the emulator's state on, under the words between both for ever, is off the repeated `p`
+//! by `e`, with `e(k+1) = F e(k) + r(k)`, where `r(k) = F p(k) + G u(k) - p(k+1)` is enclosed, and the last one leads
+//! back to `p(0)`.
 //! So `e` never exceeds `sup|F^k| |e(0)| + sum|F^k| max|r|`. If every output has its word with that to spare, the
 //! readings are the ones assumed, and so are the words, for ever.
 //!

@@ -1,8 +1,8 @@
 //! A controller in words: a difference equation in direct form I, between an ADC and a DAC.
 //!
 //! - **Equation**: `error = reference - reading`, exact; `output(k) = (sum(B[j] error(k-j)) - sum(A[j] output(k-j),
-//!   j > 0)) / A[0]`, the sum exact, the quotient rounded once, saturated; `command` is `output` without its `FRACTION`
-//!   lowest bits, rounded in the same way, saturated to the DAC's words.
+//!   j > 0)) / A[0]`, the sum exact, the quotient rounded once and saturated to the DAC's range; `command` is `output`
+//!   without its `FRACTION` lowest bits, rounded in the same way, saturated to the DAC's words.
 //! - **Latency**: none: `command` is loaded at the sample's edge.
 //! - **Edge**: the first edge after reset samples, then every `period`-th.
 //! - **Reset**: all 0.
@@ -64,7 +64,12 @@ impl DirectForm {
             Signal::new("reference", word(adc.bits, adc.signed), "1", "Wanted word"),
             Signal::new("command", word(dac.bits, dac.signed), "1", "Word of the DAC"),
             Signal::new("error", Format::signed(adc.bits + 2), "1", "Reference less reading"),
-            Signal::new("output", Format::signed(dac.bits + 1 + method.fraction), "1", "The controller's own output"),
+            Signal::new(
+                "output",
+                Format::signed(dac.bits + u32::from(!dac.signed) + method.fraction),
+                "1",
+                "The controller's own output",
+            ),
         ];
         // The sign of the first coefficient moves into all of them.
         let sign = words.denominator[0].signum();
@@ -233,7 +238,7 @@ mod tests {
                 other => panic!("{other:?}"),
             };
             let mut ours = DirectForm::new(&scene, &scene.words().expect("words"));
-            let [input, output] = [14, 23].map(Format::signed);
+            let [input, output] = [14, 22].map(Format::signed);
             // 128 is the one of coefficients with 7 fraction bits.
             let mut biquad = Biquad::new(BiquadConfig {
                 input,

@@ -1,6 +1,7 @@
 //! All tests of the crate in one binary: linked once, and spread over the cores together.
 
 mod criteria;
+mod dsverifier;
 mod lasting;
 mod networks;
 mod proofs_common;

@@ -31,8 +31,8 @@ macro_rules! devices {
 }
 
 keys! { device: "device" of [];
-    /// Kind of the device: a motor with a wheel, a mass on a rail, bodies on joints, the arm of a PHANToM, a segment on a
-    /// gimbal, or a plant as a transfer function.
+    /// Kind of the device: a motor with a wheel, a mass on a rail, bodies on joints, the arm of a PHANToM, a segment on
+    /// a gimbal, or a plant as a transfer function.
     kind: Choice<DeviceKind> = Choice::new(|| DeviceKind::ALL.to_vec(), Required);
 }
 

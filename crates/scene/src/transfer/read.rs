@@ -181,8 +181,8 @@ fn form(s: &Section) -> Result<Form, SceneError> {
             let is_discrete = s.has("sample_time");
             let grows = |[re, im]: &[f64; 2]| if is_discrete { re * re + im * im >= 1.0 } else { *re >= 0.0 };
             if let Some(index) = zeros.iter().position(|zero| grows(zero) && poles.contains(zero)) {
-                let reason = "it cancels a pole that does not decay, so the output would hide a state that grows; leave \
-                              both out";
+                let reason = "it cancels a pole that does not decay, so the output would hide a state that grows; \
+                              leave both out";
                 return Err(s.error(&format!("zeros[{index}]"), reason));
             }
             Ok(Form::Roots { zeros, poles, gain: s.read(&key::gain)? })
