@@ -2,9 +2,9 @@
 """ARCH-COMP's Brake with a controller in real numbers, to forty digits.
 
 Needs mpmath. Prints the figures that crates/plant/tests/all/transfer.rs and testbench/scenes/brake.toml expect: the
-position after 0.1 s, at sample 1001 and after 0.5 s, the instant at which it passes 0.05 m, and its maximum; and the
-greatest position of all later samples, by the modes of the map from sample to sample. The numbers of the model are those
-of JuliaReach/ARCH2024_AFF_RE, models/EMBrake/embrake.jl at ace7237e.
+position after 0.1 s, at sample 1001 and after 0.5 s, the instant at which it passes 0.05 m, and its maximum; then a
+bound of all later samples, by the modes of the map from sample to sample. The numbers of the model are those of
+JuliaReach/ARCH2024_AFF_RE, models/EMBrake/embrake.jl at ace7237e.
 """
 
 from mpmath import exp, findroot, log, matrix, mp, mpf
