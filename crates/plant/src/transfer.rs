@@ -210,7 +210,7 @@ impl Matrices {
         let mut units = vec![1.0; order];
         for _ in 0..64 {
             let mut is_done = true;
-            for state in 0..order {
+            for (state, own) in units.iter_mut().enumerate() {
                 let others = || (0..order).filter(|&other| other != state);
                 let row: f64 = others().map(|other| self.a[state][other].hi.abs()).sum();
                 let column: f64 = others().map(|other| self.a[other][state].hi.abs()).sum();
@@ -224,7 +224,7 @@ impl Matrices {
                 }
                 is_done = false;
                 let unit = 2f64.powi(power);
-                units[state] *= unit;
+                *own *= unit;
                 for other in others() {
                     self.a[state][other] = scaled(self.a[state][other], 1.0 / unit);
                     self.a[other][state] = scaled(self.a[other][state], unit);
@@ -430,8 +430,9 @@ impl<'p> TransferMotion<'p> {
 
     /// Returns whether a state or the output has left the sizes that are modelled.
     pub fn is_beyond(&self) -> bool {
-        let sizes = self.x.hi.iter().zip(&self.plant.units).map(|(x, unit)| (x * unit).abs());
-        !(sizes.fold(self.output(&self.x).hi.abs(), f64::max) <= MOST_SIZE) || self.x.hi.iter().any(|x| x.is_nan())
+        let states = self.x.hi.iter().zip(&self.plant.units).map(|(x, unit)| x * unit);
+        let is_within = |size: f64| size.abs() <= MOST_SIZE;
+        !states.chain([self.output(&self.x).hi]).all(is_within)
     }
 
     /// Returns the word of a converter: the output less an offset, in steps of `lsb`, rounded to the nearest with ties

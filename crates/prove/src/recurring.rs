@@ -150,7 +150,9 @@ impl<'s> Map<'s> {
             most = (most * size.max(1.0)).next_up();
             sum = (sum * (1.0 + size).next_up()).next_up();
             power = power.times(&power);
-            if !(size < 1e30) {
+            // Written so that a number that is none proves nothing.
+            let is_finite = size < 1e30;
+            if !is_finite {
                 return None;
             }
         }
@@ -223,14 +225,15 @@ fn proved(map: &Map, decay: Option<[f64; 2]>, period: &[Noted]) -> Result<WordCy
         outputs.push(output.middle() / lsb);
     }
     let spare = (margin - off) / lsb;
-    if !(spare > 0.0) {
+    let (is_apart, is_near) = (spare > 0.0, off / lsb <= MOST_OFF);
+    if !is_apart {
         return Err(format!(
             "the words of {} samples come again, but an output is within {} steps of another word",
             period.len(),
             number(off / lsb)
         ));
     }
-    if !(off / lsb <= MOST_OFF) {
+    if !is_near {
         return Err(format!(
             "the words repeat, but the output may still be {} steps from its cycle",
             number(off / lsb)
