@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 mod bits;
+mod devices;
 mod diagram;
 mod drawing;
 mod drop;
@@ -11,8 +12,6 @@ mod limits;
 mod log_beside;
 mod map;
 mod motion;
-#[cfg(not(target_family = "wasm"))]
-mod paddle;
 mod papers;
 mod ranges;
 mod side_by_side;
@@ -31,6 +30,9 @@ use motion::Motion;
 
 use drawing::canvas::{Anchor, Canvas, HEIGHT, INK, QUIET, WIDTH, text_width};
 
+#[cfg(not(target_family = "wasm"))]
+pub use devices::paddle::{PADDLE_NETS, paddle_pictures};
+pub use devices::transfer::{TRANSFER_NETS, transfer_pictures};
 pub use diagram::Diagram;
 pub use drawing::network::network;
 pub use drop::drop_pictures;
@@ -40,8 +42,6 @@ pub use gimbal::{GIMBAL_NETS, gimbal_pictures};
 pub use limits::limits;
 pub use log_beside::log_beside;
 pub use map::map_pictures;
-#[cfg(not(target_family = "wasm"))]
-pub use paddle::{PADDLE_NETS, paddle_pictures};
 pub use papers::formats::formats;
 pub use papers::ladder::ladder;
 pub use papers::sines::sines;

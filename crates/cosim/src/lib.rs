@@ -10,6 +10,7 @@ mod paddle;
 mod phantom;
 mod result;
 mod run;
+mod transfer;
 mod wired_simulation;
 mod world;
 
@@ -39,6 +40,7 @@ pub use run::look::look;
 pub use run::simulation::{Direct, LoopVisitor, Simulation, TheLoop, Wired, follow};
 pub use run::simulation_error::SimulationError;
 pub use run::untyped::{AnyClosedLoop, AnyWorld};
+pub use transfer::{Samples, TRANSFER_REALS, TransferSimulation};
 pub use wired_simulation::WiredSimulation;
 pub use world::axis_encoder::AxisEncoder;
 pub use world::axis_world::AxisWorld;

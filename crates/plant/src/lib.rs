@@ -16,6 +16,7 @@ pub mod network;
 mod reduced;
 mod shaper;
 mod stepper;
+pub mod transfer;
 
 pub use axis::{Axis, AxisError, Hand, Mass, Motor, Push};
 pub use bridge::{Bridge, Circuit, Gates};

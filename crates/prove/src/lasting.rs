@@ -39,6 +39,7 @@ use crate::Error;
 use crate::interval::{Interval, Matrix};
 use crate::ranges::affine::Affine;
 use crate::ranges::walk::Walk;
+use crate::recurring::words_recur;
 use crate::sampled::solution;
 use crate::series::Series;
 
@@ -62,7 +63,12 @@ pub fn beyond<T>(experiment: &Experiment, seconds: f64, ask: impl FnOnce(&Beyond
         Experiment::Axis(scene) => follows(scene, period),
         _ => Err("the device is no axis"),
     };
-    ask(&Beyond { edges: experiment.clock.edges(seconds), live: &live, prove: &prove, follow: &follow })
+    let words = |edges: u64| match experiment {
+        Experiment::Transfer(scene) => words_recur(scene, edges).map(|cycle| cycle.forever()),
+        _ => Err("the device is no transfer function".to_string()),
+    };
+    let edges = experiment.clock.edges(seconds);
+    ask(&Beyond { edges, live: &live, prove: &prove, follow: &follow, words: &words })
 }
 
 /// Returns the nets on which those of a set depend, as [`Beyond::live`] asks. A net whose word is the same whatever

@@ -9,6 +9,7 @@ pub mod lasting;
 pub mod linear;
 pub mod ranges;
 pub mod real;
+pub mod recurring;
 pub mod sampled;
 mod series;
 mod square;

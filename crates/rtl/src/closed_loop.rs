@@ -124,7 +124,13 @@ impl LoopJob {
         let scene = source.parse(overrides).map_err(Error::file)?;
         let simulation = WiredSimulation::new(&scene).map_err(|error| Error::file(format!("{name}: {error}")))?;
         if !simulation.wiring().is_hardware() {
-            let why = "a law in floats has no VHDL; write model.datapath = \"words\"";
+            let why = match simulation {
+                WiredSimulation::Transfer(_) => {
+                    "the difference equation around a transfer function has no VHDL; of up to two delays the block \
+                     biquad has its words"
+                }
+                _ => "a law in floats has no VHDL; write model.datapath = \"words\"",
+            };
             return Err(Error::file(format!("{name}: {why}")));
         }
         if simulation.direct().is_some() {

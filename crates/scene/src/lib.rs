@@ -97,6 +97,7 @@ mod schedule;
 mod schema;
 pub mod script;
 mod text;
+mod transfer;
 
 pub use axis::Scene;
 pub use axis::library::{NamedPart, parts};
@@ -146,6 +147,7 @@ pub use schema::source::SceneError;
 pub use text::kept::kept;
 pub use text::message::{Lines, did_you_mean, excerpt, figure, number, printable, printable_json};
 pub use text::plain_name::{NotPlain, PlainName};
+pub use transfer::{Adc, DirectForm, TransferModel, TransferScene, TransferWords, WordRange};
 
 pub use hpu_plant::Bridge;
 

@@ -10,6 +10,7 @@ pub mod map;
 mod paddle;
 pub mod phantom;
 pub mod timing;
+mod transfer;
 pub mod widths;
 
 mod axis;

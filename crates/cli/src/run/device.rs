@@ -54,6 +54,7 @@ pub fn shown<'r>(simulation: &'r AnySimulation) -> &'r dyn Shown {
         AnySimulation::Ours(WiredSimulation::Axis(simulation)) => simulation,
         AnySimulation::Ours(WiredSimulation::Phantom(simulation)) => simulation,
         AnySimulation::Ours(WiredSimulation::Gimbal(simulation)) => simulation,
+        AnySimulation::Ours(WiredSimulation::Transfer(simulation)) => simulation,
         AnySimulation::Ours(WiredSimulation::Paddle(simulation)) => simulation,
         AnySimulation::Dut(simulation) => simulation,
     }

@@ -17,6 +17,7 @@ mod plan;
 mod rows;
 mod simulate;
 mod suspect;
+mod transfer;
 
 use std::path::PathBuf;
 use std::time::Duration;

@@ -3,7 +3,7 @@
 
 use hpu_cosim::replay::Recording;
 use hpu_cosim::scene::{Metric, Units, figure};
-use hpu_cosim::{AnySimulation, Forever, Mark, NetUse, Quiet, SIGNS, Simulation};
+use hpu_cosim::{AnySimulation, Forever, Mark, NetUse, Quiet, SIGNS, Simulation, WiredSimulation};
 use hpu_page::summary::{energies, outcome};
 use hpu_page::trace_table::TraceColumns;
 use hpu_page::{Cell, Column, Page, Table, heard};
@@ -193,8 +193,10 @@ fn for_ever(page: &mut Page, ran: &Ran) {
                 Ok(within) => format!("so does the motion of real numbers, within {within:.0e} counts"),
                 Err(why) => format!("the motion of real numbers is not told: {why}"),
             };
-            let said =
-                format!("from {from} on the emulator repeats every {period}, at {rms_counts:.3} counts rms; {model}");
+            // Of a plant as a transfer function the words are proved to repeat, not the emulator's states.
+            let is_of_words = matches!(ran.simulation, AnySimulation::Ours(WiredSimulation::Transfer(_)));
+            let who = if is_of_words { "all words repeat" } else { "the emulator repeats" };
+            let said = format!("from {from} on {who} every {period}, at {rms_counts:.3} counts rms; {model}");
             let told = json!({
                 "kind": "repeats", "from_s": from_s, "period_s": period_s, "rms_counts": rms_counts,
                 "model_counts": model_counts.ok(), "model_not_told": model_counts.err(),

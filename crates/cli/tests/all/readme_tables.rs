@@ -364,6 +364,8 @@ pub const COMMANDS: &[(&str, Form)] = &[
     ),
     ("hpu run epfl-paddle-step --set model.datapath=float32", Form::AsIs),
     ("hpu run epfl-paddle-cycle", Form::AsIs),
+    ("hpu run brake", Form::AsIs),
+    ("hpu run delayed-integrator --for-ever", Form::AsIs),
     (
         "hpu run epfl-paddle-cycle --set method.integral_limit=5",
         short("hpu run epfl-paddle-cycle --set method.integral_limit=5 --set run.duration=0.2s", "it runs 2 s"),

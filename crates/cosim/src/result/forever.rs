@@ -97,4 +97,7 @@ pub struct Beyond<'a> {
     /// The proof that a motion of real numbers repeats as the emulator does, within so many counts; or why there is
     /// none.
     pub follow: &'a (dyn Fn(&Period) -> Result<f64, &'static str> + Sync),
+    /// The proof how the words of a plant as a transfer function go on, which are looked at up to this edge; or why
+    /// there is none.
+    pub words: &'a (dyn Fn(u64) -> Result<Forever, NotTold> + Sync),
 }

@@ -34,5 +34,6 @@ mod resolved;
 mod scene_shipped;
 mod sensors;
 mod solvers;
+mod transfer;
 mod verdict;
 mod waiting_rows;

@@ -25,3 +25,4 @@ mod searches;
 mod sensors;
 mod shaper;
 mod stepper;
+mod transfer;

@@ -195,7 +195,7 @@ fn the_pulses_of_a_rest_are_those_that_follow_at_every_edge() {
             rests.lock().expect("one thread").push(rest.clone());
             Err("asked again later".to_string())
         };
-        let asked = Beyond { edges: asked.edges, live: asked.live, prove: &prove, follow: asked.follow };
+        let asked = Beyond { prove: &prove, ..*asked };
         simulation.run_beyond(Driver::Events, &mut trace, &mut (), &Control::default(), Some(&asked))
     });
     let rests = rests.into_inner().expect("one thread");

@@ -24,13 +24,15 @@ macro_rules! devices {
             Phantom: phantom, PhantomScene, PhantomSimulation;
             /// A segment on a gimbal, raised by a crank.
             Gimbal: gimbal, GimbalScene, GimbalSimulation;
+            /// A plant as a transfer function.
+            Transfer: transfer, TransferScene, TransferSimulation;
         }
     };
 }
 
 keys! { device: "device" of [];
-    /// Kind of the device: a motor with a wheel, a mass on a rail, bodies on joints, the arm of a PHANToM, or a segment
-    /// on a gimbal.
+    /// Kind of the device: a motor with a wheel, a mass on a rail, bodies on joints, the arm of a PHANToM, a segment on
+    /// a gimbal, or a plant as a transfer function.
     kind: Choice<DeviceKind> = Choice::new(|| DeviceKind::ALL.to_vec(), Required);
 }
 

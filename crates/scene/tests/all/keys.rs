@@ -75,6 +75,13 @@ fn bases() -> Vec<Base> {
         let set = [("target.kind", kind)].into_iter().chain(set.iter().copied()).collect();
         Base { text: text.into(), set, scene: "gimbal", device: "gimbal", method: "gimbal", hand: kind }
     };
+    let transfer = |plant: &str| {
+        let text = format!(
+            "about = 'A.'\n[device]\nkind = 'transfer'\n{plant}\n[clock]\nfrequency = '1 MHz'\n[adc]\nrange = 2\n\
+             rate = '1 kHz'\n[dac]\nfull_scale = 2\n[method]\nnumerator = [1]\n[run]\nduration = 1\n"
+        );
+        Base { text, set: vec![], scene: "transfer", device: "transfer", method: "transfer", hand: "" }
+    };
     let paddle = Base {
         text: PADDLE.into(),
         set: vec![("method.position", "hall")],
@@ -88,6 +95,8 @@ fn bases() -> Vec<Base> {
         gimbal("path", &[("target.path", "[[0, 0.01, 0, 0]]")]),
         gimbal("sines", &[]),
         gimbal("random", &[]),
+        transfer("poles = [-1]"),
+        transfer("a = [[-1]]\nb = [1]\nc = [1]"),
         axis("motor", "hybrid", "none", &[]),
         axis("motor", "conventional", "none", &[("method.rescaled", "true"), ("method.reference_rate", "1000")]),
         axis("motor", "sampled_wall", "none", &[]),
@@ -351,7 +360,8 @@ fn said(base: &Base, row: &KeyRow, value: &str) -> Option<String> {
 
 /// Whether a scene reads the key: a prescribed hand overrules a start, a mass has no bridge and a motor no amplifier,
 /// the drive of this network is neither and it takes no steps, a hand with a path has no file, and a velocity that is
-/// not rescaled has no scale, a filter by its corner takes no keys of others, and another method has no target.
+/// not rescaled has no scale, a filter by its corner takes no keys of others, another method has no target, and a plant
+/// is written in one way.
 fn reads(base: &Base, row: &KeyRow) -> bool {
     let is_overruled = base.hand == "prescribed" && row.key.starts_with("initial_")
         || base.method == "hybrid" && row.key == "scale_format"
@@ -362,6 +372,8 @@ fn reads(base: &Base, row: &KeyRow) -> bool {
         || ["mass", "network"].contains(&base.device) && row.section == "bridge"
         || ["motor", "network"].contains(&base.device) && row.section.starts_with("amplifier")
         || base.device == "network" && row.section == "model" && ["step", "friction_speed"].contains(&row.key)
+        || row.section == "device" && row.key == "gain" && !base.text.contains("poles")
+        || row.section == "device" && row.key == "d" && !base.text.contains("c = [1]")
         || base.method == "pid" && (row.section, row.key) == ("method", "kind");
     base.takes(row) && base.should_take(row.section, row.key) && !is_overruled
 }

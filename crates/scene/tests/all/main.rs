@@ -11,4 +11,5 @@ mod network;
 mod phantom_refusals;
 mod recordings;
 mod replay;
+mod transfer;
 mod words;

@@ -35,7 +35,11 @@ fn leaps_samples(name: &str) -> bool {
             scene.model.solver == Solver::Sample
                 || scene.model.solver.is_fixed_step() && scene.step_clocks() >= scene.period_clocks()
         }
-        Experiment::Phantom(_) | Experiment::Gimbal(_) | Experiment::Paddle(_) | Experiment::Dut(_) => false,
+        Experiment::Phantom(_)
+        | Experiment::Gimbal(_)
+        | Experiment::Transfer(_)
+        | Experiment::Paddle(_)
+        | Experiment::Dut(_) => false,
     }
 }
 
@@ -64,6 +68,7 @@ fn tried(experiment: &Experiment) -> [Set; 2] {
         Experiment::Gimbal(scene) => {
             [one("device.mass", 1.05 * scene.gimbal.mass_kg), one("device.mass", 0.95 * scene.gimbal.mass_kg)]
         }
+        Experiment::Transfer(scene) => [0.95, 1.05].map(|share| one("reference.value", share * scene.reference[0])),
         Experiment::Paddle(scene) => [0.95, 1.05].map(|share| one("method.kp", share * scene.method.gains[0])),
         Experiment::Dut(_) => panic!("no shipped scene has a design of the user's own"),
     }
@@ -85,6 +90,12 @@ fn elsewhere(experiment: &Experiment) -> Vec<Set> {
         Experiment::Gimbal(scene) => {
             let of_mass = |share: f64| vec![("device.mass".to_string(), format!("{:?}", share * scene.gimbal.mass_kg))];
             return [0.98, 1.03].map(of_mass).to_vec();
+        }
+        Experiment::Transfer(scene) => {
+            let [value, _] = scene.reference;
+            return [0.98, 1.03]
+                .map(|share| vec![("reference.value".to_string(), format!("{:?}", share * value))])
+                .to_vec();
         }
         Experiment::Paddle(scene) => {
             let of_gain = |share: f64| vec![("method.kp".to_string(), format!("{:?}", share * scene.method.gains[0]))];
