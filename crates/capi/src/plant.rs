@@ -60,6 +60,11 @@ enum Laws {
 /// A value on the heap that others borrow from while it is owned here.
 pub(crate) struct Owned<T>(NonNull<T>);
 
+// SAFETY: it owns its value, and lends it only to be read.
+unsafe impl<T: Send> Send for Owned<T> {}
+// SAFETY: as above.
+unsafe impl<T: Sync> Sync for Owned<T> {}
+
 impl<T> Owned<T> {
     pub(crate) fn new(value: T) -> Self {
         Self(NonNull::from(Box::leak(Box::new(value))))

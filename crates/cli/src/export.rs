@@ -29,8 +29,8 @@ enum What {
 /// encoder's lines and the other words that the logic reads, the states and the energies. With --loop it is the whole
 /// loop with the scene's own blocks, without an input; its outputs are all nets and states. Position, stiffness and
 /// damping of a wall are parameters. Times become clock edges by rounding to the nearest one. With event mode and early
-/// return a step of a plant ends where a word of an output has changed. States can be kept and set. A design of your own
-/// is not exported, only the plant around it.
+/// return a step of a plant ends where a word of an output has changed. States can be kept and set. A design of your
+/// own is not exported, only the plant around it.
 #[derive(clap::Args)]
 struct Fmu {
     #[arg(help = "A shipped scene or a TOML file", value_name = "SCENE")]

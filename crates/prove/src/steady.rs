@@ -642,9 +642,9 @@ impl Response {
             }
             for row in 0..at {
                 let share = cells[row][at].scaled(1.0 / pivot);
-                for of in 0..at {
-                    cells[row][of] = cells[row][of].minus(share.times(cells[at][of]));
-                }
+                let pivots = cells[at];
+                let taken = |(cell, of): (&mut Complex, &Complex)| *cell = cell.minus(share.times(*of));
+                cells[row][..at].iter_mut().zip(&pivots).for_each(taken);
             }
         }
         cells[0][0].0

@@ -43,8 +43,8 @@ pub(super) fn model_description(unit: &Unit, name: &str, token: &str, stop_s: f6
     };
     let mut xml = format!(
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
-         <fmiModelDescription fmiVersion=\"3.0\" modelName=\"{}\" instantiationToken=\"{token}\" description=\"{about}\" \
-         generationTool=\"hpu {}\" variableNamingConvention=\"flat\">\n\
+         <fmiModelDescription fmiVersion=\"3.0\" modelName=\"{}\" instantiationToken=\"{token}\" \
+         description=\"{about}\" generationTool=\"hpu {}\" variableNamingConvention=\"flat\">\n\
          <CoSimulation modelIdentifier=\"hpu\" canHandleVariableCommunicationStepSize=\"true\" \
          canBeInstantiatedOnlyOncePerProcess=\"false\" canGetAndSetFMUState=\"true\" \
          canReturnEarlyAfterIntermediateUpdate=\"false\" hasEventMode=\"true\"/>\n<UnitDefinitions>\n",

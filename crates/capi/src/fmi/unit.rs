@@ -49,8 +49,11 @@ pub(super) struct Variable {
     pub start: f64,
 }
 
+/// An energy: its name, how it is read, and what it is.
+type Energy = (&'static str, fn(&EnergyAudit) -> f64, &'static str);
+
 /// The energies that a plant tells.
-const ENERGIES: [(&str, fn(&EnergyAudit) -> f64, &str); 5] = [
+const ENERGIES: [Energy; 5] = [
     ("energy.source", |energy| energy.source_j, "Energy from the supply"),
     ("energy.hand", |energy| energy.hand_j, "Energy from the hand"),
     ("energy.stored", |energy| energy.stored_j, "Energy that the device holds"),

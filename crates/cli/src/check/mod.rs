@@ -311,7 +311,7 @@ impl Shown {
         let (total, json) = (total(report, of), object(report, of.strip_prefix(VHDL).unwrap_or(of)));
         self.line(&total)?;
         if let Some(file) = junit_file {
-            file.write(&junit(report))?;
+            file.write(junit(report))?;
         }
         if let Some(mut folder) = self.folder {
             folder.write("check.json", format!("{json:#}\n"))?;

@@ -60,7 +60,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     };
     // Within a script no `<` may begin an end tag.
     let start = start.to_string().replace('<', "\\u003c");
-    out.write(&format!("{before}{}{start}</script>{after}", START[0]))?;
+    out.write(format!("{before}{}{start}</script>{after}", START[0]))?;
     print(&format!("wrote {}\n", args.out.display()))?;
     Ok(Exit::Fine)
 }

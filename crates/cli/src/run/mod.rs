@@ -208,7 +208,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         folder.commit()?;
     }
     if let Some(file) = junit_file {
-        file.write(&junit::report(&ran))?;
+        file.write(junit::report(&ran))?;
     }
     let page = page::page(&ran);
     if let (Some(folder), Some(longest)) = (certificates.take(), args.for_ever) {
