@@ -84,7 +84,7 @@ impl Design for Automatic {
     }
 
     fn engine(&self) -> &str {
-        self.0.told.get().map_or_else(|| self.0.leaping.engine(), |told| told)
+        self.0.told.get().map_or(self.0.leaping.engine(), String::as_str)
     }
 
     fn start(
@@ -148,7 +148,7 @@ impl Either {
     fn decide(&mut self) {
         let (State::Leaping(running), Some(past)) = (&self.state, &self.past) else { return };
         let is_full = past.is_full();
-        if self.is_decided && !is_full || past.edge < LONG && !is_full {
+        if !is_full && (self.is_decided || past.edge < LONG) {
             return;
         }
         let (share, is_settled) = (running.share(), running.is_settled());
