@@ -29,6 +29,8 @@ pub struct Share {
     pub edges: u64,
     /// Those within jumps of several edges.
     pub leapt: u64,
+    /// The jumps, and the edges outside of them: what the simulation costs.
+    pub steps: u64,
 }
 
 /// A cell as the simulation needs it, with the range of the users of its word.
@@ -292,6 +294,7 @@ impl Leap {
             self.edge();
         }
         self.share.edges += edges;
+        self.share.steps += 1;
         edges
     }
 

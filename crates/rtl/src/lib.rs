@@ -20,6 +20,7 @@ mod vectors;
 pub use check::{Check, CheckOptions, check, generics_label};
 pub use closed_loop::{LoopScene, closed_loop, run_vhdl};
 pub use cost::{Cache, Cost, Counts, HX8K_BRAM, HX8K_CELLS, Placed, SEEDS, cost, counts, tool_versions, verilog};
+pub use dut::leap::{Difference, Found, LeapsBeside};
 pub use engines::cache_folder::CacheFolder;
 pub use engines::error::{Cause, Error};
 pub use engines::fault::Fault;

@@ -24,10 +24,11 @@ use std::time::Duration;
 
 use clap::ValueEnum;
 use device::shown;
-use hpu_cosim::dut::Inside;
-use hpu_cosim::scene::Experiment;
+use hpu_cosim::dut::{DutSimulation, Inside};
+use hpu_cosim::scene::{DutScene, Experiment};
 use hpu_cosim::{AnySimulation, Comparison, Simulation, Wired, WiredSimulation};
 use hpu_page::Page;
+use hpu_rtl::{Difference, Found, LeapsBeside};
 use hpu_signal::Signal;
 use hpu_wave::differs;
 use plan::{Engine, Plan};
@@ -70,9 +71,9 @@ pub(crate) struct Args {
     /// Write what --for-ever tells into this folder, as a certificate that `hpu certify` checks by running it again
     #[arg(long, value_name = "DIR", requires = "for_ever", conflicts_with_all = ["compare", "beside"])]
     certificates: Option<PathBuf>,
-    /// Run `events` against `clock` and compare every net and plant state at every edge; with PORT=NET, hold ports of
-    /// the scene's own design, or signals inside it (u_vel.vel_r=velocity), against nets of the scene that --beside
-    /// names
+    /// Run `events` against `clock` and compare every net and plant state at every edge; of a scene with a design of
+    /// your own, compare its leaps with Verilator; with PORT=NET, hold ports of the design, or signals inside it
+    /// (u_vel.vel_r=velocity), against nets of the scene that --beside names
     #[arg(long, num_args = 0.., value_name = "PORT=NET", value_parser = values::port_and_net)]
     compare: Option<Vec<(String, String)>>,
     /// Clock edges by which the ports of --compare come later than the nets; -1: one edge earlier
@@ -169,6 +170,12 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     args.agree()?;
     let junit_file = args.junit.as_deref().map(Single::open).transpose()?;
     let Some((loaded, fitted)) = plan::read(args, interrupt::watch())? else { return Ok(Exit::Interrupted) };
+    if let (Experiment::Dut(scene), Some([]), None) = (&loaded.scene, args.compare.as_deref(), args.driver) {
+        if args.junit.is_some() {
+            return Err(Failure::usage("--junit tells of a run; leave out --compare, or name PORT=NET of a design"));
+        }
+        return compare_design(args, scene);
+    }
     let simulation = ready(args, &loaded.scene)?;
     let other = args.beside.as_ref().map(|other| Loaded::new(other, &[], args.edges)).transpose()?;
     let is_compared = args.compare.is_some() && matches!(simulation, AnySimulation::Dut(_));
@@ -302,6 +309,39 @@ pub fn table(simulation: &AnySimulation, of_vhdl: bool) -> Vec<Signal> {
 fn interrupted(ran: &Ran, as_json: bool) -> Result<Exit, Failure> {
     show(page::page(ran).note("interrupted; no files written"), as_json)?;
     Ok(Exit::Interrupted)
+}
+
+/// Runs `hpu run --compare` on a scene with a design: leaps against Verilator.
+fn compare_design(args: &Args, scene: &DutScene) -> Result<Exit, Failure> {
+    let designs = LeapsBeside::new(args.hdl.simulators());
+    let simulation = DutSimulation::new(scene, &designs, Inside::Nothing)?;
+    let watch = interrupt::watch();
+    let mut trace = simulation.brief_trace();
+    let ran = watch.counted(simulation.edges(), "edges", || {
+        simulation.run(true, &mut trace, &mut (), watch.control()).map_err(Failure::from)
+    });
+    let summary = ran?;
+    if interrupt::pressed() {
+        return Ok(Exit::Interrupted);
+    }
+    let Found { changes, mismatches, first } = designs.found();
+    let said = verdict(&format!("{mismatches} mismatches"), mismatches == 0);
+    let mut page = Page::default();
+    let (name, edges) = (simulation.name(), summary.edges);
+    page.data("scene", name).data("edges", edges).data("changes", changes).data("mismatches", mismatches);
+    page.note(format!("{name}: leaps against Verilator, {edges} edges, {changes} changes of outputs, {said}"));
+    page.data("first", Value::Null);
+    if let Some(Difference { edge, port, bits: [leaps, verilator] }) = first {
+        page.data("first", json!({ "edge": edge, "name": port, "leap": leaps, "verilator": verilator }));
+        let word = |bits: Option<u64>| bits.map_or("unknown".to_string(), |bits| format!("{bits:#x}"));
+        page.note(format!(
+            "first at edge {edge}: {port} is {} by leaps, {} by Verilator",
+            word(leaps),
+            word(verilator)
+        ));
+    }
+    show(&page, args.json)?;
+    Ok(Exit::when(mismatches == 0))
 }
 
 /// Runs `hpu run --compare`.

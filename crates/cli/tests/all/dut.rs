@@ -35,7 +35,11 @@ fn three_designs_of_others_settle_on_the_wall_that_their_gains_make() {
         assert!((0.97..1.003).contains(&share), "{scene}: {share} of {asked}");
         let energy = &value["energy"];
         assert!(number(&energy["residual_j"]).abs() < 1e-12 * number(&energy["exchanged_j"]), "{scene}");
-        assert!(value["dut"]["engine"].as_str().expect("a text").starts_with("Verilator"), "{scene}");
+        let engine = value["dut"]["engine"].as_str().expect("a text");
+        match scene {
+            "paddle" => assert!(engine.starts_with("Verilator") && engine.contains("(no leaps: it has several clocks")),
+            _ => assert!(engine.starts_with("hpu's leaps") && engine.ends_with("% of the clock edges leapt over)")),
+        }
     }
 }
 
@@ -519,13 +523,24 @@ fn verbs_about_our_own_words_refuse_a_design_of_yours() {
         &["chart", "testbench/dut/knee.toml"],
         &["check", "--scene", "testbench/dut/knee.toml"],
         &["run", "testbench/dut/knee.toml", "--driver", "clock"],
-        &["run", "testbench/dut/knee.toml", "--compare"],
+        &["run", "testbench/dut/paddle.toml", "--compare"],
         &["run", "testbench/dut/knee.toml", "--compare", "pwm=a_high"],
     ] {
         let output = run(arguments);
         assert!([2, 4].contains(&code(&output)), "{arguments:?}: {}", stderr(&output));
         assert!(stderr(&output).starts_with("error: "), "{arguments:?}: {}", stderr(&output));
     }
+}
+
+#[test]
+fn leaps_are_compared_with_verilator_output_by_output() {
+    let value = json(&run(&["run", "testbench/dut/knee.toml", "--compare", "--edges", "3000000", "--json"]));
+    assert_eq!((&value["edges"], &value["mismatches"]), (&3_000_000.into(), &0.into()), "{value}");
+    assert!(number(&value["changes"]) > 1000.0 && value["first"].is_null(), "{value}");
+    let output = run(&["run", "testbench/dut/rim.toml", "--compare", "--edges", "500000"]);
+    assert!(stdout(&output).contains("leaps against Verilator, 500000 edges, "), "{}", stdout(&output));
+    let refused = run(&["run", "testbench/dut/paddle.toml", "--compare"]);
+    assert_refused(&refused, 2, &["`PaddleDrive` cannot leap: it has several clocks"]);
 }
 
 /// A design of two flip-flops. It drives forward while both lines of the encoder are 1.

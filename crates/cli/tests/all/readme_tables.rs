@@ -221,6 +221,13 @@ pub const COMMANDS: &[(&str, Form)] = &[
         ),
     ),
     (
+        "hpu run testbench/dut/knee.toml --compare",
+        short(
+            "hpu run testbench/dut/knee.toml --compare --edges 1000000",
+            "ten million clock edges of Verilator take seconds; the tests of designs compare more of them",
+        ),
+    ),
+    (
         "hpu limits testbench/dut/knee.toml --range 50..600 --phases 4",
         short(
             "hpu limits testbench/dut/knee.toml --range 100..600 --phases 1 --words 2",

@@ -189,7 +189,7 @@ fn a_model_that_was_changed_is_not_run_and_a_cost_that_was_changed_is_not_believ
     let dir = scratch("trust-cache");
     designs(&dir);
     let cache = dir.join("cache/hpu/dut");
-    let run = || within(&dir, &["run", "Makefile.toml", "--json"]);
+    let run = || within(&dir, &["run", "Makefile.toml", "--json", "--set", "dut.engine=verilator"]);
     let cost = || within(&dir, &["cost", "--scene", "Makefile.toml", "--json"]);
     let (motion, price) = (json(&run()), json(&cost()));
     let mode = |path: &Path| fs::metadata(path).expect("it is there").mode() & 0o777;

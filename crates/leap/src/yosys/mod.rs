@@ -23,7 +23,7 @@ pub const FLAT: &str = "proc; flatten";
 pub const ZEROS: &str = "setundef -zero";
 /// The commands that leave words, combinational cells and registers without enables, before `write_json`. They use no
 /// value `x` to make the logic simpler. Memories of more than 64 words stay.
-pub const LOWERED: &str = "opt_expr -keepdc; opt_clean; memory_dff; memory_collect; memory_map r:SIZE<=64; \
+pub const LOWERED: &str = "opt_expr -keepdc; opt_clean; memory_collect; memory_map r:SIZE<=64; \
                            opt_expr -keepdc; opt_merge; opt_dff -keepdc -nodffe -nosdff; wreduce -keepdc; \
                            opt_expr -keepdc -mux_bool; opt_merge; opt_clean; dffunmap; opt_expr -keepdc; opt_merge; \
                            opt_clean -purge";

@@ -12,12 +12,10 @@ use hpu_cosim::scene::{Dut, DutScene};
 
 use super::build::Model;
 use super::ghdl::Analysed;
+use super::past::{Again, Past};
 use super::verilator::Verilated;
 use super::{Prepared, Simulators, at, note_of_ghdl};
 use crate::engines::error::{Error, Reason};
-
-/// Words that are kept of a run's past. A design that comes to depend on an unset value does so early.
-const MOST_WORDS: usize = 1 << 20;
 
 /// A design in VHDL, with both of its simulators.
 #[derive(Clone)]
@@ -158,32 +156,10 @@ impl Design for Fallback {
         }
         let from = changes.len();
         let running = self.0.verilated.start(words, drives, changes)?;
-        let mut told = vec![None; words.len()];
-        note_words(&mut told, &changes[from..]);
-        let past = Past { first: words.to_vec(), requests: Vec::new(), driven: Vec::new(), told, edge: 0 };
-        let (design, drives) = (self.clone(), drives.to_vec());
-        Ok(Box::new(Either { design, running, drives, past: Some(past) }))
+        let past = Past::new(words, drives, &changes[from..]);
+        let design = self.clone();
+        Ok(Box::new(Either { design, running, past: Some(past), again: None, drives: drives.to_vec() }))
     }
-}
-
-fn note_words(told: &mut [Option<u64>], changes: &[Change]) {
-    for change in changes {
-        told[change.port] = change.bits;
-    }
-}
-
-/// What a run has had and told so far.
-struct Past {
-    /// The words with which it began.
-    first: Vec<u64>,
-    /// Its requests: a number of edges and the words, one request after another.
-    requests: Vec<u64>,
-    /// The changes of outputs that drive the device, by edges from the reset on. Before the first one an output may be
-    /// unknown in Verilator and not in VHDL.
-    driven: Vec<Change>,
-    /// The last words of all outputs.
-    told: Vec<Option<u64>>,
-    edge: u64,
 }
 
 /// A simulation by Verilator, or by GHDL from the edge on at which Verilator could not go on.
@@ -191,13 +167,19 @@ struct Either {
     design: Fallback,
     running: Box<dyn RunningDesign>,
     drives: Vec<bool>,
-    /// Nothing once GHDL simulates, or where the past is too long.
+    /// Nothing once GHDL simulates, or where the past is too long. A design that comes to depend on an unset value does
+    /// so early.
     past: Option<Past>,
+    /// GHDL's simulation.
+    again: Option<Again>,
 }
 
 impl RunningDesign for Either {
     fn clock(&mut self, words: &[u64], edges: u64, asked: Asked, changes: &mut Vec<Change>) -> Result<u64, Fault> {
         let from = changes.len();
+        if let Some(again) = &mut self.again {
+            return again.clock(words, (edges, asked), changes, &self.drives);
+        }
         let done = self.running.clock(words, edges, asked, changes);
         let Some(past) = &mut self.past else { return done };
         let unset = match &done {
@@ -215,14 +197,8 @@ impl RunningDesign for Either {
         };
         let Some(why) = unset else {
             let done = done?;
-            past.requests.push(done);
-            past.requests.extend_from_slice(words);
-            let edge = past.edge;
-            let driven = changes[from..].iter().filter(|change| self.drives[change.port]);
-            past.driven.extend(driven.map(|&change| Change { edge: edge + change.edge, ..change }));
-            note_words(&mut past.told, &changes[from..]);
-            past.edge += done;
-            if past.requests.len() + past.driven.len() > MOST_WORDS {
+            past.keep(words, (done, asked), &changes[from..]);
+            if past.is_full() {
                 self.past = None;
             }
             return Ok(done);
@@ -230,14 +206,10 @@ impl RunningDesign for Either {
         changes.truncate(from);
         self.design.0.needs_ghdl(&why);
         let past = self.past.take().expect("it is there");
-        let goes_on = self.again(&past).and_then(|(running, told)| {
-            self.running = Box::new(running);
-            let done = self.running.clock(words, edges, asked, changes)?;
-            let is_told = |port: usize| asked != Asked::Driving || self.drives[port];
-            let fresh = stale(&past.told, &told, &changes[from..]).into_iter().filter(|change| is_told(change.port));
-            changes.splice(from..from, fresh.collect::<Vec<_>>());
-            Ok(done)
-        });
+        let goes_on = self
+            .design
+            .again(&past)
+            .and_then(|again| self.again.insert(again).clock(words, (edges, asked), changes, &self.drives));
         let is_known = |change: &Change| !self.drives[change.port] || change.bits.is_some();
         match (goes_on, done) {
             // What VHDL does not define either is told with the name of its register.
@@ -247,20 +219,15 @@ impl RunningDesign for Either {
     }
 
     fn is_over(&self) -> bool {
-        self.running.is_over()
+        self.again.as_ref().map_or_else(|| self.running.is_over(), |again| again.running.is_over())
     }
 
     fn heard(&mut self) -> Heard {
-        self.running.heard()
+        match &mut self.again {
+            Some(again) => again.running.heard(),
+            None => self.running.heard(),
+        }
     }
-}
-
-/// Returns the changes that bring what Verilator has told to what GHDL knows, at the first edge of an answer, where the
-/// answer itself has none.
-fn stale(verilator: &[Option<u64>], ghdl: &[Option<u64>], answer: &[Change]) -> Vec<Change> {
-    let is_new = |port: usize| !answer.iter().any(|change| change.edge == 1 && change.port == port);
-    let ports = (0..verilator.len()).filter(|&port| verilator[port] != ghdl[port] && is_new(port));
-    ports.map(|port| Change { edge: 1, port, bits: ghdl[port] }).collect()
 }
 
 impl Fallback {
@@ -269,31 +236,12 @@ impl Fallback {
         let name = &wires(&self.0.prepared.dut, self.0.verilated.ports())[port].name;
         format!("output `{name}` depends on a value that nothing has set")
     }
-}
 
-impl Either {
-    /// Simulates a past again in GHDL. Returns the simulation, and the words of its outputs.
-    fn again(&self, past: &Past) -> Result<(InGhdl, Vec<Option<u64>>), Fault> {
-        let mut changes = Vec::new();
-        let mut running = self.design.0.in_ghdl(&past.first, &self.drives, &mut changes)?;
-        let mut told = vec![None; past.first.len()];
-        note_words(&mut told, &changes);
-        let (mut driven, mut edge) = (Vec::new(), 0);
-        for request in past.requests.chunks_exact(1 + past.first.len()) {
-            let mut left = request[0];
-            while left > 0 {
-                changes.clear();
-                let done = running.clock(&request[1..], left, Asked::Inside, &mut changes)?;
-                note_words(&mut told, &changes);
-                let of = changes.iter().filter(|change| self.drives[change.port]);
-                driven.extend(of.map(|&change| Change { edge: edge + change.edge, ..change }));
-                edge += done;
-                left -= done;
-            }
-        }
-        let later = |all: &[Change]| all.iter().filter(|change| change.edge > 1).copied().collect::<Vec<_>>();
-        if let Some(change) = first_difference(later(&past.driven), later(&driven)) {
-            let name = &wires(&self.design.0.prepared.dut, self.design.ports())[change.port].name;
+    /// Simulates a past again in GHDL.
+    fn again(&self, past: &Past) -> Result<Again, Fault> {
+        let again = past.again(|changes| Ok(Box::new(self.0.in_ghdl(&past.first, &past.drives, changes)?)))?;
+        if let Some(change) = again.difference {
+            let name = &wires(&self.0.prepared.dut, self.ports())[change.port].name;
             let text = format!(
                 "Verilator and GHDL have different words at output `{name}` after clock edge {}, before a value that \
                  nothing has set comes to matter; write dut.engine = \"ghdl\"",
@@ -301,16 +249,6 @@ impl Either {
             );
             return Err(Error::ended(text).into());
         }
-        Ok((running, told))
+        Ok(again)
     }
-}
-
-/// Returns the first change that only one of two simulations has. Within an edge their order does not matter.
-fn first_difference(mut one: Vec<Change>, mut two: Vec<Change>) -> Option<Change> {
-    for all in [&mut one, &mut two] {
-        all.sort_by_key(|change| (change.edge, change.port));
-    }
-    let place = one.iter().zip(&two).position(|(one, two)| one != two);
-    let place = place.or((one.len() != two.len()).then_some(one.len().min(two.len())))?;
-    one.get(place).or(two.get(place)).copied()
 }

@@ -18,7 +18,8 @@ mod files;
 mod flattened;
 mod ghdl;
 mod icarus;
-mod leap;
+pub(crate) mod leap;
+mod past;
 mod process;
 mod said;
 mod text;
@@ -151,18 +152,14 @@ impl Designs for Simulators {
             (Engine::Ghdl, false) => {
                 return Err(scene.error("dut.engine", "GHDL reads VHDL; write \"verilator\" or \"auto\"").into());
             }
+            (Engine::Auto, _) => self.automatic(&model, scene, inside),
             (Engine::Leap, _) => self.leaping_alone(&model, scene, inside),
             (Engine::Ghdl, true) => self.ghdl(&model, "", inside).map(|design| Arc::new(design) as Arc<dyn Design>),
-            (_, false) => self.verilator(&model, inside).map(|design| Arc::new(design) as _),
-            (engine, true) => match (lost_delay(&model), engine) {
-                (Some(delay), Engine::Verilator) => {
-                    let reason = format!("{delay}: {LOST}; write \"ghdl\" or \"auto\", which keep it");
-                    return Err(scene.error("dut.engine", reason).into());
-                }
-                (Some(delay), _) => self.instead(&model, inside, &format!("{delay}: {LOST}"), "leave that delay out"),
-                (None, Engine::Verilator) => self.verilator(&model, inside).map(|design| Arc::new(design) as _),
-                (None, _) => self.verilator_or_ghdl(&model, scene, inside),
-            },
+            (Engine::Verilator, true) if let Some(delay) = lost_delay(&model) => {
+                let reason = format!("{delay}: {LOST}; write \"ghdl\" or \"auto\", which keep it");
+                return Err(scene.error("dut.engine", reason).into());
+            }
+            (Engine::Verilator, _) => self.verilator(&model, inside).map(|design| Arc::new(design) as _),
         };
         built.map_err(|error| at(error, scene))
     }
@@ -189,9 +186,46 @@ impl Simulators {
         }
     }
 
+    /// Builds a design as a netlist that leaps where it has one, else for Verilator or GHDL.
+    fn automatic(&self, model: &Model, scene: &DutScene, inside: Inside) -> Result<Arc<dyn Design>, Error> {
+        if is_vhdl(&model.dut.files) && lost_delay(model).is_some() {
+            return self.clocked(model, scene, inside, None);
+        }
+        // What fails on the way to a netlist is told by the other simulators, or is no matter to them.
+        let why = match self.leaping_at_first(model, scene, inside) {
+            Ok(Ok(design)) => return Ok(design),
+            Ok(Err(why)) => why,
+            Err(error) => first_line(&error.to_string()),
+        };
+        self.clocked(model, scene, inside, Some(&why))
+    }
+
+    /// Builds a design for Verilator where it takes it, else for GHDL. `why` tells why it does not leap.
+    fn clocked(
+        &self,
+        model: &Model,
+        scene: &DutScene,
+        inside: Inside,
+        why: Option<&str>,
+    ) -> Result<Arc<dyn Design>, Error> {
+        if !is_vhdl(&model.dut.files) {
+            return self.verilator(model, inside).map(|design| Arc::new(design.without_leaps(why)) as _);
+        }
+        match lost_delay(model) {
+            Some(delay) => self.instead(model, inside, &format!("{delay}: {LOST}"), "leave that delay out"),
+            None => self.verilator_or_ghdl(model, scene, inside, why),
+        }
+    }
+
     /// Builds a design in VHDL for Verilator, or for GHDL if only the way through Verilog fails.
-    fn verilator_or_ghdl(&self, model: &Model, scene: &DutScene, inside: Inside) -> Result<Arc<dyn Design>, Error> {
-        let error = match self.verilator(model, inside) {
+    fn verilator_or_ghdl(
+        &self,
+        model: &Model,
+        scene: &DutScene,
+        inside: Inside,
+        why: Option<&str>,
+    ) -> Result<Arc<dyn Design>, Error> {
+        let error = match self.verilator(model, inside).map(|design| design.without_leaps(why)) {
             Ok(design) if model.dut.registers != Registers::Unknown => return Ok(Arc::new(design)),
             Ok(design) => return Ok(Arc::new(Fallback::new(self, scene, model, design))),
             Err(error) => error,
@@ -262,6 +296,14 @@ impl Simulators {
         let mut dut = vhdl::prepared(dut)?;
         let names = self.flattened(&mut dut)?;
         Ok(Prepared { dut, names })
+    }
+}
+
+/// Returns a simulator's name with a remark behind the tools, before what it tells of registers.
+pub(crate) fn with_reason(engine: &str, remark: &str) -> String {
+    match engine.split_once(';') {
+        Some((tools, rest)) => format!("{tools} ({remark});{rest}"),
+        None => format!("{engine} ({remark})"),
     }
 }
 

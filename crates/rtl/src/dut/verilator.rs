@@ -22,7 +22,7 @@ use super::said::{Ears, Form, errors, fatal, told, with_reports_asserted, withou
 use super::text::delay::{first, left_out};
 use super::text::verilog::{Dropped, TIMESCALE, mixed, waits};
 use super::vhdl::with_operands;
-use super::{Simulators, of_tool, refuses};
+use super::{Simulators, of_tool, refuses, with_reason};
 use crate::cost::verilog::{UNTOLD, repaired};
 use crate::engines::entry::key;
 use crate::engines::error::Error;
@@ -68,7 +68,7 @@ const UNCHECKED: &str = "unchecked";
 /// The Verilog of a design in VHDL.
 const SYNTHESISED: &str = "synthesised.v";
 /// The file in which Verilator describes a design.
-const XML: &str = "design.xml";
+pub(super) const XML: &str = "design.xml";
 /// The most elements of a port that is an array.
 const MOST_ELEMENTS: usize = 1024;
 /// The widest port, in bits.
@@ -90,6 +90,14 @@ pub(super) struct Verilated {
     limit: Duration,
     dut: Dut,
     unchecked: Vec<String>,
+}
+
+impl Verilated {
+    /// Tells in the simulator's name why the design does not leap, if there is a reason.
+    pub(super) fn without_leaps(self, why: Option<&str>) -> Self {
+        let engine = why.map(|why| with_reason(&self.engine, &format!("no leaps: {why}")));
+        Self { engine: engine.unwrap_or(self.engine), ..self }
+    }
 }
 
 /// The ports and signals of a design, as its sources describe them.
@@ -569,7 +577,7 @@ fn line(port: &Port, is_hidden: bool) -> String {
 }
 
 /// Reads a port or a signal inside from its line, and whether it is hidden.
-fn port(line: &str) -> Option<(Port, bool)> {
+pub(super) fn port(line: &str) -> Option<(Port, bool)> {
     let [name, way, format, kind, layout] = line.split(' ').collect::<Vec<_>>().try_into().ok()?;
     let kind = Kind { format: format.parse().ok()?, is_quantity: kind == "number" };
     let is_inside = ["inside", "hidden"].contains(&way);

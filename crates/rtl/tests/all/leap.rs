@@ -209,8 +209,13 @@ fn designs_that_no_netlist_represents_are_refused_by_name() {
 }
 
 /// Clocks a design by both engines with the same words at random times, and compares every answer.
-fn same_answers(verilog: &str, more: &str, (requests, drives): (u32, bool)) {
-    let engines = ["leap", "verilator"].map(|engine| built(&around(verilog, more, engine)));
+fn same_answers(verilog: &str, more: &str, of: (u32, bool)) {
+    same_answers_by("leap", verilog, more, of);
+}
+
+/// The same by an engine. Returns its name at the end.
+fn same_answers_by(engine: &str, verilog: &str, more: &str, (requests, drives): (u32, bool)) -> String {
+    let engines = [engine, "verilator"].map(|engine| built(&around(verilog, more, engine)));
     let [own, other] = &engines;
     assert_eq!(own.ports(), other.ports());
     let ports: Vec<_> = own.ports().iter().filter(|port| !["clk", "rst"].contains(&&*port.name)).collect();
@@ -254,12 +259,14 @@ fn same_answers(verilog: &str, more: &str, (requests, drives): (u32, bool)) {
                 let head = |said: &str| said.split(&[':', ';'][..]).next().unwrap_or_default().to_string();
                 assert_eq!(head(own), head(other));
                 assert!(own.contains("depends on a value that nothing has set"), "{own}");
-                return;
+                return own.clone();
             }
             _ => panic!("{done:?}"),
         }
     }
     assert!(told > 20, "{told} changes\n{verilog}");
+    running.iter_mut().for_each(|one| drop(one.heard()));
+    own.engine().to_string()
 }
 
 #[test]
@@ -335,4 +342,130 @@ fn words_that_nothing_has_set_are_unknown_as_in_verilator() {
     same_answers(verilog, "reset = { port = \"rst\" }\n", (200, false));
     same_answers(verilog, "reset = { port = \"rst\" }\n", (200, true));
     same_answers(verilog, "reset = { port = \"rst\" }\nregisters = \"zero\"\n", (200, true));
+}
+
+/// A design that changes at every edge, after a stretch in which it leaps.
+const BUSY: &str =
+    "module t(input clk, input rst, input [3:0] a, output reg pulse, output reg [7:0] sum, output [3:0] b);
+     reg [15:0] lfsr;
+     reg [9:0] n;
+     assign b = a ^ lfsr[3:0];
+     always @(posedge clk)
+       if (rst) begin lfsr <= 16'hace1; sum <= 0; pulse <= 0; n <= 0; end
+       else begin
+         n <= n + 1;
+         lfsr <= {lfsr[14:0], lfsr[15] ^ lfsr[13] ^ lfsr[12] ^ lfsr[10]};
+         if (n == 0) {pulse, sum} <= {1'b0, sum} + {5'b0, a} + lfsr[0];
+       end
+     endmodule\n";
+
+/// Verilator takes over after 2^16 edges, with the words that it would have had.
+#[test]
+fn a_design_that_does_not_leap_is_handed_over_with_the_same_words_at_every_edge() {
+    let reset = "reset = { port = \"rst\" }\n";
+    let held = BUSY.replace("assign b = a ^ lfsr[3:0]", "assign b = n[9:6]");
+    for (verilog, requests, drives) in [(BUSY, 700, false), (&*held, 3000, true)] {
+        let engine = same_answers_by("auto", verilog, reset, (requests, drives));
+        assert!(engine.starts_with("Verilator") && engine.contains("(from clock edge 65536 on"), "{engine}");
+        assert!(engine.contains("register `lfsr` changes at every edge"), "{engine}");
+    }
+    let calm = BUSY.replace("lfsr <= {", "if (a == 16) lfsr <= {");
+    let engine = same_answers_by("auto", &calm, reset, (700, true));
+    assert!(engine.starts_with("hpu's leaps") && engine.contains("% of the clock edges leapt over"), "{engine}");
+}
+
+#[test]
+fn a_value_that_nothing_has_set_is_told_by_verilator_with_its_register() {
+    let verilog = "module t(input clk, input rst, input [1:0] a, output y, output z);
+         reg [3:0] phase;
+         reg [9:0] n;
+         assign z = n[5];
+         assign y = n[9] & phase[0];
+         always @(posedge clk) begin n <= rst ? 10'd0 : n + 10'd1; if (a == 2) phase <= phase + 1; end
+         endmodule\n";
+    let said = same_answers_by("auto", verilog, "reset = { port = \"rst\" }\n", (200, true));
+    assert!(said.contains("register `phase`"), "{said}");
+}
+
+/// What Yosys may read otherwise than Verilator runs there, and the engine's name tells why.
+#[test]
+fn verilog_that_two_tools_may_read_otherwise_does_not_leap() {
+    let module = |body: &str| {
+        format!(
+            "module t(input clk, input [7:0] a, input signed [3:0] s, output reg [7:0] q, output [7:0] y);\n{body}\n\
+             endmodule\n"
+        )
+    };
+    let loops = "reg [7:0] m [0:7]; reg [2:0] at; assign y = m[a[2:0]]; always @(posedge clk) q <= y;
+         initial for (at = 0; at < 7; at = at + 1) m[at] = {5'd3, at};";
+    for (body, why) in [
+        (loops, "the variable of the loop `for (at = 0"),
+        ("assign y = a << s; always @(posedge clk) q <= a;", "a shift by a signed"),
+        ("assign y = a >> 32'hffffffff; always @(posedge clk) q <= a;", "a shift by `32'hffffffff`"),
+        ("localparam LEFT = -2; assign y = a >> LEFT; always @(posedge clk) q <= a;", "a shift by `LEFT`"),
+        ("assign y = 0; always @(posedge clk) q[a[2:0]] <= s >>> 1;", "a signed word that is assigned to a part"),
+        ("assign y = 0; always @(posedge clk) case (s) 4'd1: q <= a; 4'd12: q <= 1; endcase", "a choice by a signed"),
+        ("assign y = 0; always @(posedge clk) casez (1'b0) 1'b?: q <= a; default: q <= 1; endcase", "open bits"),
+        (
+            "reg [7:0] c; assign y = 0; always @(posedge clk) c = a; always @(posedge clk) q <= c;",
+            "assigns `c` at once",
+        ),
+        ("reg [7:0] c; assign y = c; always @(a) c = a + s; always @(posedge clk) q <= a;", "does not wait for it"),
+        ("`ifdef SYNTHESIS\nassign y = a;\n`else\nassign y = 0;\n`endif\nalways @(posedge clk) q <= a;", "`SYNTHESIS`"),
+        ("(* full_case *) wire w; assign y = 0; always @(posedge clk) case (a) 1: q <= 1; endcase", "`full_case`"),
+    ] {
+        let scene = |engine: &str| around(&module(body), "registers = \"zero\"\n", engine);
+        let refused = simulators().build(&scene("leap"), Inside::Nothing).err();
+        let said = refused.map(|error| error.to_string()).unwrap_or_default();
+        assert!(said.contains(why), "{body}: {said}");
+        let engine = built(&scene("auto")).engine().to_string();
+        assert!(
+            engine.starts_with("Verilator 5") && engine.contains("(no leaps: ") && engine.contains(why),
+            "{engine}"
+        );
+    }
+    // The everyday forms of the same leap.
+    for body in [
+        "assign y = a >> a[2:0]; always @(posedge clk) q[a[2:0]] <= a[7];",
+        "localparam IDLE = 0, RUN = 1; reg [1:0] state; assign y = state;
+         always @(posedge clk) case (state) IDLE: if (a[0]) state <= RUN; RUN: begin q <= a; state <= 2; end
+         default: state <= IDLE; endcase",
+        "integer i; assign y = 0; always @(posedge clk) for (i = 0; i < 8; i = i + 1) q[i] <= a[7 - i] ^ (a > i);",
+        "reg [7:0] c; always @* begin c = a; if (s < 0) c = a + 1; end assign y = c; always @(posedge clk) q <= c;",
+        "assign y = 0; always @(posedge clk) casez (a[3:0]) 4'b1???: q <= 7; 4'b01??: q <= 6; default: q <= 0; endcase",
+        "reg [7:0] t; assign y = 0; always @(posedge clk) begin t = a + 1; q <= t; end",
+    ] {
+        let engine = built(&around(&module(body), "registers = \"zero\"\n", "auto")).engine().to_string();
+        assert!(engine.starts_with("hpu's leaps"), "{body}: {engine}");
+    }
+}
+
+/// The sign of a parameter's value is kept.
+#[test]
+fn values_of_parameters_are_those_of_verilator() {
+    let verilog =
+        "module t #(parameter LIMIT = 5, parameter [3:0] STEP = 1)(input clk, input rst, input signed [7:0] a,
+           output reg below, output reg [9:0] n);
+         always @(posedge clk) if (rst) begin below <= 0; n <= 0; end
+           else begin below <= a < LIMIT; n <= n + {STEP, 1'b1}; end
+         endmodule\n";
+    for values in ["LIMIT = -12\nSTEP = 9", "LIMIT = 12", "LIMIT = \"8'hf0\"\nSTEP = 17"] {
+        same_answers(verilog, &format!("reset = {{ port = \"rst\" }}\n[dut.parameters]\n{values}\n"), (100, true));
+    }
+}
+
+/// The two designs whose counters are no plain ones: an eye on what `auto` does with them.
+#[test]
+fn designs_that_do_not_leap_well_run_in_verilator() {
+    for (name, why) in [("sigma", "register `lfsr` changes at every edge"), ("prescaled", "every few edges")] {
+        let brief =
+            [("run = { duration = \"1 s\" }", "run = { duration = \"30 ms\" }"), ("1.4]", "1.6]"), ("150 ms", "20 ms")];
+        let near = [("position = \"1.5 rad\"", "position = \"0.1 rad\"")];
+        let changes = [&brief[..], &near[..]].concat();
+        let ((one, by_auto, engine), (other, by_verilator, _)) =
+            (ran(&scene(name, &changes, "auto")), ran(&scene(name, &changes, "verilator")));
+        assert!(engine.starts_with("Verilator") && engine.contains(why), "{name}: {engine}");
+        assert!(one == other && one.0.len() > 1000, "{name}: {} changes", one.0.len());
+        assert_eq!(by_auto.energy, by_verilator.energy, "{name}");
+    }
 }

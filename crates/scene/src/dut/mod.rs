@@ -191,7 +191,7 @@ hpu_signal::named! {
     /// A simulator of designs.
     #[derive(Clone, Copy, PartialEq, Eq, Debug)]
     pub enum Engine {
-        /// Verilator where it can simulate the design, else GHDL.
+        /// Leaps where the design can and that pays, else Verilator where it can simulate the design, else GHDL.
         Auto = "auto",
         /// GHDL.
         Ghdl = "ghdl",

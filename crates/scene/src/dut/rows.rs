@@ -30,8 +30,8 @@ keys! { dut: "dut" of [];
     /// VHDL standard of the files.
     standard: Choice<Standard> =
         Choice::new(|| named(&Standard::ALL, Standard::name), Is(Standard::Vhdl2008));
-    /// Simulator of the design; auto takes Verilator where it can, else GHDL. leap is hpu's own: it jumps over the
-    /// clock edges at which only counters move.
+    /// Simulator of the design; auto takes leap where it can and that pays, else Verilator, else GHDL. leap is hpu's
+    /// own: it jumps over the clock edges at which only counters move.
     engine: Choice<Engine> = Choice::new(|| named(&Engine::ALL, Engine::name), Is(Engine::Auto));
     /// Value with which registers begin that neither an initial value nor the reset sets: unknown ends a run where one
     /// of them drives the device, zero is an FPGA that clears them, random goes by `run.seed`. In GHDL they are

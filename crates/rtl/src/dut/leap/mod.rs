@@ -5,24 +5,27 @@
 //! of it. A design that no netlist of words represents, or that says something while it runs, does not fit: the reason
 //! is told, and another simulator takes the design.
 
+mod automatic;
+mod compared;
+mod misread;
 mod running;
-mod tasks;
 
 use std::path::Path;
 use std::sync::Arc;
 
 use hpu_cosim::dut::{Change, Design, Fault, Inside, Port, RunningDesign};
-use hpu_cosim::scene::{Dut, Identifier, Registers};
+use hpu_cosim::scene::{Dut, Registers};
 use hpu_cosim::script;
-use hpu_cosim::script::{Fixed, Script, Yosys};
+use hpu_cosim::script::{Fixed, Script, Verilog, Yosys};
 use hpu_leap::{Netlist, yosys};
 
+pub use self::compared::{Difference, Found, LeapsBeside};
 use self::running::Running;
 use super::Simulators;
 use super::build::{Model, common_cycle, write, write_files};
 use super::fallback::wires;
 use super::files::PlainName;
-use super::verilator::{Described, in_vhdl, read, sources};
+use super::verilator::{Described, XML, in_vhdl, port, read, sources};
 use crate::cost::NO_DPI;
 use crate::engines::error::Error;
 use crate::engines::note::note;
@@ -31,11 +34,17 @@ use crate::engines::tool::Tool;
 /// The files of a built netlist: Yosys' JSON of it, its ports, notes and assertions as of a model of Verilator, and the
 /// reason why there is none, if there is one.
 const RESULTS: [&str; 5] = [NETLIST, PORTS, NOTES, UNCHECKED, UNFIT];
+/// Version of the rules by which designs are refused. Raise it with each new one.
+const RULES: &str = "2";
 const NETLIST: &str = "netlist.json";
 const PORTS: &str = "ports";
 const NOTES: &str = "notes";
 const UNCHECKED: &str = "unchecked";
 const UNFIT: &str = "unfit";
+/// The module that sets the parameters of a design, its file, and the design in it.
+const WRAPPED: &str = "hpu_parameters";
+const WRAPPER: &str = "hpu_parameters.v";
+const INSTANCE: &str = "hpu_design";
 
 /// A design as a netlist.
 pub(super) struct Leaping {
@@ -76,9 +85,9 @@ impl Simulators {
             return Ok(Err(why));
         }
         let version = |tool: Tool| Ok(format!("{} {}", tool.name(), tool.version(self.setup.timeout)?));
-        let tools = [Tool::Yosys, Tool::Verilator].into_iter().chain(is_vhdl.then_some(Tool::Ghdl));
+        let tools = [Tool::Verilator, Tool::Yosys].into_iter().chain(is_vhdl.then_some(Tool::Ghdl));
         let tools = tools.map(version).collect::<Result<Vec<_>, Error>>()?.join(", ");
-        let tools = format!("netlist by {tools}: {}; {}; {}", yosys::FLAT, yosys::ZEROS, yosys::LOWERED);
+        let tools = format!("netlist {RULES} by {tools}: {}; {}; {}", yosys::FLAT, yosys::ZEROS, yosys::LOWERED);
         let built = self.built(model, &tools, &RESULTS, |folder| {
             write_files(dut, folder)?;
             let netlist = self.netlist(model, folder)?;
@@ -96,10 +105,9 @@ impl Simulators {
             return Ok(Err(why));
         }
         let clock = &dut.clocks[0].port;
-        let top = if is_vhdl { dut.top.to_lowercase() } else { dut.top.clone() };
-        let netlist = match yosys::read(&text(NETLIST)?, &top, (clock, is_vhdl)) {
+        let netlist = match yosys::read(&text(NETLIST)?, &top(dut), (clock, is_vhdl)) {
             Ok(netlist) => netlist,
-            Err(why) => return Ok(Err(why.to_string())),
+            Err(why) => return Ok(Err(why.to_string().replace(&format!("{INSTANCE}."), ""))),
         };
         text(NOTES)?.lines().for_each(|told| note(told.to_string()));
         let unchecked = text(UNCHECKED)?.lines().map(str::to_string).collect();
@@ -117,19 +125,37 @@ impl Simulators {
         } else {
             (sources(dut), dut.top.clone(), Vec::new())
         };
-        for file in &files {
-            if let Some(task) = tasks::first(&read(&folder.join(&**file))?) {
-                return Ok(Err(format!("it may say something or end the run while it is simulated: `{task}`")));
+        let texts = match is_vhdl {
+            true => files.iter().map(|file| read(&folder.join(&**file))).collect::<Result<_, _>>()?,
+            // Headers, and files that a design reads, count too.
+            false => {
+                let all = dut.files.iter().map(|(_, content)| content);
+                let all = all.chain(dut.beside.iter().map(|file| &file.content));
+                all.map(|content| String::from_utf8_lossy(content).into_owned()).collect::<Vec<_>>()
             }
+        };
+        if let Some(why) = misread::in_text(&texts, is_vhdl) {
+            return Ok(Err(why));
         }
         let translated = self.translated(model, (folder, &files, &top), (!is_vhdl, false))?;
         if translated.is_timed {
             return Ok(Err("it has delays".to_string()));
         }
-        let source = match read_by_yosys(dut, &files, &top) {
-            Ok(source) => source,
-            Err(why) => return Ok(Err(why)),
-        };
+        if !is_vhdl && let Some(why) = misread::in_design(&read(&folder.join(XML))?, &texts) {
+            return Ok(Err(why));
+        }
+        let mut files = files;
+        if is_wrapped(dut) {
+            match wrapped(dut, &translated.lines) {
+                Ok(text) => write(folder, WRAPPER, text.as_bytes())?,
+                Err(why) => return Ok(Err(why)),
+            }
+            files.push(PlainName::fixed(WRAPPER));
+        }
+        // A name that nothing declares is no net of one bit, but may be one inside of an instance.
+        let files: Script<Yosys> = files.iter().map(|file| script!(Yosys: " {}", file)).collect();
+        let source = script!(Yosys: "read_verilog{} -sv -noautowire -nosynthesis{}; ", NO_DPI, files);
+        let top = if is_wrapped(dut) { script!(Yosys: "{}", Fixed(WRAPPED)) } else { script!(Yosys: "{}", top) };
         let zeros = if is_vhdl { script!(Yosys: "{}; ", Fixed(yosys::ZEROS)) } else { Script::empty() };
         let (flat, lowered) = (Fixed(yosys::FLAT), Fixed(yosys::LOWERED));
         let script = script!(
@@ -174,18 +200,37 @@ fn unfit(dut: &Dut, inside: Inside) -> Option<String> {
     inside.is_any().then(|| "signals inside are to be shown, and a netlist keeps few of them".to_string())
 }
 
-/// Returns the commands by which Yosys reads files, with the values of parameters in Verilog, or the reason why it
-/// cannot take a value.
-fn read_by_yosys(dut: &Dut, files: &[PlainName], top: &Identifier) -> Result<Script<Yosys>, String> {
-    let files: Script<Yosys> = files.iter().map(|file| script!(Yosys: " {}", file)).collect();
-    let mut read = vec![script!(Yosys: "read_verilog{} -sv{}; ", NO_DPI, files)];
-    if !super::is_vhdl(&dut.files) {
-        for (name, value) in &dut.generics {
-            let value = Script::<Yosys>::value(value).map_err(|why| format!("dut.parameters.{name}: {why}"))?;
-            read.push(script!(Yosys: "chparam -set {} {} {}; ", name, value, top));
-        }
+/// Returns whether a module around the design sets its parameters: Yosys itself would lose their signs.
+fn is_wrapped(dut: &Dut) -> bool {
+    !super::is_vhdl(&dut.files) && !dut.generics.is_empty()
+}
+
+/// Returns the name of the topmost module that Yosys has.
+fn top(dut: &Dut) -> String {
+    match super::is_vhdl(&dut.files) {
+        true => dut.top.to_lowercase().to_string(),
+        false if is_wrapped(dut) => WRAPPED.to_string(),
+        false => dut.top.to_string(),
     }
-    Ok(read.into_iter().collect())
+}
+
+/// Returns a module with the ports of a design in these lines and an instance of it, which sets its parameters; else
+/// why there is none.
+fn wrapped(dut: &Dut, lines: &str) -> Result<String, String> {
+    let (mut ports, mut connected) = (Vec::new(), Vec::new());
+    for port in lines.lines().filter_map(port).filter(|(port, is_hidden)| !is_hidden && !port.is_inside) {
+        let (name, width) = (&port.0.name, port.0.format.width());
+        if !name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_') {
+            return Err(format!("it has parameters and the port `{name}`, which is no plain word"));
+        }
+        let way = if port.0.is_input { "input" } else { "output" };
+        ports.push(format!("{way} [{}:0] {name}", width - 1));
+        connected.push(format!(".{name}({name})"));
+    }
+    let values = dut.generics.iter().map(|(name, value)| format!(".{name}({})", Script::<Verilog>::literal(value)));
+    let values: Vec<_> = values.collect();
+    let (ports, connected, values) = (ports.join(", "), connected.join(", "), values.join(", "));
+    Ok(format!("module {WRAPPED}({ports});\n  {} #({values}) {INSTANCE}({connected});\nendmodule\n", dut.top))
 }
 
 /// Joins a netlist and the ports of its design, by name and width.

@@ -1,12 +1,13 @@
 //! A running simulation of a netlist.
 
-use std::collections::BTreeSet;
+use std::cmp::Reverse;
+use std::collections::BTreeMap;
 
 use hpu_cosim::dut::{Asked, Change, Fault, Heard, RunningDesign};
 use hpu_cosim::scene::Registers;
 use hpu_leap::{Leap, Netlist, Share};
 
-use super::{Leaping, Source};
+use super::{INSTANCE, Leaping, Source};
 use crate::engines::error::{Error, Reason};
 use crate::engines::note::note;
 
@@ -15,9 +16,25 @@ use crate::engines::note::note;
 const OTHERS: u64 = 7;
 const SOON: u64 = 64;
 
-/// The edges from which on a run is long enough to tell how much is leapt over, and the most registers that are named.
-const LONG: u64 = 1 << 16;
+/// The edges from which on a run is long enough to tell how much is leapt over.
+pub(super) const LONG: u64 = 1 << 16;
+/// The edges at which registers are looked at that prevent jumps, and the most of them that are named.
+const LOOKED: u64 = 1024;
+/// Edges for each step of the simulation below which Verilator is faster.
+const LEAST: u64 = 16;
 const MOST_NAMED: usize = 4;
+
+/// Returns whether fewer than three quarters of the edges were leapt over, or too few at once, so that Verilator is
+/// faster.
+pub(super) fn is_poor(share: Share) -> bool {
+    share.leapt < share.edges - share.edges / 4 || share.edges < LEAST * share.steps
+}
+
+/// Returns a share of edges in words.
+pub(super) fn percent(share: Share) -> String {
+    let tenths = 1000 * share.leapt / share.edges.max(1);
+    format!("{}.{} % of the clock edges", tenths / 10, tenths % 10)
+}
 
 /// The simulation of a design.
 ///
@@ -100,7 +117,18 @@ impl Running {
             others: fills.map(|fill| begun(Some(fill))).collect(),
             sources: design.inputs.clone(),
             names: netlist.outputs().iter().map(|output| output.name.clone()).collect(),
-            registers: netlist.registers().iter().map(|register| register.name.clone()).collect(),
+            registers: netlist
+                .registers()
+                .iter()
+                .map(|register| {
+                    register
+                        .name
+                        .strip_prefix(INSTANCE)
+                        .and_then(|name| name.strip_prefix('.'))
+                        .unwrap_or(&register.name)
+                        .to_string()
+                })
+                .collect(),
             told: vec![None; outputs.len()],
             outputs,
             drives,
@@ -169,24 +197,45 @@ impl Running {
         Ok((done, ends))
     }
 
-    /// Tells which registers prevent jumps, where most edges of a long run were not leapt over.
-    fn note_share(&self) {
-        let Share { edges, leapt } = self.leap.share();
-        if edges < LONG || leapt >= edges / 4 * 3 {
-            return;
+    /// Returns how many edges there were, and how many of them were leapt over.
+    pub(super) fn share(&self) -> Share {
+        self.leap.share()
+    }
+
+    /// Returns whether all words are known from here on.
+    pub(super) fn is_settled(&self) -> bool {
+        self.others.is_empty()
+    }
+
+    /// Returns what prevents jumps at the next edges if the inputs stay.
+    pub(super) fn prevented(&self) -> String {
+        let (mut leap, mut restless) = (self.leap.clone(), BTreeMap::new());
+        for _ in 0..LOOKED {
+            leap.restless().for_each(|at| *restless.entry(&*self.registers[at]).or_insert(0) += 1);
+            leap.clock(1, u8::MAX, |_, _, _| {});
         }
-        let names: BTreeSet<_> = self.leap.restless().map(|at| &*self.registers[at]).take(MOST_NAMED).collect();
-        let names: Vec<_> = names.into_iter().map(|name| format!("`{name}`")).collect();
-        let why = match &names[..] {
-            [] => "it changes too often".to_string(),
-            names => {
-                format!("registers that change and are no counters prevent it, at the last edge {}", names.join(", "))
-            }
-        };
-        note(format!(
-            "the design leaps over {} % of its clock edges: {why}; dut.engine = \"verilator\" may be faster",
-            100 * leapt / edges
-        ));
+        let at_every = restless.values().any(|edges| *edges == LOOKED);
+        let (least, at) = if at_every { (LOOKED, "at every edge") } else { (LOOKED / 8, "at many edges") };
+        let mut restless: Vec<_> = restless.into_iter().filter(|(_, edges)| *edges >= least).collect();
+        restless.sort_by_key(|(name, edges)| (Reverse(*edges), *name));
+        let names: Vec<_> = restless.iter().take(MOST_NAMED).map(|(name, _)| format!("`{name}`")).collect();
+        match &names[..] {
+            [] => "its counters are compared or changed every few edges".to_string(),
+            [name] => format!("register {name} changes {at}"),
+            names => format!("registers {} change {at}", names.join(", ")),
+        }
+    }
+
+    /// Tells how many edges are leapt over and what prevents more, where that are few of a long run.
+    fn note_share(&self) {
+        let share = self.share();
+        if share.edges >= LONG && is_poor(share) {
+            note(format!(
+                "the design leaps over {}: {}; dut.engine = \"verilator\" may be faster",
+                percent(share),
+                self.prevented()
+            ));
+        }
     }
 
     /// Returns the fault of an output that drives the device by a value that nothing has set.

@@ -5,7 +5,7 @@ pub(super) mod verilog;
 
 /// Returns Verilog with spaces in the place of its comments and strings; every line keeps its number and every
 /// character its place.
-fn bare(text: &str) -> String {
+pub(super) fn bare(text: &str) -> String {
     let mut bare = String::with_capacity(text.len());
     let mut rest = text;
     while let Some(c) = rest.chars().next() {
@@ -34,7 +34,7 @@ fn bare(text: &str) -> String {
 }
 
 /// Iterates over the words of letters, digits, `_` and `$` of a text, with their positions.
-fn words(text: &str) -> impl Iterator<Item = (usize, &str)> {
+pub(super) fn words(text: &str) -> impl Iterator<Item = (usize, &str)> {
     let is_part = |c: char| c.is_alphanumeric() || c == '_' || c == '$';
     let mut at = 0;
     std::iter::from_fn(move || {

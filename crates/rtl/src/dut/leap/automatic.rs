@@ -1,0 +1,254 @@
+//! A design that leaps for as long as that pays, and that another simulator takes over where it does not.
+
+use std::sync::{Arc, OnceLock};
+
+use hpu_cosim::dut::{Asked, Change, Design, Fault, Heard, Inside, Port, RunningDesign};
+use hpu_cosim::scene::DutScene;
+
+use super::super::build::Model;
+use super::super::fallback::wires;
+use super::super::past::{Again, Past};
+use super::super::{Prepared, Simulators, at, with_reason};
+use super::Leaping;
+use super::running::{LONG, Running, is_poor, percent};
+use crate::engines::error::{Error, Reason};
+use crate::engines::note::note;
+
+/// A design as a netlist, and as Verilator or GHDL simulate it, once that was asked for.
+#[derive(Clone)]
+struct Automatic(Arc<Both>);
+
+struct Both {
+    simulators: Simulators,
+    scene: DutScene,
+    prepared: Prepared,
+    leaping: Leaping,
+    other: OnceLock<Arc<dyn Design>>,
+    /// The engine as the first run that has ended tells it.
+    told: OnceLock<String>,
+}
+
+impl Simulators {
+    /// Builds a design of a scene, as it was prepared, that leaps for as long as that pays, or tells why it cannot.
+    ///
+    /// # Errors
+    ///
+    /// As [`leaping`](Self::leaping).
+    pub(in crate::dut) fn leaping_at_first(
+        &self,
+        model: &Model,
+        scene: &DutScene,
+        inside: Inside,
+    ) -> Result<Result<Arc<dyn Design>, String>, Error> {
+        let leaping = match self.leaping(model, inside)? {
+            Ok(leaping) => leaping,
+            Err(why) => return Ok(Err(why)),
+        };
+        let (simulators, scene) = (self.clone(), scene.clone());
+        let prepared = Prepared { dut: model.dut.clone(), names: model.names.clone() };
+        let (other, told) = (OnceLock::new(), OnceLock::new());
+        let both = Both { simulators, scene, prepared, leaping, other, told };
+        Ok(Ok(Arc::new(Automatic(Arc::new(both)))))
+    }
+}
+
+impl Both {
+    /// Returns the design in the simulator that takes it over.
+    fn other(&self) -> Result<&Arc<dyn Design>, Fault> {
+        if let Some(built) = self.other.get() {
+            return Ok(built);
+        }
+        let model = Model::of(&self.scene, &self.prepared);
+        let built = self.simulators.clocked(&model, &self.scene, Inside::Nothing, None);
+        let built = built.map_err(|error| at(error, &self.scene))?;
+        let same = |one: &Port, other: &Port| one.name == other.name && one.format == other.format;
+        let (own, others) = (self.leaping.ports(), built.ports());
+        if own.len() != others.len() || !own.iter().zip(others).all(|(one, other)| same(one, other)) {
+            return Err("another simulator has other ports than the netlist".into());
+        }
+        Ok(self.other.get_or_init(|| built))
+    }
+}
+
+impl Design for Automatic {
+    fn ports(&self) -> &[Port] {
+        self.0.leaping.ports()
+    }
+
+    fn hidden(&self) -> &[Port] {
+        self.0.leaping.hidden()
+    }
+
+    fn ignores_case(&self) -> bool {
+        self.0.leaping.ignores_case()
+    }
+
+    fn engine(&self) -> &str {
+        self.0.told.get().map_or(self.0.leaping.engine(), String::as_str)
+    }
+
+    fn start(
+        &self,
+        words: &[u64],
+        drives: &[bool],
+        changes: &mut Vec<Change>,
+    ) -> Result<Box<dyn RunningDesign>, Fault> {
+        let from = changes.len();
+        let running = Running::start(&self.0.leaping, words, drives, changes);
+        let past = Past::new(words, drives, &changes[from..]);
+        let (design, drives) = (self.clone(), drives.to_vec());
+        Ok(Box::new(Either {
+            design,
+            drives,
+            state: State::Leaping(Box::new(running)),
+            past: Some(past),
+            is_decided: false,
+        }))
+    }
+}
+
+/// The simulator of a run.
+enum State {
+    Leaping(Box<Running>),
+    /// The other one, and why it has taken over.
+    Other(Again, String),
+}
+
+/// A run that leaps, or has leapt up to an edge.
+struct Either {
+    design: Automatic,
+    drives: Vec<bool>,
+    state: State,
+    /// Nothing once the other simulator runs, or where none will.
+    past: Option<Past>,
+    /// Whether enough edges have shown what leaps save.
+    is_decided: bool,
+}
+
+impl Either {
+    /// Lets the other simulator take over, after the edges so far.
+    fn hand_over(&mut self, why: String) -> Result<(), Fault> {
+        let Some(past) = self.past.take() else { return Ok(()) };
+        let other = self.design.0.other()?;
+        let again = past.again(|changes| other.start(&past.first, &past.drives, changes))?;
+        if let Some(change) = again.difference {
+            let name = &wires(&self.design.0.prepared.dut, self.design.ports())[change.port].name;
+            let text = format!(
+                "the netlist and Verilator have different words at output `{name}` after clock edge {}; write \
+                 dut.engine = \"verilator\"",
+                change.edge
+            );
+            return Err(Error::ended(text).into());
+        }
+        self.state = State::Other(again, format!("from clock edge {} on; before, {why}", past.edge));
+        Ok(())
+    }
+
+    /// Decides whether the run goes on by leaps, once enough edges have shown what they save, or the past is full.
+    fn decide(&mut self) {
+        let (State::Leaping(running), Some(past)) = (&self.state, &self.past) else { return };
+        let is_full = past.is_full();
+        if !is_full && (self.is_decided || past.edge < LONG) {
+            return;
+        }
+        let (share, is_settled) = (running.share(), running.is_settled());
+        if self.is_decided || !is_poor(share) {
+            // Where an output may still depend on a value that nothing has set, the other one may have to tell of it.
+            if is_full || is_settled {
+                self.past = None;
+            }
+            self.is_decided = true;
+            return;
+        }
+        let why = format!("leaps come to {} only, because {}", percent(share), running.prevented());
+        match self.hand_over(why.clone()) {
+            Err(fault) => note(format!("{why}; no other simulator takes over: {fault}")),
+            Ok(()) => note(format!("{} simulates `{}`: {why}", self.simulator(), self.design.0.scene.dut.top)),
+        }
+    }
+
+    /// Returns the other simulator's name.
+    fn simulator(&self) -> &str {
+        let engine = self.design.0.other.get().map_or("", |other| other.engine());
+        engine.split([',', ';']).next().unwrap_or_default()
+    }
+
+    /// Clocks the netlist. Returns `None` where the other simulator has to, because a word is not known.
+    fn leap(
+        &mut self,
+        words: &[u64],
+        (edges, asked): (u64, Asked),
+        changes: &mut Vec<Change>,
+    ) -> Option<Result<u64, Fault>> {
+        let State::Leaping(running) = &mut self.state else { return None };
+        let from = changes.len();
+        let Some(past) = &mut self.past else { return Some(running.clock(words, edges, asked, changes)) };
+        let most = if self.is_decided { edges } else { edges.min(LONG.saturating_sub(past.edge).max(1)) };
+        let done = running.clock(words, most, asked, changes);
+        let is_unset = match &done {
+            Ok(_) => changes[from..].iter().any(|change| change.bits.is_none()),
+            Err(fault) => matches!(fault.downcast_ref::<Error>().map(Error::reason), Some(Reason::Unset(_))),
+        };
+        if is_unset {
+            changes.truncate(from);
+            return None;
+        }
+        if let Ok(done) = done {
+            past.keep(words, (done, asked), &changes[from..]);
+        }
+        Some(done)
+    }
+}
+
+impl RunningDesign for Either {
+    fn clock(&mut self, words: &[u64], edges: u64, asked: Asked, changes: &mut Vec<Change>) -> Result<u64, Fault> {
+        let mut done = 0;
+        while done < edges {
+            self.decide();
+            let from = changes.len();
+            let more = match self.leap(words, (edges - done, asked), changes) {
+                Some(more) => more?,
+                None => {
+                    if matches!(self.state, State::Leaping(_)) {
+                        self.hand_over(
+                            "leaps, up to an output that depends on a value that nothing has set".to_string(),
+                        )?;
+                    }
+                    let State::Other(again, _) = &mut self.state else {
+                        return Err("a run by leaps has no past".into());
+                    };
+                    again.clock(words, (edges - done, asked), changes, &self.drives)?
+                }
+            };
+            changes[from..].iter_mut().for_each(|change| change.edge += done);
+            done += more;
+            if self.is_over() || changes[from..].iter().any(|change| self.drives[change.port]) {
+                break;
+            }
+        }
+        Ok(done)
+    }
+
+    fn is_over(&self) -> bool {
+        match &self.state {
+            State::Leaping(_) => false,
+            State::Other(again, _) => again.running.is_over(),
+        }
+    }
+
+    fn heard(&mut self) -> Heard {
+        let own = self.design.0.leaping.engine();
+        let (heard, told) = match &mut self.state {
+            State::Leaping(running) => {
+                let share = format!("{} leapt over", percent(running.share()));
+                (running.heard(), with_reason(own, &share))
+            }
+            State::Other(again, why) => {
+                let engine = self.design.0.other.get().map_or(own, |other| other.engine());
+                (again.running.heard(), with_reason(engine, why))
+            }
+        };
+        let _ = self.design.0.told.set(told);
+        heard
+    }
+}
