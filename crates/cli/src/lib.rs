@@ -7,6 +7,7 @@ mod shell;
 
 mod beside;
 mod block;
+mod certificate;
 mod certify;
 mod chart;
 mod check;

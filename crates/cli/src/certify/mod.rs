@@ -9,8 +9,8 @@ use hpu_page::Page;
 use hpu_prove::certify::{Checked, certify};
 use serde_json::json;
 
+use crate::certificate::is_of_run;
 use crate::page::show;
-use crate::run::certificate::is_of_run;
 use crate::shell::{Exit, Failure, read_text};
 
 /// Check a certificate: the proof that a wall settles at every phase, or that a run goes on as it is told, for ever

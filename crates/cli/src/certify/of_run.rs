@@ -8,7 +8,7 @@ use hpu_page::Page;
 use serde_json::Value;
 use toml_edit::{DocumentMut, Item};
 
-use crate::run::certificate::agree;
+use crate::certificate::agree;
 use crate::run::{finished, unseen};
 use crate::shell::{Failure, interrupt};
 

@@ -2,7 +2,6 @@
 
 mod against;
 mod axis;
-pub mod certificate;
 mod device;
 mod dut;
 mod finished;
@@ -36,6 +35,7 @@ use rows::Estimate;
 use serde_json::{Value, json};
 use simulate::{Ran, Recorder, simulate};
 
+use crate::certificate;
 use crate::notation::Written;
 use crate::page::show;
 use crate::parameters;

@@ -423,6 +423,7 @@ pub const COMMANDS: &[(&str, Form)] = &[
     ("hpu map", Form::NotHere(VERB)),
     ("hpu study", Form::NotHere(VERB)),
     ("hpu run", Form::NotHere(VERB)),
+    ("hpu run SCENE --for-ever", short("hpu run bounded-wall --for-ever", "SCENE is any scene")),
     ("hpu report", Form::NotHere(VERB)),
     ("hpu explore", Form::NotHere(VERB)),
     ("hpu cost", Form::NotHere(VERB)),
