@@ -290,6 +290,12 @@ impl Model {
                 all.extend(emulated.states().iter().map(of));
             }
         }
+        // A net and a state may have one name, but variables may not.
+        for at in 1..all.len() {
+            if all[..at].iter().any(|before| before.name == all[at].name) {
+                all[at].name.insert_str(0, "state.");
+            }
+        }
         all
     }
 }

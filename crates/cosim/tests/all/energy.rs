@@ -1,6 +1,6 @@
 //! The energy audit of every shipped scene with a device, over its whole length.
 
-use hpu_cosim::scene::shipped;
+use hpu_cosim::scene::{Experiment, shipped};
 use hpu_cosim::{Control, Driver, Simulation, Wired, WiredSimulation};
 
 #[test]
@@ -11,6 +11,10 @@ fn supply_less_store_less_losses_is_a_billionth_of_the_energy_exchanged() {
         let summary = simulation.run(Driver::Events, &mut simulation.trace(&[]), &mut (), &Control::default());
         assert!(summary.complete, "{}", shipped.name);
         let energy = summary.energy;
+        if matches!(scene, Experiment::Transfer(_)) {
+            assert_eq!(energy.exchanged_j, 0.0, "{}: energy is not defined of a transfer function", shipped.name);
+            continue;
+        }
         if !simulation.has_device() {
             assert_eq!(energy.exchanged_j, 0.0, "{}: a recording has no device", shipped.name);
             continue;

@@ -269,9 +269,7 @@ fn reference(s: &Section) -> Result<[f64; 2], SceneError> {
     use rows::reference as key;
     s.accept(&[])?;
     let from_s = s.read(&key::from)?;
-    // A section that is not there wants 0.
-    let value = if s.keys().next().is_none() { 0.0 } else { s.read(&key::value)? };
-    Ok([value, from_s])
+    Ok([s.read(&key::value)?, from_s])
 }
 
 fn transfer_expect(s: &Section) -> Result<Expect, SceneError> {

@@ -99,7 +99,7 @@ keys! { method_transfer: "method" of ["transfer"];
 
 keys! { reference: "reference" of [];
     /// Wanted output; its word is that of the ADC without its offset.
-    value: Quantity = Quantity::new(&q::RATIO, Any, Required);
+    value: Quantity = Quantity::new(&q::RATIO, Any, Is(0.0));
     /// Time from which on it is wanted; 0 is wanted before.
     from: Quantity = Quantity::new(&q::TIME, NotNegative, Is(0.0));
 }
