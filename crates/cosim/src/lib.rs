@@ -10,6 +10,7 @@ mod paddle;
 mod phantom;
 mod result;
 mod run;
+#[cfg(not(target_family = "wasm"))]
 mod transfer;
 mod wired_simulation;
 mod world;
@@ -40,6 +41,7 @@ pub use run::look::look;
 pub use run::simulation::{Direct, LoopVisitor, Simulation, TheLoop, Wired, follow};
 pub use run::simulation_error::SimulationError;
 pub use run::untyped::{AnyClosedLoop, AnyWorld};
+#[cfg(not(target_family = "wasm"))]
 pub use transfer::{Samples, TRANSFER_REALS, TransferSimulation};
 pub use wired_simulation::WiredSimulation;
 pub use world::axis_encoder::AxisEncoder;

@@ -16,6 +16,7 @@ pub mod network;
 mod reduced;
 mod shaper;
 mod stepper;
+#[cfg(not(target_family = "wasm"))]
 pub mod transfer;
 
 pub use axis::{Axis, AxisError, Hand, Mass, Motor, Push};

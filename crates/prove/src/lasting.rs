@@ -39,6 +39,7 @@ use crate::Error;
 use crate::interval::{Interval, Matrix};
 use crate::ranges::affine::Affine;
 use crate::ranges::walk::Walk;
+#[cfg(not(target_family = "wasm"))]
 use crate::recurring::words_recur;
 use crate::sampled::solution;
 use crate::series::Series;
@@ -63,7 +64,9 @@ pub fn beyond<T>(experiment: &Experiment, seconds: f64, ask: impl FnOnce(&Beyond
         Experiment::Axis(scene) => follows(scene, period),
         _ => Err("the device is no axis"),
     };
+    #[cfg_attr(target_family = "wasm", allow(unused_variables, reason = "a page has no transfer functions"))]
     let words = |edges: u64| match experiment {
+        #[cfg(not(target_family = "wasm"))]
         Experiment::Transfer(scene) => words_recur(scene, edges).map(|cycle| cycle.forever()),
         _ => Err("the device is no transfer function".to_string()),
     };

@@ -9,6 +9,7 @@ pub mod lasting;
 pub mod linear;
 pub mod ranges;
 pub mod real;
+#[cfg(not(target_family = "wasm"))]
 pub mod recurring;
 pub mod sampled;
 mod series;

@@ -97,6 +97,7 @@ mod schedule;
 mod schema;
 pub mod script;
 mod text;
+#[cfg(not(target_family = "wasm"))]
 mod transfer;
 
 pub use axis::Scene;
@@ -147,6 +148,7 @@ pub use schema::source::SceneError;
 pub use text::kept::kept;
 pub use text::message::{Lines, did_you_mean, excerpt, figure, number, printable, printable_json};
 pub use text::plain_name::{NotPlain, PlainName};
+#[cfg(not(target_family = "wasm"))]
 pub use transfer::{Adc, DirectForm, TransferModel, TransferScene, TransferWords, WordRange};
 
 pub use hpu_plant::Bridge;

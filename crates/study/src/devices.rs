@@ -34,6 +34,7 @@ pub fn device(scene: &Experiment) -> &dyn Device {
         Experiment::Axis(scene) => scene,
         Experiment::Phantom(scene) => scene,
         Experiment::Gimbal(scene) => scene,
+        #[cfg(not(target_family = "wasm"))]
         Experiment::Transfer(scene) => scene,
         Experiment::Paddle(scene) => scene,
         Experiment::Dut(scene) => scene,

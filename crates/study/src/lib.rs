@@ -10,6 +10,7 @@ pub mod map;
 mod paddle;
 pub mod phantom;
 pub mod timing;
+#[cfg(not(target_family = "wasm"))]
 mod transfer;
 pub mod widths;
 

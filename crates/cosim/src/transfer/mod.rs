@@ -112,7 +112,6 @@ impl Wired for TransferSimulation<'_> {
         beyond: Option<&crate::Beyond>,
     ) -> crate::Summary {
         let summary = crate::run::simulation::run(self, driver, trace, (observer, control), None);
-        #[cfg(not(target_family = "wasm"))]
         let summary = crate::Summary {
             forever: beyond.filter(|_| summary.complete).map(|beyond| (beyond.words)(summary.edges + beyond.edges)),
             ..summary

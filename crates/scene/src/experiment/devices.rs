@@ -14,6 +14,7 @@ use crate::schema::{Choice, DeviceKeys, Group, Key, Otherwise::Required, keys};
 
 /// Calls a macro with the list of devices beside an axis: of each its meaning, its name in code, its `device.kind`,
 /// which is also its kind of scene and the name of its module, its scene, and its simulation.
+#[cfg(not(target_family = "wasm"))]
 #[doc(hidden)]
 #[macro_export]
 macro_rules! devices {
@@ -26,6 +27,22 @@ macro_rules! devices {
             Gimbal: gimbal, GimbalScene, GimbalSimulation;
             /// A plant as a transfer function.
             Transfer: transfer, TransferScene, TransferSimulation;
+        }
+    };
+}
+
+/// The list of a page, which loads all code, so it has no transfer functions.
+#[cfg(target_family = "wasm")]
+#[doc(hidden)]
+#[macro_export]
+macro_rules! devices {
+    ($with:ident) => {
+        $with! {
+            ($)
+            /// The three axes of a PHANToM.
+            Phantom: phantom, PhantomScene, PhantomSimulation;
+            /// A segment on a gimbal, raised by a crank.
+            Gimbal: gimbal, GimbalScene, GimbalSimulation;
         }
     };
 }

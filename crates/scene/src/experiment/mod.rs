@@ -22,6 +22,7 @@ use crate::paddle::PaddleScene;
 use crate::phantom::{self, PhantomScene};
 use crate::schema::section::Section;
 use crate::schema::source::{SceneError, Source};
+#[cfg(not(target_family = "wasm"))]
 use crate::transfer::{self, TransferScene};
 use devices::{DeviceKind, device};
 use groups::schema;
