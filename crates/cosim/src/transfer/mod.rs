@@ -112,11 +112,10 @@ impl Wired for TransferSimulation<'_> {
         beyond: Option<&crate::Beyond>,
     ) -> crate::Summary {
         let summary = crate::run::simulation::run(self, driver, trace, (observer, control), None);
-        let summary = crate::Summary {
+        crate::Summary {
             forever: beyond.filter(|_| summary.complete).map(|beyond| (beyond.words)(summary.edges + beyond.edges)),
             ..summary
-        };
-        summary
+        }
     }
 
     fn closed_loop(&self) -> Box<dyn crate::AnyClosedLoop<'_> + '_> {
