@@ -1,12 +1,12 @@
 //! Quantities as text, for the pages of every verb.
 
-use hpu_cosim::number;
+use hpu_cosim::{figure, number};
 
 /// Returns a quantity with an SI prefix and five significant digits, as in `1.5183 N.m/rad`. A number without a unit
 /// gets no prefix.
 pub fn si(value: f64, unit: &str) -> String {
     if unit.is_empty() {
-        return number(value);
+        return figure(value);
     }
     const PREFIXES: [(f64, &str); 8] =
         [(1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "u"), (1e-9, "n"), (1e-12, "p")];

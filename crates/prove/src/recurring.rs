@@ -164,7 +164,7 @@ fn weighed(row: &[Interval], x: &[f64]) -> Interval {
     row.iter().zip(x).fold(Interval::ZERO, |sum, (cell, &x)| sum.plus(cell.times(Interval::exact(x))))
 }
 
-/// What is noted of a sample.
+/// The notes of a sample.
 struct Noted {
     words: [i64; 3],
     states: Vec<[f64; 2]>,

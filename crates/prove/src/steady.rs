@@ -190,7 +190,7 @@ struct Dissipation {
     gain: f64,
 }
 
-/// What a search has found: sizes, the level and its multipliers.
+/// The finding of a search: sizes, the level and its multipliers.
 struct Found {
     sizes: [f64; 3],
     far: [f64; 3],
@@ -608,7 +608,7 @@ impl Dissipation {
     }
 }
 
-/// What the rows answer to the rounding and to the rest of what enters, at a frequency.
+/// The answers of the rows at a frequency, to the rounding and to each other input.
 struct Response {
     angle: [Complex; 7],
     kept: [Complex; 7],

@@ -20,7 +20,7 @@ const EXPORT: &str = "export.txt";
 
 /// A scene to be exported.
 pub struct Export<'a> {
-    /// What of it the unit is.
+    /// The part of it that becomes the unit.
     pub kind: Kind,
     /// The name of the model.
     pub name: &'a str,

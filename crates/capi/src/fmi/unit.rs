@@ -1,4 +1,4 @@
-//! What a unit holds, without the C interface.
+//! Units, without the C interface: parameters, words, states and steps.
 
 use hpu_cosim::scene::{Device, Experiment};
 use hpu_cosim::{Control, EnergyAudit, SceneFile};
@@ -8,7 +8,7 @@ use crate::emulated::Emulated;
 use crate::error::{Error, Status};
 use crate::plant::Plant;
 
-/// What of a scene a unit is.
+/// The part of a scene that becomes a unit.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Kind {
     /// Everything outside the FPGA: the importer drives the gates.

@@ -2,7 +2,7 @@
 
 use hpu_chart::{self as chart, Picture};
 use hpu_cosim::scene::{Setup, Units};
-use hpu_cosim::{Simulation, Summary, TRANSFER_REALS, Trace, TransferSimulation, Verdict, number};
+use hpu_cosim::{Simulation, Summary, TRANSFER_REALS, Trace, TransferSimulation, Verdict, figure};
 use hpu_page::Page;
 use hpu_signal::Signal;
 use serde_json::{Value, json};
@@ -19,7 +19,7 @@ impl Shown for TransferSimulation<'_> {
         let output = ran.trace.real(output());
         let ends = output.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, m], &y| [l.min(y), m.max(y)]);
         if let (Some(first), Some(last)) = (output.first(), output.last()) {
-            let [first, last, least, most] = [*first, *last, ends[0], ends[1]].map(number);
+            let [first, last, least, most] = [*first, *last, ends[0], ends[1]].map(figure);
             page.line("motion", format!("the output goes from {first} to {last}, between {least} and {most}"));
         }
         if let Some(said) = cycle(self, &ran.summary) {
@@ -62,7 +62,7 @@ fn output() -> usize {
 fn cycle(simulation: &TransferSimulation, summary: &Summary) -> Option<String> {
     let Some(Verdict::LimitCycle { amplitude_rad, frequency_hz, .. }) = summary.verdict else { return None };
     let scene = simulation.scene();
-    let steps = number(amplitude_rad / scene.adc.range.lsb());
+    let steps = figure(amplitude_rad / scene.adc.range.lsb());
     let samples = scene.clock.frequency_hz() as f64 / frequency_hz / scene.adc.period as f64;
     Some(format!("amplitude {steps} steps of the ADC, period {samples:.1} samples ({})", si(1.0 / frequency_hz, "s")))
 }
@@ -78,7 +78,7 @@ fn words(simulation: &TransferSimulation) -> Vec<String> {
             list(&words.numerator),
             list(&words.denominator)
         ),
-        format!("a step of the ADC is {}, of the DAC {}", number(scene.adc.range.lsb()), number(scene.dac.lsb())),
+        format!("a step of the ADC is {}, of the DAC {}", figure(scene.adc.range.lsb()), figure(scene.dac.lsb())),
         format!("the reference is word {}; period {} clocks is {rate}", words.reference, scene.adc.period),
     ]
 }

@@ -17,8 +17,9 @@ pub(crate) const MOST_MEMORY_WORDS: u32 = 64;
 /// The most cells of a netlist.
 const MOST_CELLS: usize = 1 << 16;
 
-/// The commands of Yosys that make a design one module, between `hierarchy -top` and [`LOWERED`].
-pub const FLAT: &str = "proc; flatten";
+/// The commands of Yosys that make a design one module, between `hierarchy -top` and [`LOWERED`]. They simplify
+/// nothing.
+pub const FLAT: &str = "proc -noopt; flatten";
 /// A command between them that sets values `x` to 0. Without it they stay as they are, so that they are seen.
 pub const ZEROS: &str = "setundef -zero";
 /// The commands that leave words, combinational cells and registers without enables, before `write_json`. They use no
@@ -39,6 +40,17 @@ impl fmt::Display for Unfit {
 }
 
 impl std::error::Error for Unfit {}
+
+/// Returns the place of a shift that Yosys 0.23 may turn to the other side when it simplifies, from the JSON that it
+/// writes of the module `top` after [`FLAT`]; `None` if there is none. Yosys takes a constant amount for a signed number
+/// of 32 bits, so an amount of fewer bits, or a constant that is no great one, is safe.
+///
+/// # Errors
+///
+/// [`Unfit`] if the text is no such JSON.
+pub fn turned_shift(json: &str, top: &str) -> Result<Option<String>, Unfit> {
+    module::turned_shift(json, top)
+}
 
 /// Reads the module `top` from the JSON that Yosys writes after [`LOWERED`]. All registers must have the clock `clock`,
 /// an input. Names are compared without regard to case if `ignores_case` is set.

@@ -87,6 +87,23 @@ fn malformed(what: &str) -> Unfit {
     Unfit(format!("Yosys wrote {what} in a form that is not known here"))
 }
 
+pub(super) fn turned_shift(json: &str, top: &str) -> Result<Option<String>, Unfit> {
+    let value: Value = serde_json::from_str(json).map_err(|error| Unfit(format!("no JSON of Yosys: {error}")))?;
+    let cells = value["modules"][top]["cells"].as_object().ok_or_else(|| malformed("cells"))?;
+    for cell in cells.values() {
+        if !cell["type"].as_str().is_some_and(|kind| ["$shl", "$shr", "$sshl", "$sshr"].contains(&kind)) {
+            continue;
+        }
+        let amount = bits(&cell["connections"]["B"])?;
+        let is_small = amount.iter().all(|bit| matches!(bit, Bit::Zero | Bit::One))
+            && amount.iter().skip(16).all(|bit| *bit == Bit::Zero);
+        if amount.len() >= 32 && !is_small {
+            return Ok(Some(cell["attributes"]["src"].as_str().unwrap_or_default().to_string()));
+        }
+    }
+    Ok(None)
+}
+
 /// Returns whether GHDL's synthesis has made up a name, as in `n12_q`.
 fn is_made_up(name: &str) -> bool {
     let leaf = name.rsplit('.').next().unwrap_or_default();

@@ -46,7 +46,7 @@ pub struct Bound {
 /// The claim of a certificate.
 pub const CLAIM: &str = "settled at every phase, for ever";
 
-/// What the checker says of a certificate.
+/// The checker's verdict on a certificate.
 #[derive(Debug)]
 pub enum Checked {
     /// The stiffness of each word in SI units, and what is proved of it.

@@ -7,7 +7,7 @@ const MOST_WORDS: usize = 1 << 20;
 /// The changes that a request asks for, by their numbers.
 const ASKED: [Asked; 3] = [Asked::Driving, Asked::Outputs, Asked::Inside];
 
-/// What a run has had and told so far.
+/// The inputs that a run has had so far, and the changes that it has told.
 pub(super) struct Past {
     /// The words with which it began, and the outputs that drive the device.
     pub(super) first: Vec<u64>,

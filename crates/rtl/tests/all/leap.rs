@@ -300,6 +300,36 @@ fn cells_of_every_kind_answer_as_in_verilator() {
     );
 }
 
+/// Yosys 0.23 takes a constant amount of 32 bits for a signed number, and shifts to the other side by a negative one.
+#[test]
+fn shifts_that_yosys_turns_to_the_other_side_do_not_leap() {
+    let verilog = |width: u32, more: &str, by: &str| {
+        format!(
+            "module t #(parameter W = {width})(input clk, input rst, input [7:0] a, output reg [7:0] left,
+               output reg [7:0] right, output reg [7:0] kept, output reg [7:0] up, output reg [7:0] n);
+             {more}
+             always @(posedge clk) if (rst) begin left <= 0; right <= 0; kept <= 0; up <= 0; n <= 0; end
+               else begin n <= n + 1; left <= n << {by}; right <= n >> {by}; kept <= a >>> {by}; up <= a <<< {by}; end
+             endmodule\n"
+        )
+    };
+    let reset = "reset = { port = \"rst\" }\n";
+    for (width, more, by) in
+        [(4, "", "(W-8)"), (4, "", "(W-6+1)"), (4, "wire [31:0] s = W - 8;", "s"), (4, "localparam S = W - 8;", "(S)")]
+    {
+        let scene = around(&verilog(width, more, by), reset, "leap");
+        let simulators = simulators();
+        let refused = simulators.build(&scene, Inside::Nothing).err().map(|error| error.to_string());
+        assert!(refused.as_ref().is_some_and(|why| why.contains("a shift by")), "{by}: {refused:?}");
+        // By themselves they run in Verilator.
+        let engine = same_answers_by("auto", &verilog(width, more, by), reset, (200, false));
+        assert!(engine.starts_with("Verilator"), "{by}: {engine}");
+    }
+    for (width, more, by) in [(12, "", "(W-8)"), (8, "", "(W-8)"), (4, "wire [2:0] s = W - 1;", "s")] {
+        same_answers(&verilog(width, more, by), reset, (200, false));
+    }
+}
+
 #[test]
 fn wide_words_and_tables_answer_as_in_verilator() {
     let reset = "reset = { port = \"rst\", active = \"low\" }\n";
@@ -387,7 +417,7 @@ fn a_value_that_nothing_has_set_is_told_by_verilator_with_its_register() {
     assert!(said.contains("register `phase`"), "{said}");
 }
 
-/// What Yosys may read otherwise than Verilator runs there, and the engine's name tells why.
+/// Verilator runs the forms that Yosys may read otherwise, and the engine's name tells why.
 #[test]
 fn verilog_that_two_tools_may_read_otherwise_does_not_leap() {
     let module = |body: &str| {

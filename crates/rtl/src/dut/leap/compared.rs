@@ -22,7 +22,7 @@ pub struct Difference {
     pub bits: [Option<u64>; 2],
 }
 
-/// What a comparison has found so far.
+/// The findings of a comparison so far.
 #[derive(Clone, PartialEq, Eq, Default, Debug)]
 pub struct Found {
     /// The changes that outputs have had.

@@ -35,8 +35,10 @@ use crate::engines::tool::Tool;
 /// reason why there is none, if there is one.
 const RESULTS: [&str; 5] = [NETLIST, PORTS, NOTES, UNCHECKED, UNFIT];
 /// Version of the rules by which designs are refused. Raise it with each new one.
-const RULES: &str = "2";
+const RULES: &str = "3";
 const NETLIST: &str = "netlist.json";
+/// The JSON of Yosys before it simplifies anything.
+const UNSIMPLIFIED: &str = "unsimplified.json";
 const PORTS: &str = "ports";
 const NOTES: &str = "notes";
 const UNCHECKED: &str = "unchecked";
@@ -159,12 +161,22 @@ impl Simulators {
         let zeros = if is_vhdl { script!(Yosys: "{}; ", Fixed(yosys::ZEROS)) } else { Script::empty() };
         let (flat, lowered) = (Fixed(yosys::FLAT), Fixed(yosys::LOWERED));
         let script = script!(
-            Yosys: "{}hierarchy -top {}; {}; {}{}; write_json {}", source, top, flat, zeros, lowered, Fixed(NETLIST)
+            Yosys: "{}hierarchy -top {}; {}; write_json {}; {}{}; write_json {}",
+            source, top, flat, Fixed(UNSIMPLIFIED), zeros, lowered, Fixed(NETLIST)
         );
         if let Err(error) = self.yosys(dut, folder, "write a netlist", &script) {
             // What Yosys does not read, another simulator may.
             let is_its = error.tool().is_none_or(|tool| tool.refused());
             return if is_its { Ok(Err(format!("Yosys does not take it: {}", said(&error)))) } else { Err(error) };
+        }
+        match yosys::turned_shift(&read(&folder.join(UNSIMPLIFIED))?, &self::top(dut)) {
+            Ok(None) => {}
+            Ok(Some(place)) => {
+                let place = place.rsplit('/').next().unwrap_or_default();
+                let what = format!("a shift by a word of 32 bits or more, or by a negative number, at {place}");
+                return Ok(Err(format!("Yosys may read it otherwise than Verilator: {what}")));
+            }
+            Err(why) => return Ok(Err(why.to_string())),
         }
         let json = read(&folder.join(NETLIST))?;
         let (lines, notes, unchecked) = (translated.lines, translated.notes, unchecked.join("\n"));
