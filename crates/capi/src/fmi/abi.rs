@@ -96,6 +96,13 @@ fn place<'a, T>(pointer: *mut T) -> Result<&'a mut T, Error> {
     unsafe { pointer.as_mut() }.ok_or_else(|| Error::new(Status::Argument, "a place for a result is null"))
 }
 
+/// Returns value references and as many values.
+fn taken<'a, T>(references: (*const u32, usize), values: (*const T, usize)) -> Result<(&'a [u32], &'a [T]), Error> {
+    let (references, values) = (array(references.0, references.1)?, array(values.0, values.1)?);
+    let why = || Error::new(Status::Argument, "there are other numbers of values and of value references");
+    (references.len() == values.len()).then_some((references, values)).ok_or_else(why)
+}
+
 /// Writes values of variables to an importer's array.
 fn fill<T>(
     references: (*const u32, usize),
@@ -103,6 +110,7 @@ fn fill<T>(
     mut value: impl FnMut(u32) -> Result<T, Error>,
 ) -> Result<(), Error> {
     let references = array(references.0, references.1)?;
+    // The importer's places may have no values yet, so they are not read.
     if references.len() != values.1 || values.0.is_null() && values.1 > 0 {
         return Err(Error::new(Status::Argument, "there are other numbers of values and of value references"));
     }
@@ -294,10 +302,7 @@ extern "C" fn fmi3SetFloat64(
     places: usize,
 ) -> i32 {
     call(instance, |this| {
-        let (references, values) = (array(references, count)?, array(values, places)?);
-        if references.len() != values.len() {
-            return Err(Error::new(Status::Argument, "there are other numbers of values and of value references"));
-        }
+        let (references, values) = taken((references, count), (values, places))?;
         this.stands(&[Stage::Instantiated, Stage::Initializing])?;
         references.iter().zip(values).try_for_each(|(reference, value)| this.unit.set(*reference, *value))
     })
@@ -312,10 +317,7 @@ extern "C" fn fmi3SetInt64(
     places: usize,
 ) -> i32 {
     call(instance, |this| {
-        let (references, values) = (array(references, count)?, array(values, places)?);
-        if references.len() != values.len() {
-            return Err(Error::new(Status::Argument, "there are other numbers of values and of value references"));
-        }
+        let (references, values) = taken((references, count), (values, places))?;
         this.stands(&[Stage::Instantiated, Stage::Initializing, Stage::Step, Stage::Event])?;
         this.unit.drive(references, values)
     })
