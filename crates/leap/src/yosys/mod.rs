@@ -42,8 +42,8 @@ impl fmt::Display for Unfit {
 impl std::error::Error for Unfit {}
 
 /// Returns the place of a shift that Yosys 0.23 may turn to the other side when it simplifies, from the JSON that it
-/// writes of the module `top` after [`FLAT`]; `None` if there is none. Yosys takes a constant amount for a signed number
-/// of 32 bits, so an amount of fewer bits, or a constant that is no great one, is safe.
+/// writes of the module `top` after [`FLAT`]; `None` if there is none. Yosys takes a constant amount for a signed
+/// number of 32 bits, so an amount of fewer bits, or a constant that is no great one, is safe.
 ///
 /// # Errors
 ///
