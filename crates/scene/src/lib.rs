@@ -55,6 +55,7 @@
 //! | a voltage | 1e-6 | 1e5 | V |
 //! | a current | 1e-9 | 1e5 | A |
 //! | a resistance | 1e-6 | 1e6 | Ohm |
+//! | a flux linkage | 1e-9 | 1e3 | Wb |
 //! | a gain of a current | 1e-6 | 1e6 | V/A |
 //! | an inductance | 1e-9 | 1e3 | H |
 //! | a torque constant | 1e-6 | 1e3 | N.m/A |
@@ -90,6 +91,7 @@ pub mod method;
 mod paddle;
 mod path;
 mod phantom;
+mod pmsm;
 mod random;
 pub mod replay;
 mod scene_file;
@@ -105,7 +107,7 @@ pub use axis::library::{NamedPart, parts};
 pub use axis::network::{Compound, Dac};
 pub use axis::parts::{Amplifier, Device, Encoder, Hand, Method, Motor, PathPoint, Push, Ramp, Wall};
 pub use axis::rows::{AnalogShaper, Mass};
-pub use axis::sensors::{Modulator, Sampled, Sensor, SensorKind};
+pub use axis::sensors::{Modulator, Phase, Reading, Sampled, Sensor, SensorKind};
 pub use axis::words::{COMMAND_BITS, LoopWords, Realised};
 pub use dut::{
     BesideFile, Connected, Connection, Driving, Dut, DutClock, DutReset, DutScene, Engine, Generic, Layout, Line, Part,
@@ -139,6 +141,7 @@ pub use phantom::{
     Direction, Drop, Irregularity, PhantomLaw, PhantomMethod, PhantomModel, PhantomScene, PhantomWords, Platform,
     Premium, Room,
 };
+pub use pmsm::Pmsm;
 pub use random::SplitMix64;
 pub use scene_file::SceneFile;
 pub use schedule::{Schedule, TargetWords, WordRamp};

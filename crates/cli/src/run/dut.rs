@@ -3,7 +3,7 @@
 use hpu_chart::{self as chart, Picture};
 use hpu_cosim::dut::{DutSimulation, Wire};
 use hpu_cosim::scene::{Driving, Units};
-use hpu_cosim::{Summary, Trace};
+use hpu_cosim::{Starts, Summary, Trace};
 use hpu_page::Page;
 use hpu_signal::Signal;
 use serde_json::{Value, json};
@@ -24,6 +24,17 @@ impl Shown for DutSimulation<'_> {
             let bits = if width == 1 { String::new() } else { format!("[{}:0]", width - 1) };
             let arrow = if port.is_input { "<-" } else { "->" };
             page.line("port", format!("{:<24} {arrow} {}", format!("{}{bits}", port.name), wire.connection()));
+        }
+        let name = |index: usize| scene.sensors()[index].name.as_str();
+        let starts = &ran.summary.starts;
+        for &(index, Starts { taken, missed }) in starts {
+            let never = if taken == 0 { "; the design never started one" } else { "" };
+            let said = format!("{}: {taken} samples, {missed} starts while it was converting{never}", name(index));
+            page.line("sensor", said);
+        }
+        if !starts.is_empty() {
+            let one = |&(index, Starts { taken, missed }): &(usize, Starts)| json!({ "sensor": name(index), "samples": taken, "missed": missed });
+            page.data("started", starts.iter().map(one).collect::<Vec<_>>());
         }
     }
 

@@ -6,7 +6,7 @@ use super::{Design, Fault, Port};
 use crate::world::EncoderState;
 use crate::world::axis_encoder::AxisEncoder;
 use hpu_scene::{
-    Connected, Connection, Driving, DutScene, Layout, Line, Part, SceneError, SensorPin, did_you_mean, kept,
+    Connected, Connection, Driving, DutScene, Layout, Line, Part, SceneError, Sensor, SensorPin, did_you_mean, kept,
 };
 
 /// A port with its connections.
@@ -82,12 +82,16 @@ pub struct Wires {
     pub(super) given: Vec<usize>,
     pub(super) outputs: Vec<usize>,
     driving: Driving,
-    /// The lines of the way to drive: four gates, two legs, or pulse and direction.
-    lines: [Option<Level>; 4],
+    /// The lines of the way to drive: four or six gates, two or three legs, or pulse and direction.
+    lines: [Option<Level>; 6],
+    /// The pins by which the design starts samples, each with the sensor's index.
+    starts: Vec<(usize, Level)>,
     enable: Option<Level>,
     /// The place among the outputs of the word that drives, its bits, its format, and whether it is offset binary.
     word: Option<(usize, Piece, Format, bool)>,
     floats: bool,
+    /// Whether the device is a motor with three phases.
+    has_phases: bool,
     /// The encoder with its wall.
     pub(crate) encoder: AxisEncoder,
     count_rad: f64,
@@ -249,12 +253,27 @@ impl Wires {
         });
         let driving = scene.driving()?;
         Ok(Self {
-            lines: match driving {
-                Driving::Gates => [Line::MinusHigh, Line::MinusLow, Line::PlusHigh, Line::PlusLow].map(line),
-                Driving::Legs => [line(Line::Minus), line(Line::Plus), None, None],
-                Driving::PulseAndDirection => [line(Line::Pwm), line(Line::Direction), None, None],
-                Driving::Duty | Driving::Force | Driving::Current | Driving::Nothing => [None; 4],
+            lines: {
+                let all: &[Line] = match driving {
+                    Driving::Gates => &[Line::MinusHigh, Line::MinusLow, Line::PlusHigh, Line::PlusLow],
+                    Driving::Legs => &[Line::Minus, Line::Plus],
+                    Driving::PulseAndDirection => &[Line::Pwm, Line::Direction],
+                    Driving::SixGates => &[Line::AHigh, Line::ALow, Line::BHigh, Line::BLow, Line::CHigh, Line::CLow],
+                    Driving::ThreeLegs => &[Line::LegA, Line::LegB, Line::LegC],
+                    Driving::Duty | Driving::Force | Driving::Current | Driving::Nothing => &[],
+                };
+                std::array::from_fn(|place| all.get(place).copied().and_then(line))
             },
+            starts: pieces()
+                .flat_map(|(place, piece)| {
+                    let Connection::Sensor(pin) = piece.connection else { return Vec::new() };
+                    let is_started = |(index, sensor): &(usize, &Sensor)| {
+                        sensor.is_triggered() && [*index, SensorPin::ALL].contains(&pin.sensor)
+                    };
+                    let started = scene.sensors().iter().enumerate().filter(is_started);
+                    started.map(|(index, _)| (index, (place, piece.shift, pin.inverted))).collect()
+                })
+                .collect(),
             enable: line(Line::Enable),
             word,
             driving,
@@ -263,6 +282,7 @@ impl Wires {
             wires,
             nets,
             floats: scene.dut.floats,
+            has_phases: scene.pmsm.is_some(),
             encoder: AxisEncoder::new(scene.encoder, scene.wall_or_far_rad()),
             count_rad: scene.encoder.count_rad(),
         })
@@ -355,7 +375,10 @@ impl Wires {
     /// When both switches of a leg would be closed.
     pub(crate) fn drive(&self, words: &[i64]) -> Result<([i64; 4], i64), Misdriven> {
         let level = |(place, shift, inverted): Level| (words[place] >> shift & 1 != 0) != inverted;
-        let [one, two, three, four] = self.lines.map(|line| line.is_some_and(level));
+        let lines @ [one, two, three, four, ..] = self.lines.map(|line| line.is_some_and(level));
+        if self.has_phases {
+            return Ok(([0; 4], self.three_legs(lines, level)?));
+        }
         // The minus leg is the wiring's leg a.
         let mut gates = match self.driving {
             Driving::Gates if one && two => return Err(Misdriven::Short("minus")),
@@ -368,6 +391,7 @@ impl Wires {
                 (true, false) => [true, false, false, true],
                 (false, _) => [false, !self.floats, false, !self.floats],
             },
+            Driving::SixGates | Driving::ThreeLegs => unreachable!("a bridge has three legs or two"),
             Driving::Duty | Driving::Force | Driving::Current | Driving::Nothing => [false; 4],
         };
         if !self.enable.is_none_or(level) {
@@ -383,6 +407,32 @@ impl Wires {
             if self.driving == Driving::Current { word } else { -word }
         });
         Ok((gates.map(i64::from), command))
+    }
+}
+
+impl Wires {
+    /// Returns the word that these lines ask of a bridge with three legs, as
+    /// [`ThreeLegs`](crate::world::actuator::Actuator::ThreeLegs) takes it.
+    ///
+    /// # Errors
+    ///
+    /// When both switches of a leg would be closed.
+    fn three_legs(&self, lines: [bool; 6], level: impl Fn(Level) -> bool) -> Result<i64, Misdriven> {
+        let [a, b, c, ..] = lines;
+        let mut gates = match self.driving {
+            Driving::SixGates => lines,
+            Driving::ThreeLegs => [a, !a, b, !b, c, !c],
+            _ => [false; 6],
+        };
+        if let Some(leg) = (0..3).find(|leg| gates[2 * leg] && gates[2 * leg + 1]) {
+            return Err(Misdriven::Short(["a", "b", "c"][leg]));
+        }
+        if !self.enable.is_none_or(&level) {
+            gates = [false; 6];
+        }
+        let starts = self.starts.iter().map(|&(sensor, pin)| (gates.len() + sensor, level(pin)));
+        let bits = gates.into_iter().enumerate().chain(starts);
+        Ok(bits.map(|(place, is_high)| i64::from(is_high) << place).sum())
     }
 }
 

@@ -212,7 +212,7 @@ impl<'s> DutSimulation<'s> {
         let mut plant = plant(scene)?;
         plant.places.reach = wires.counter().map(|(_, reach)| reach);
         let outline = Outline::of_axis(scene, device, wall, loop_of, Vec::new(), true);
-        let outline = outline.with_hand(scene.hand.path()).with_sensors(scene.network.as_deref());
+        let outline = outline.with_hand(scene.hand.path()).with_sensors(scene.sensors());
         Ok(Self { plant, scene, design, wires, outline, looked: 0..u64::MAX })
     }
 
@@ -251,6 +251,7 @@ impl<'s> DutSimulation<'s> {
 pub fn plant(scene: &DutScene) -> Result<Plant, Fault> {
     let around = Around {
         network: scene.network.as_deref(),
+        pmsm: scene.pmsm.as_deref(),
         device: &scene.device,
         bridge: scene.bridge,
         hand: &scene.hand,
@@ -281,6 +282,9 @@ fn actuator(scene: &DutScene) -> Result<Actuator, SceneError> {
         })
     };
     let driving = scene.driving()?;
+    if scene.pmsm.is_some() {
+        return Ok(Actuator::ThreeLegs);
+    }
     if let Some(dac) = scene.network.as_ref().and_then(|network| network.dac) {
         let width = format(scene).map_or(0, |format| format.frac().max(0).cast_unsigned());
         return Ok(Actuator::Converted { dac, width, sign: 1.0 });

@@ -65,7 +65,7 @@ impl<'s> PaddleSimulation<'s> {
         let wiring = closed.wiring();
         let closed_by = (wiring.name(), wiring.nets());
         let outline = Outline::of_axis(scene, device, None, closed_by, Vec::new(), true);
-        let outline = outline.with_hand(scene.hand_path()).with_sensors(Some(&scene.network));
+        let outline = outline.with_hand(scene.hand_path()).with_sensors(&scene.network.sensors);
         let outline = Outline { has_contact: false, ..outline };
         Ok(Self { scene, plant, words, closed, outline })
     }
@@ -107,6 +107,7 @@ fn plant(scene: &PaddleScene, pwm: TimerPwmConfig) -> Result<Plant, SimulationEr
     let around = Around {
         device: &scene.device,
         network: Some(&scene.network),
+        pmsm: None,
         bridge: scene.bridge,
         hand: &scene.hand,
         friction: scene.model.friction,

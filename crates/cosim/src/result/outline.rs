@@ -13,7 +13,7 @@ use crate::result::verdict::{
     Abort, Verdict, judge_drop, judge_following, judge_hand, judge_rest, judge_target, without_torque,
 };
 use hpu_scene::judged::{is_enough, stride};
-use hpu_scene::{AxisTarget, Compound, Device, Head, Push, Record, moves_until_s};
+use hpu_scene::{AxisTarget, Device, Head, Push, Record, Sensor, moves_until_s};
 
 /// A net that commands an actuator, the column of the effort that it asks for, and the effort of one ulp of its word.
 pub(crate) type Command = (&'static str, &'static str, f64);
@@ -140,9 +140,9 @@ impl Outline {
     }
 
     /// Returns the outline with a column for each of these sensors.
-    pub(crate) fn with_sensors(mut self, network: Option<&Compound>) -> Self {
+    pub(crate) fn with_sensors(mut self, sensors: &[Sensor]) -> Self {
         let own = self.row.len();
-        self.row = with_sensors(self.row, network.map_or(&[], |network| &network.sensors));
+        self.row = with_sensors(self.row, sensors);
         self.columns.extend(own..self.row.len());
         self
     }

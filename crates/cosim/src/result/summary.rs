@@ -92,6 +92,15 @@ pub struct Unheld {
     pub edges: u64,
 }
 
+/// How often a design has started samples of a sensor.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Starts {
+    /// Samples taken.
+    pub taken: u64,
+    /// Starts without a sample, because the sensor was still converting the one before.
+    pub missed: u64,
+}
+
 /// The use of a net in a run.
 #[derive(Clone, PartialEq, Debug)]
 pub struct NetUse {
@@ -155,6 +164,8 @@ pub struct Summary {
     pub faults: Vec<Mark>,
     /// The number of faults that still wait for an edge of the encoder.
     pub faults_waiting: u64,
+    /// The samples that a design of the user's own has started, of each sensor that waits for it, by its index.
+    pub starts: Vec<(usize, Starts)>,
     /// The use of every net.
     pub nets: Vec<NetUse>,
     /// What a design of the user's own has said: failed assertions, messages, and its end of the run.

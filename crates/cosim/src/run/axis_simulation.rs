@@ -52,7 +52,9 @@ impl<'s> AxisSimulation<'s> {
         // The time constants of a device with a wall are not those of one that an integral gain moves.
         let slowest = scene.target.is_none().then(|| TimeConstants::of(scene));
         let outline = Outline { slowest, ..outline.with_hand(scene.hand_path()) };
-        let outline = outline.with_target(scene.target.as_ref()).with_sensors(scene.network.as_deref());
+        let outline = outline
+            .with_target(scene.target.as_ref())
+            .with_sensors(scene.network.as_deref().map_or(&[], |network| &network.sensors));
         Ok(Self { scene, plant, words, closed, outline })
     }
 

@@ -129,7 +129,7 @@ impl AxisDirect<'_> {
         let (quantum_n, duty) = match self.plant.actuator {
             Actuator::Amplified { quantum_n, .. } => (quantum_n, 0.0),
             Actuator::Averaged { full_scale, .. } => (0.0, 1.0 / full_scale),
-            Actuator::Switching | Actuator::Preloaded { .. } | Actuator::Converted { .. } => {
+            Actuator::Switching | Actuator::ThreeLegs | Actuator::Preloaded { .. } | Actuator::Converted { .. } => {
                 unreachable!("scenes refuse it: without a clock nothing switches")
             }
         };
@@ -225,7 +225,7 @@ impl<'d, 'p, C: Controller> Course<'d, 'p, C> {
         let (shaping, latch) = match plant.actuator {
             Actuator::Amplified { shaping, .. } => (shaping, None),
             Actuator::Averaged { latch, .. } => (None, latch),
-            Actuator::Switching | Actuator::Preloaded { .. } | Actuator::Converted { .. } => (None, None),
+            _ => (None, None),
         };
         let encoder = Encoder::new(plant.count_rad, x[2]);
         Self {
@@ -266,7 +266,7 @@ impl<'d, 'p, C: Controller> Course<'d, 'p, C> {
     #[inline(always)]
     fn act(&mut self, edge: u64, end: u64) -> u64 {
         let knots = match &self.direct.plant.kind {
-            Kind::Axis { knots, .. } | Kind::Network { knots, .. } => &knots[..],
+            Kind::Axis { knots, .. } | Kind::Network { knots, .. } | Kind::Pmsm { knots, .. } => &knots[..],
             Kind::Capture { .. } => &[],
         };
         let mut fed = false;

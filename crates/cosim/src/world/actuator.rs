@@ -12,6 +12,10 @@ use hpu_scene::Dac;
 pub(crate) enum Actuator {
     /// The bridge with every switching of its gates.
     Switching,
+    /// A bridge with three legs. A command has a bit for each switch, the high and the low one of legs a, b and c from
+    /// the lowest bit on, then one for each sensor, at whose rise the sensor takes a sample.
+    #[cfg_attr(target_family = "wasm", allow(dead_code, reason = "a page has no design of a user's own"))]
+    ThreeLegs,
     /// The bridge's mean voltage.
     Averaged {
         /// PWM counts of full scale.

@@ -1,11 +1,13 @@
 //! The device of an axis's world: flowed exactly, or stepped.
 
 use hpu_plant::network::{MOST_STATES, NetworkDevice};
+use hpu_plant::pmsm::PmsmDevice;
 use hpu_plant::{Device, Drive, Energy, Event, Measured, Pace, Pulses, REALS, State};
 
 use crate::world::encoder::side_of;
 use crate::world::plant::SMALL;
 use crate::world::stepped::Stepped;
+use hpu_scene::Reading;
 
 /// Index of the angle in a state.
 const ANGLE: usize = 2;
@@ -30,6 +32,8 @@ pub(crate) enum Other<'p> {
     Large(NetworkDevice<'p, MOST_STATES>),
     /// In fixed steps.
     Stepped(Stepped<'p>),
+    /// A motor with three phases.
+    Pmsm(PmsmDevice<'p>),
 }
 
 macro_rules! forward {
@@ -47,6 +51,7 @@ macro_rules! each {
             Other::Small($body) => $call,
             Other::Large($body) => $call,
             Other::Stepped($body) => $call,
+            Other::Pmsm($body) => $call,
         }
     };
 }
@@ -57,7 +62,7 @@ macro_rules! network {
             Self::Other(other) => match &mut **other {
                 Other::Small($body) => $call,
                 Other::Large($body) => $call,
-                Other::Stepped(_) => unreachable!("a network is not stepped"),
+                Other::Stepped(_) | Other::Pmsm(_) => unreachable!("no sensor reads a body of it"),
             },
             Self::Exact(_) => unreachable!("an axis has no further sensors"),
         }
@@ -91,6 +96,7 @@ impl Other<'_> {
         match self {
             Self::Small(body) => body.side_of_band(edge, angle_rad, band),
             Self::Large(body) => body.side_of_band(edge, angle_rad, band),
+            Self::Pmsm(body) => body.side_of_band(edge, angle_rad, band),
             Self::Stepped(_) => side_of(band, angle_rad),
         }
     }
@@ -100,6 +106,7 @@ impl Other<'_> {
         match self {
             Self::Small(body) => body.is_surely_within(edge, angle_rad, band),
             Self::Large(body) => body.is_surely_within(edge, angle_rad, band),
+            Self::Pmsm(body) => body.is_surely_within(edge, angle_rad, band),
             Self::Stepped(_) => side_of(band, angle_rad) == 0,
         }
     }
@@ -137,13 +144,22 @@ impl AnyDevice<'_> {
                 Other::Small(body) => body.exact_state(edge),
                 Other::Large(body) => body.exact_state(edge),
                 Other::Stepped(body) => body.state(edge),
+                Other::Pmsm(body) => body.exact_state(edge),
             },
         }
     }
 
-    /// Returns the outputs of a state.
-    pub(crate) fn shown(&self, x: &State) -> [f64; REALS.len()] {
-        forward!(self, body => body.shown(x))
+    /// Returns the outputs of the state at an edge.
+    pub(crate) fn shown(&self, edge: u64, x: &State) -> [f64; REALS.len()] {
+        match self {
+            Self::Exact(body) => body.shown(x),
+            Self::Other(other) => match &**other {
+                Other::Small(body) => body.shown(x),
+                Other::Large(body) => body.shown(x),
+                Other::Stepped(body) => body.shown(x),
+                Other::Pmsm(body) => body.shown(edge, x),
+            },
+        }
     }
 
     /// Returns the outputs at this edge and at all later ones, if the body is known to move no more as it is driven.
@@ -153,6 +169,7 @@ impl AnyDevice<'_> {
             Self::Other(other) => match &**other {
                 Other::Small(body) => body.still(edge),
                 Other::Large(body) => body.still(edge),
+                Other::Pmsm(body) => body.still(edge),
                 Other::Stepped(_) => None,
             },
         }
@@ -202,6 +219,7 @@ impl AnyDevice<'_> {
             Self::Other(other) => match &**other {
                 Other::Small(body) => body.felt(edge),
                 Other::Large(body) => body.felt(edge),
+                Other::Pmsm(body) => body.felt(edge),
                 Other::Stepped(body) => body.felt(x),
             },
         }
@@ -300,9 +318,24 @@ impl AnyDevice<'_> {
         network!(self, body => body.reading(sensor, edge))
     }
 
-    /// Returns the greatest integer up to a multiple of a reading, or of the current. See [`NetworkDevice::floor`].
-    pub(crate) fn floor(&mut self, sensor: Option<usize>, edge: u64, scale: f64) -> i64 {
-        network!(self, body => body.floor(sensor, edge, scale))
+    /// Returns the greatest integer up to a multiple of a reading. See [`NetworkDevice::floor`].
+    pub(crate) fn floor(&mut self, reading: Reading, edge: u64, scale: f64) -> i64 {
+        let Self::Other(other) = self else { unreachable!("an axis has no further sensors") };
+        match (&mut **other, reading) {
+            (Other::Pmsm(body), Reading::Phase(phase)) => body.floor(Some(phase.leg), edge, scale),
+            // A shaft has one position.
+            (Other::Pmsm(body), _) => (body.state(edge)[ANGLE] * scale).floor() as i64,
+            (_, Reading::Position(sensor)) => network!(self, body => body.floor(Some(sensor), edge, scale)),
+            _ => network!(self, body => body.floor(None, edge, scale)),
+        }
+    }
+
+    /// Returns the charge that has flowed through a phase of a motor with three, or else through the drive.
+    pub(crate) fn charge_as(&self, winding: Option<usize>, edge: u64) -> f64 {
+        match (self, winding) {
+            (Self::Other(other), Some(phase)) if let Other::Pmsm(body) = &**other => body.charges(edge)[phase],
+            _ => self.energy(edge).current_and_angle_since(&Energy::default())[0],
+        }
     }
 
     /// Gives the floors of multiples of the current at edges that have not been left yet. See
@@ -323,7 +356,7 @@ impl AnyDevice<'_> {
             Self::Other(other) => match &**other {
                 Other::Small(body) => body.redecided(),
                 Other::Large(body) => body.redecided(),
-                Other::Stepped(_) => 0,
+                Other::Stepped(_) | Other::Pmsm(_) => 0,
             },
         }
     }
@@ -336,12 +369,13 @@ impl AnyDevice<'_> {
             Self::Other(other) => match &**other {
                 Other::Small(body) => body.reach(),
                 Other::Large(body) => body.reach(),
-                Other::Stepped(_) => u64::MAX,
+                Other::Stepped(_) | Other::Pmsm(_) => u64::MAX,
             },
         }
     }
 
-    /// Returns a number that is the same at two edges of which the device recurs; `None` of a body in steps.
+    /// Returns a number that is the same at two edges of which the device recurs; `None` of a body in steps
+    /// and of a motor with three phases.
     #[inline]
     pub(crate) fn mark(&self, edge: u64) -> Option<u64> {
         match self {
@@ -349,7 +383,7 @@ impl AnyDevice<'_> {
             Self::Other(other) => match &**other {
                 Other::Small(body) => Some(body.mark(edge)),
                 Other::Large(body) => Some(body.mark(edge)),
-                Other::Stepped(_) => None,
+                Other::Stepped(_) | Other::Pmsm(_) => None,
             },
         }
     }

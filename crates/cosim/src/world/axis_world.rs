@@ -9,7 +9,8 @@ use std::marker::PhantomData;
 use hpu_datapath::paddle::PaddleIn;
 use hpu_datapath::{LoopIn, LoopOut, Repeat};
 use hpu_plant::network::NetworkDevice;
-use hpu_plant::{Band, Device, Drive, Event, Gates, Pace, Pulses, REALS};
+use hpu_plant::pmsm::PmsmDevice;
+use hpu_plant::{Band, Device, Drive, Event, Gates, Leg, Pace, Pulses, REALS};
 use hpu_signal::{Cycle, Observe, Ports, Real};
 
 use crate::result::columns::{AXIS_ROW, CURRENT_BETWEEN, SPEED_BETWEEN, TORQUE_BETWEEN, tell};
@@ -215,6 +216,14 @@ impl<'p, I> AxisWorld<'p, I> {
             world.device = Some(device);
             world.begin(*angle_rad);
         }
+        if let Kind::Pmsm { laws, start, sensors, seed, .. } = &plant.kind {
+            let mut device =
+                AnyDevice::Other(Box::new(Other::Pmsm(PmsmDevice::new(laws, [0.0; 2], start[1], start[0]))));
+            let sensors = (!sensors.is_empty()).then(|| Sensors::new(sensors, *seed, &mut device, read[0]));
+            world.sensors = sensors.map(Box::new);
+            world.device = Some(device);
+            world.begin(start[0]);
+        }
         match plant.actuator {
             Actuator::Amplified { shaping, .. } => world.shaping = shaping,
             Actuator::Averaged { latch, .. } => {
@@ -227,7 +236,7 @@ impl<'p, I> AxisWorld<'p, I> {
                 world.commanded = Some(0);
                 world.waiting.push_back((1, 0));
             }
-            Actuator::Switching | Actuator::Converted { .. } => {}
+            Actuator::Switching | Actuator::ThreeLegs | Actuator::Converted { .. } => {}
         }
         world.due();
         // What was recorded before is the lines' first levels.
@@ -356,7 +365,7 @@ impl<'p, I> AxisWorld<'p, I> {
             self.give(word);
         }
         match &self.plant.kind {
-            Kind::Axis { knots, .. } | Kind::Network { knots, .. } => {
+            Kind::Axis { knots, .. } | Kind::Network { knots, .. } | Kind::Pmsm { knots, .. } => {
                 while let Some(knot) = knots.get(self.next).filter(|knot| knot.edge <= self.edge) {
                     self.next += 1;
                     let device = self.device.as_mut().expect("an axis has a device");
@@ -436,6 +445,17 @@ impl<'p, I> AxisWorld<'p, I> {
         let Some(device) = &mut self.device else { return };
         match self.plant.actuator {
             Actuator::Switching => {}
+            Actuator::ThreeLegs => {
+                let legs = std::array::from_fn(|leg| match word >> (2 * leg) & 3 {
+                    1 => Leg::High,
+                    2 => Leg::Low,
+                    _ => Leg::Open,
+                });
+                device.driven(edge, Drive::Legs(legs));
+                if let Some(sensors) = &mut self.sensors {
+                    sensors.start(edge, legs, word >> (2 * legs.len()), device);
+                }
+            }
             // As with a bridge in antiphase, but a positive command pushes towards the positive direction.
             Actuator::Preloaded { steps, centre, .. } => {
                 let duty = 2.0 * (word + i64::from(centre)) as f64 / f64::from(steps) - 1.0;
@@ -512,7 +532,9 @@ impl<'p, I> AxisWorld<'p, I> {
     /// Finds the next edge at which something is due.
     fn plan(&mut self) {
         let outside = match &self.plant.kind {
-            Kind::Axis { knots, .. } | Kind::Network { knots, .. } => knots.get(self.next).map(|knot| knot.edge),
+            Kind::Axis { knots, .. } | Kind::Network { knots, .. } | Kind::Pmsm { knots, .. } => {
+                knots.get(self.next).map(|knot| knot.edge)
+            }
             Kind::Capture { pins } => pins.get(self.next).map(|&(edge, _)| edge),
         };
         // One after the other: the compiler must not compare what an absent part leaves uninitialised, which valgrind
@@ -730,7 +752,7 @@ impl<I: Placed> World for AxisWorld<'_, I> {
     }
 
     fn exact(&self, edge: u64) -> Self::Row {
-        self.device.as_ref().map_or([0.0; REALS.len()], |device| device.shown(&device.exact_state(edge)))
+        self.device.as_ref().map_or([0.0; REALS.len()], |device| device.shown(edge, &device.exact_state(edge)))
     }
 
     fn shown(&self, edge: u64, row: &mut Vec<f64>) {
@@ -738,7 +760,7 @@ impl<I: Placed> World for AxisWorld<'_, I> {
             return row.resize(AXIS_ROW.len(), 0.0);
         };
         let x = device.exact_state(edge);
-        row.extend(device.shown(&x));
+        row.extend(device.shown(edge, &x));
         if let Some(measured) = device.measured(edge, &x) {
             // Of a network in the units of the body with the encoder.
             let [position, effort] = device.felt(edge, &x);
@@ -841,6 +863,7 @@ impl<I: Placed> World for AxisWorld<'_, I> {
             energy: device.map_or_else(EnergyAudit::default, audit),
             faults: faults.map_or_else(Vec::new, |faults| faults.marks().to_vec()),
             faults_waiting: faults.map_or(0, |faults| faults.waiting()),
+            starts: self.sensors.as_ref().map_or_else(Vec::new, |sensors| sensors.starts()),
             ..Summary::default()
         }
     }

@@ -3,6 +3,7 @@
 use std::fmt;
 
 use hpu_plant::network::{MOST_STATES, NetworkLaws};
+use hpu_plant::pmsm::{Harmonic, Inverter, Pmsm, PmsmMotor};
 use hpu_plant::{Axis, Bridge, Hand, Motor, Push};
 use hpu_signal::Clock;
 
@@ -51,6 +52,15 @@ pub(crate) enum Kind {
         sensors: Vec<Sensor>,
         seed: u64,
     },
+    /// `effort_per_a` is the torque for one ampere across the magnets' axis.
+    Pmsm {
+        laws: Pmsm,
+        effort_per_a: f64,
+        start: [f64; 2],
+        knots: Vec<Knot>,
+        sensors: Vec<Sensor>,
+        seed: u64,
+    },
     Capture {
         pins: Vec<(u64, Pins)>,
     },
@@ -89,6 +99,7 @@ pub struct Plant {
 pub(crate) struct Around<'a> {
     pub(crate) device: &'a hpu_scene::Device,
     pub(crate) network: Option<&'a Compound>,
+    pub(crate) pmsm: Option<&'a hpu_scene::Pmsm>,
     pub(crate) bridge: Bridge,
     pub(crate) hand: &'a hpu_scene::Hand,
     pub(crate) friction: Friction,
@@ -120,6 +131,7 @@ impl Plant {
         Self::around(Around {
             device: &scene.device,
             network: scene.network.as_deref(),
+            pmsm: None,
             bridge: scene.bridge,
             hand: &scene.hand,
             friction: scene.model.friction,
@@ -180,6 +192,19 @@ impl Plant {
             hpu_scene::Hand::None | hpu_scene::Hand::Capture { .. } => (Hand::Torque(0.0), &[][..]),
         };
         let rubs = friction != Friction::None;
+        if let Some(motor) = around.pmsm {
+            let laws = pmsm(motor, bridge, (hand, rubs), edge_s)?;
+            let (sensors, seed) = (motor.sensors.clone(), around.seed);
+            let kind = Kind::Pmsm {
+                laws,
+                effort_per_a: motor.torque_constant_nm_per_a(),
+                start: motor.start,
+                knots: knots(path, clock),
+                sensors,
+                seed,
+            };
+            return Ok(Self { kind, count_rad, actuator, edge_s, late, modulator, stepping: None, faults, places });
+        }
         let axis = match device {
             hpu_scene::Device::Motor(motor) => {
                 let shaft = Motor {
@@ -232,9 +257,36 @@ impl Plant {
             Kind::Axis { axis, .. } => Some((axis.torque_constant_nm_per_a(), 1.0)),
             Kind::Network { laws: AnyLaws::Small(laws), grip_ratio, .. } => Some((laws.effort_per_a(), *grip_ratio)),
             Kind::Network { laws: AnyLaws::Large(laws), grip_ratio, .. } => Some((laws.effort_per_a(), *grip_ratio)),
+            Kind::Pmsm { effort_per_a, .. } => Some((*effort_per_a, 1.0)),
             Kind::Capture { .. } => None,
         }
     }
+}
+
+/// Returns the laws of a motor with three phases on its bridge, with or without friction.
+fn pmsm(motor: &hpu_scene::Pmsm, bridge: Bridge, (hand, rubs): (Hand, bool), edge_s: f64) -> Result<Pmsm, PlantError> {
+    let [direct_h, quadrature_h] = motor.inductance_h;
+    let harmonic =
+        |&[order, amplitude_nm, phase_rad]: &[f64; 3]| Harmonic { order: order as u32, amplitude_nm, phase_rad };
+    let laws = PmsmMotor {
+        pole_pairs: motor.pole_pairs,
+        resistance_ohm: motor.resistance_ohm,
+        direct_h,
+        quadrature_h,
+        flux_vs: motor.flux_wb,
+        inertia_kg_m2: motor.inertia_kg_m2,
+        viscous_nm_s_per_rad: motor.viscous_nm_s_per_rad,
+        coulomb_nm: if rubs { motor.coulomb_nm } else { 0.0 },
+        stiction_nm: if rubs { motor.stiction_nm } else { 0.0 },
+        cogging: motor.cogging.iter().map(harmonic).collect(),
+    };
+    let inverter = Inverter {
+        supply_v: bridge.supply_v,
+        supply_ohm: motor.supply_ohm,
+        on_resistance_ohm: bridge.on_resistance_ohm,
+        diode_drop_v: bridge.diode_drop_v,
+    };
+    Pmsm::new(laws, inverter, hand, edge_s).map_err(|error| PlantError(error.to_string()))
 }
 
 /// Returns the steps of the scene's solver.

@@ -2,9 +2,10 @@
 
 use std::collections::VecDeque;
 
-use hpu_plant::{Band, Energy};
-use hpu_scene::{Modulator, Sampled, Sensor, SensorKind, SplitMix64};
+use hpu_plant::{Band, Leg};
+use hpu_scene::{Modulator, Phase, Reading, Sampled, Sensor, SensorKind, SplitMix64};
 
+use crate::result::summary::Starts;
 use crate::world::any_device::AnyDevice;
 use crate::world::encoder::Encoder;
 
@@ -17,6 +18,9 @@ pub(crate) struct Sensors<'p> {
     pins: Vec<[i64; 2]>,
     /// Whether anything reads that a word came: else it stays 0, and the edge after a word is no event.
     tells_new: bool,
+    /// The legs of a bridge with three, and the bits by which a design starts samples, as they are.
+    legs: [Leg; 3],
+    started: i64,
     /// The sampler whose words an input shows at once, if there is one.
     converter: Option<usize>,
 }
@@ -45,6 +49,7 @@ struct Sampler<'p> {
     waiting: VecDeque<(u64, i64)>,
     /// The edge after that at which the last word came, while that is to come.
     until: Option<u64>,
+    starts: Starts,
 }
 
 /// How a sample is taken.
@@ -52,8 +57,9 @@ struct Sampler<'p> {
 enum Taking<'p> {
     /// A word, with noise, and the mean of the readings without current.
     Word(&'p Sampled, SplitMix64, i64),
-    /// A bit of a modulator with bits of this charge, and the charge that the bits so far stand for, in 2^-24 of it.
-    Bit(f64, i64),
+    /// A bit of a modulator of a phase, or of the drive's current, with bits of this charge, and the charge that the bits
+    /// so far stand for, in 2^-24 of it.
+    Bit(Option<usize>, f64, i64),
 }
 
 /// The charge of a bit, in the units of the modulator's sum.
@@ -64,7 +70,15 @@ impl<'p> Sensors<'p> {
     /// reads the current's sensor `current` at a pace of its own.
     pub(crate) fn new(all: &'p [Sensor], seed: u64, device: &mut AnyDevice, current: Option<usize>) -> Self {
         let (pins, tells_new) = (vec![[0; 2]; all.len()], current.is_none());
-        let mut sensors = Self { encoders: Vec::new(), samplers: Vec::new(), pins, tells_new, converter: None };
+        let mut sensors = Self {
+            encoders: Vec::new(),
+            samplers: Vec::new(),
+            pins,
+            tells_new,
+            legs: [Leg::Open; 3],
+            started: 0,
+            converter: None,
+        };
         for (sensor, one) in all.iter().enumerate() {
             match &one.kind {
                 SensorKind::Encoder(reading, encoder) => {
@@ -77,10 +91,17 @@ impl<'p> Sensors<'p> {
                     if current == Some(sensor) && of.latency == 0 {
                         sensors.converter = Some(sensors.samplers.len());
                     }
-                    sensors.samplers.push(Sampler::new(sensor, taking, (of.phase, of.period, of.latency)));
+                    // A design sees no word at the edge at which it starts the sample.
+                    let times =
+                        if of.triggered { (u64::MAX, 0, of.latency.max(1)) } else { (of.phase, of.period, of.latency) };
+                    sensors.samplers.push(Sampler::new(sensor, taking, times));
                 }
-                SensorKind::Modulator(Modulator { period, phase, charge_as }) => {
-                    sensors.samplers.push(Sampler::new(sensor, Taking::Bit(*charge_as, 0), (*phase, *period, 0)));
+                SensorKind::Modulator(Modulator { period, phase, charge_as, winding }) => {
+                    sensors.samplers.push(Sampler::new(
+                        sensor,
+                        Taking::Bit(*winding, *charge_as, 0),
+                        (*phase, *period, 0),
+                    ));
                 }
             }
         }
@@ -150,10 +171,32 @@ impl<'p> Sensors<'p> {
         }
     }
 
+    /// Takes a sample of each sensor whose bit rises at this edge. A sensor that is still converting misses it.
+    pub(crate) fn start(&mut self, edge: u64, legs: [Leg; 3], bits: i64, device: &mut AnyDevice) {
+        self.legs = legs;
+        let risen = bits & !self.started;
+        self.started = bits;
+        for sampler in self.samplers.iter_mut().filter(|sampler| risen >> sampler.sensor & 1 != 0) {
+            if sampler.waiting.is_empty() {
+                let word = sampler.taking.take(edge, device, legs);
+                sampler.waiting.push_back((edge + sampler.latency, word));
+                sampler.starts.taken += 1;
+            } else {
+                sampler.starts.missed += 1;
+            }
+        }
+    }
+
+    /// Returns how often a design has started samples, of each sensor by its index that waits for it.
+    pub(crate) fn starts(&self) -> Vec<(usize, Starts)> {
+        let triggered = self.samplers.iter().filter(|sampler| sampler.period == 0);
+        triggered.map(|sampler| (sampler.sensor, sampler.starts)).collect()
+    }
+
     /// Carries out what is due at an edge.
     pub(crate) fn happen(&mut self, edge: u64, device: &mut AnyDevice) {
         for sampler in self.samplers.iter_mut().filter(|sampler| sampler.due() <= edge) {
-            sampler.happen(edge, device, &mut self.pins[sampler.sensor], self.tells_new);
+            sampler.happen(edge, (device, self.legs), &mut self.pins[sampler.sensor], self.tells_new);
         }
     }
 }
@@ -171,13 +214,17 @@ impl<'p> Taking<'p> {
         Self::Word(of, random, zero)
     }
 
-    fn take(&mut self, edge: u64, device: &mut AnyDevice) -> i64 {
+    fn take(&mut self, edge: u64, device: &mut AnyDevice, legs: [Leg; 3]) -> i64 {
         match self {
             Self::Word(of, random, zero) => {
-                of.word(device.floor(of.reading, edge, of.scale), *zero, |bound| random.below(bound))
+                let value = match of.reading {
+                    Reading::Phase(Phase { leg, is_low_side: true }) if legs[leg] != Leg::Low => 0,
+                    reading => device.floor(reading, edge, of.scale),
+                };
+                of.word(value, *zero, |bound| random.below(bound))
             }
-            Self::Bit(charge_as, told) => {
-                let [charge, _] = device.energy(edge).current_and_angle_since(&Energy::default());
+            Self::Bit(winding, charge_as, told) => {
+                let charge = device.charge_as(*winding, edge);
                 let bit = (charge / *charge_as * BIT as f64).floor() as i64 >= *told;
                 *told += if bit { BIT } else { -BIT };
                 bit.into()
@@ -188,7 +235,7 @@ impl<'p> Taking<'p> {
 
 impl<'p> Sampler<'p> {
     fn new(sensor: usize, taking: Taking<'p>, (next, period, latency): (u64, u64, u64)) -> Self {
-        Self { sensor, taking, period, latency, next, waiting: VecDeque::new(), until: None }
+        Self { sensor, taking, period, latency, next, waiting: VecDeque::new(), until: None, starts: Starts::default() }
     }
 
     fn due(&self) -> u64 {
@@ -196,12 +243,18 @@ impl<'p> Sampler<'p> {
         self.next.min(comes).min(self.until.unwrap_or(u64::MAX))
     }
 
-    fn happen(&mut self, edge: u64, device: &mut AnyDevice, [shown, is_new]: &mut [i64; 2], tells_new: bool) {
+    fn happen(
+        &mut self,
+        edge: u64,
+        (device, legs): (&mut AnyDevice, [Leg; 3]),
+        [shown, is_new]: &mut [i64; 2],
+        tells_new: bool,
+    ) {
         if self.until.take_if(|until| *until <= edge).is_some() {
             *is_new = 0;
         }
         if self.next <= edge {
-            let word = self.taking.take(edge, device);
+            let word = self.taking.take(edge, device, legs);
             self.next += self.period;
             if self.latency == 0 && !tells_new {
                 *shown = word;

@@ -153,14 +153,22 @@ keys! { sensor: "device.sensors.SENSOR" of [];
     /// shunt and a converter, or by a shunt and a modulator of the first order, which gives a stream of bits.
     kind: Choice<&'static str> =
         Choice::new(|| named(&["encoder", "absolute", "current", "sigma_delta"], |it| it), Required);
-    /// Body that it reads; required but for a current.
+    /// Body that it reads; required but for a current, or where there is one body.
     on: Text = Text(BODY, Said("none"));
     /// Lines of a revolution, of an incremental encoder on a body that turns; it has four counts for each.
     lines: Whole<u32> = Whole::new(1, 1 << 24, Is(1024));
     /// Length of one count of an incremental encoder on a body that slides; required there.
     resolution: Quantity = Quantity::new(&q::LENGTH, Within(1e-11, 1.0), Said("none"));
+    /// Phase whose current it reads, of a motor with three; required there.
+    winding: Choice<usize> = Choice::new(|| vec![("a", 0), ("b", 1), ("c", 2)], Required);
+    /// Place of a phase's shunt: between bridge and motor, or below the lower switch, so that it shows 0 A while that
+    /// is open.
+    shunt: Choice<bool> = Choice::new(|| vec![("in_line", false), ("low_side", true)], Is(false));
+    /// Whether a design starts each sample of a phase's current, by a rising edge of the pin `start` of the sensor, in
+    /// the place of `rate` and `phase`.
+    trigger: Flag = Flag(false);
     /// Rate of the samples of a word, or of a modulator's bits, their period rounded to whole clock cycles; required
-    /// but for an encoder.
+    /// but for an encoder, or where a design starts the samples.
     rate: Quantity = Quantity::new(&q::FREQUENCY, Positive, Said("none"));
     /// Time of the first sample.
     phase: Quantity = Quantity::new(&q::TIME, NotNegative, Is(0.0));

@@ -21,6 +21,7 @@ pub(crate) enum Kind {
     Motor,
     Mass,
     Network,
+    Pmsm,
 }
 
 impl Kind {
@@ -30,15 +31,16 @@ impl Kind {
             Self::Motor => "motor",
             Self::Mass => "mass",
             Self::Network => "network",
+            Self::Pmsm => "pmsm",
         }
     }
 }
 
-/// Reads a device that is no network, and returns it with the dimensions of its motion.
+/// Reads a motor or a mass, and returns it with the dimensions of its motion.
 pub(crate) fn device(s: &Section, kind: Kind) -> Result<(Device, &'static Axis), SceneError> {
     match kind {
         Kind::Mass => Ok((Device::Mass(Mass::read(s)?), &RAIL)),
-        Kind::Motor | Kind::Network => Ok((Device::Motor(motor(s)?), &SHAFT)),
+        Kind::Motor | Kind::Network | Kind::Pmsm => Ok((Device::Motor(motor(s)?), &SHAFT)),
     }
 }
 
@@ -85,8 +87,8 @@ fn motor(s: &Section) -> Result<Motor, SceneError> {
 }
 
 /// Reads the encoder of a device; a mass needs none if no words are computed.
-pub(crate) fn encoder(s: &Section, device: &Device, words: bool) -> Result<Encoder, SceneError> {
-    s.accept(&[kind(device)])?;
+pub(crate) fn encoder(s: &Section, (device, kind): (&Device, Kind), words: bool) -> Result<Encoder, SceneError> {
+    s.accept(&[kind.name()])?;
     if let Device::Motor(_) = device {
         let part = s.given(&keys::encoder_part::part)?;
         let s = s.alike(s.axis()).with(part.map(NamedPart::gives));

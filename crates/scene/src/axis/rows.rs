@@ -76,12 +76,12 @@ scene! { mass: "device" of ["mass"];
     }
 }
 
-keys! { encoder_part: "encoder" of ["motor", "network"];
+keys! { encoder_part: "encoder" of ["motor", "network", "pmsm"];
     /// Encoder of the library of parts, with its lines.
     part: Choice<&'static NamedPart> = Choice::new(|| by_name(&ENCODERS), Said("none"));
 }
 
-keys! { encoder_motor: "encoder" of ["motor"];
+keys! { encoder_motor: "encoder" of ["motor", "pmsm"];
     /// Lines of a revolution; the decoder counts four for each.
     lines: Whole<u32> = Whole::new(1, 1 << 24, Is(1024));
 }

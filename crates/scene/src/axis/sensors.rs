@@ -47,13 +47,44 @@ pub struct Modulator {
     pub phase: u64,
     /// The charge of a bit, in A·s.
     pub charge_as: f64,
+    /// The index of the phase, of a motor with three.
+    pub winding: Option<usize>,
+}
+
+/// The quantity of which a sensor samples words.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Reading {
+    /// The position of this index among those that sensors read.
+    Position(usize),
+    /// The drive's current.
+    Current,
+    /// The current of a phase of a motor with three.
+    Phase(Phase),
+}
+
+/// A phase whose current a sensor reads.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Phase {
+    /// Its index: 0 is a.
+    pub leg: usize,
+    /// Whether its shunt is below the lower switch, so that it shows 0 A while that is open.
+    pub is_low_side: bool,
+}
+
+impl Reading {
+    /// Returns whether it is a position, whose words begin anew after the last one; those of a current are clamped.
+    fn is_round(self) -> bool {
+        matches!(self, Self::Position(_))
+    }
 }
 
 /// A sensor that samples a word.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Sampled {
-    /// The index of the position among those that sensors read; `None`: the current.
-    pub reading: Option<usize>,
+    /// The quantity that it reads.
+    pub reading: Reading,
+    /// Whether the design starts each sample by a pin, so that none is taken at `phase` and every `period`.
+    pub triggered: bool,
     /// The number of 2^-16 counts of the word for one unit: rad, m or A.
     pub scale: f64,
     /// Bits of the word: of a current with its sign, else without.
@@ -84,28 +115,23 @@ impl Sampled {
         let whole = self.bits + FRACTION;
         let half = 1i64 << (whole - 1);
         // The place among all words, the least at 0.
-        let place = match self.reading {
-            Some(_) => value & (2 * half - 1),
-            None => value.clamp(-half, half - 1) + half,
-        };
+        let place = if self.reading.is_round() { value & (2 * half - 1) } else { value.clamp(-half, half - 1) + half };
         let noise = match self.noise {
             1 => 0,
             noise => (0..4).map(|_| below(noise) as i64).sum::<i64>() - 2 * (noise as i64 - 1),
         };
         let sum = place + self.error(place) + noise + self.offset;
-        match self.reading {
-            Some(_) => (sum >> FRACTION) & ((1 << self.bits) - 1),
-            None => {
-                let clamped = |word: i64| word.clamp(-(half >> FRACTION), (half >> FRACTION) - 1);
-                clamped(clamped((sum - half) >> FRACTION) - zero)
-            }
+        if self.reading.is_round() {
+            return (sum >> FRACTION) & ((1 << self.bits) - 1);
         }
+        let clamped = |word: i64| word.clamp(-(half >> FRACTION), (half >> FRACTION) - 1);
+        clamped(clamped((sum - half) >> FRACTION) - zero)
     }
 
     /// Returns the error of a place among all words, both in 2^-16 counts.
     #[inline]
     fn error(&self, place: i64) -> i64 {
-        let pieces = self.inl.len() - usize::from(self.reading.is_none() && !self.inl.is_empty());
+        let pieces = self.inl.len() - usize::from(!self.reading.is_round() && !self.inl.is_empty());
         if pieces == 0 {
             return 0;
         }
@@ -117,16 +143,21 @@ impl Sampled {
 }
 
 impl Sensor {
-    /// Returns its two pins: the name and the format of each.
+    /// Returns the two pins that the world drives: the name and the format of each.
     pub fn pins(&self) -> [(&'static str, Format); 2] {
         match &self.kind {
             SensorKind::Encoder(..) => [("a", Format::BIT), ("b", Format::BIT)],
             SensorKind::Sampled(Sampled { reading, bits, .. }) => {
-                let word = if reading.is_some() { Format::unsigned(*bits) } else { Format::signed(*bits) };
+                let word = if reading.is_round() { Format::unsigned(*bits) } else { Format::signed(*bits) };
                 [("word", word), ("valid", Format::BIT)]
             }
             SensorKind::Modulator(_) => [("bit", Format::BIT), ("valid", Format::BIT)],
         }
+    }
+
+    /// Returns whether the design starts its samples.
+    pub fn is_triggered(&self) -> bool {
+        matches!(&self.kind, SensorKind::Sampled(sampled) if sampled.triggered)
     }
 }
 
@@ -176,9 +207,24 @@ const KEYS: [(&str, &[&str]); 4] = [
     ("absolute", &["on", "rate", "phase", "latency", "bus", "bits", "span", "corner", "noise", "inl"]),
     (
         "current",
-        &["rate", "phase", "latency", "bus", "bits", "gain", "range", "offset", "calibrated_zero", "noise", "inl"],
+        &[
+            "winding",
+            "shunt",
+            "trigger",
+            "rate",
+            "phase",
+            "latency",
+            "bus",
+            "bits",
+            "gain",
+            "range",
+            "offset",
+            "calibrated_zero",
+            "noise",
+            "inl",
+        ],
     ),
-    ("sigma_delta", &["rate", "phase", "gain", "range"]),
+    ("sigma_delta", &["winding", "rate", "phase", "gain", "range"]),
 ];
 
 /// The most sensors of a network.
@@ -200,20 +246,32 @@ fn rate(s: &Section, clock: Clock) -> Result<(f64, u64), SceneError> {
     Ok((rate_hz, clock.edges(1.0 / rate_hz)))
 }
 
-/// Reads a modulator of the current.
-fn modulator(s: &Section, clock: Clock) -> Result<Modulator, SceneError> {
+/// Reads a modulator of the current, of a motor with three phases of one of theirs.
+fn modulator(s: &Section, phases: bool, clock: Clock) -> Result<Modulator, SceneError> {
     use keys::sensor as key;
     let (_, period) = rate(s, clock)?;
     let full_a = 0.5 * s.read(&key::range)? / s.read(&key::gain)?;
     let charge_as = full_a * period as f64 * clock.period_s();
-    Ok(Modulator { period, phase: clock.edges(s.read(&key::phase)?), charge_as })
+    let winding = if phases { Some(s.read(&key::winding)?) } else { None };
+    Ok(Modulator { period, phase: clock.edges(s.read(&key::phase)?), charge_as, winding })
 }
 
-/// Reads a sensor that samples a word, on a body if it reads a position: with the index of that reading, and whether
-/// the body slides.
-fn sampled(s: &Section, of: Option<(usize, bool)>, clock: Clock) -> Result<Sampled, SceneError> {
+/// Returns the phase whose current a sensor of a motor with three phases reads.
+fn phase(s: &Section) -> Result<Phase, SceneError> {
+    let leg = s.read(&keys::sensor::winding)?;
+    Ok(Phase { leg, is_low_side: s.read(&keys::sensor::shunt)? })
+}
+
+/// Reads a sensor that samples a word, on a body that slides or not if it reads a position.
+fn sampled(s: &Section, reading: Reading, slides: bool, clock: Clock) -> Result<Sampled, SceneError> {
     use keys::sensor as key;
-    let (bits, (rate_hz, period)) = (s.read(&key::bits)?, rate(s, clock)?);
+    let is_round = reading.is_round();
+    let (bits, triggered) = (s.read(&key::bits)?, s.read(&key::trigger)?);
+    if let Some(key) = ["rate", "phase"].into_iter().find(|key| triggered && s.has(key)) {
+        return Err(s.error(key, "the design starts each sample, by trigger = true; write one of both"));
+    }
+    // A sample that the design starts may follow the one before at the next clock.
+    let (rate_hz, period) = if triggered { (0.0, 0) } else { rate(s, clock)? };
     let bus_s = s.given(&key::bus)?.map_or(0.0, |bus_hz| f64::from(bits) / bus_hz);
     if bus_s * rate_hz > 1.0 {
         let most = number_below(1.0 / bus_s);
@@ -225,12 +283,14 @@ fn sampled(s: &Section, of: Option<(usize, bool)>, clock: Clock) -> Result<Sampl
         return Err(s.error("latency", format!("accepted: {MOST_WAITING} periods of `rate` at most")));
     }
     let counts = f64::from(bits).exp2();
-    let scale = match of {
-        None => counts * s.read(&key::gain)? / s.read(&key::range)?,
-        Some((_, true)) if !s.has("span") => return Err(s.error("span", "missing; write the length of all words")),
-        Some(_) => counts / s.given(&key::span)?.unwrap_or(2.0 * PI),
+    let scale = if !is_round {
+        counts * s.read(&key::gain)? / s.read(&key::range)?
+    } else if slides && !s.has("span") {
+        return Err(s.error("span", "missing; write the length of all words"));
+    } else {
+        counts / s.given(&key::span)?.unwrap_or(2.0 * PI)
     };
-    let (noise, offset) = (s.read(&key::noise)?, if of.is_none() { scale * s.read(&key::offset)? } else { 0.0 });
+    let (noise, offset) = (s.read(&key::noise)?, if is_round { 0.0 } else { scale * s.read(&key::offset)? });
     for (key, own) in [("noise", noise), ("offset", offset.abs())] {
         if own > counts {
             let reason = format!("{} counts of the word, which has {counts}; write less", number_below(own));
@@ -239,13 +299,14 @@ fn sampled(s: &Section, of: Option<(usize, bool)>, clock: Clock) -> Result<Sampl
     }
     let fine = |counts: f64| (counts * f64::from(FRACTION).exp2()).round() as i64;
     Ok(Sampled {
-        reading: of.map(|(reading, _)| reading),
+        reading,
+        triggered,
         scale: scale * f64::from(FRACTION).exp2(),
         bits,
         period,
         phase: clock.edges(s.read(&key::phase)?),
         latency: clock.edges(latency_s),
-        inl: inl(s, bits, of.is_some())?.into_iter().map(fine).collect(),
+        inl: inl(s, bits, is_round)?.into_iter().map(fine).collect(),
         offset: fine(offset),
         // The variance of four numbers, each one of n, is (n^2 - 1) / 3.
         noise: fine(noise * 3f64.sqrt()).unsigned_abs().max(1),
@@ -275,10 +336,12 @@ fn inl(s: &Section, bits: u32, is_round: bool) -> Result<Vec<f64>, SceneError> {
     Ok(all)
 }
 
-/// Reads the sensors of bodies with these names, of which some slide. Returns them with the bodies that they read.
+/// Reads the sensors of bodies with these names, of which some slide; of a motor with three `phases` in the place of a
+/// drive's current those of its phases. Returns them with the bodies that they read.
 pub(crate) fn sensors(
     device: &Section,
     (names, slides): (&[String], &[bool]),
+    phases: bool,
     clock: Clock,
 ) -> Result<(Vec<Sensor>, Vec<Sensed>), SceneError> {
     use keys::sensor as key;
@@ -301,17 +364,31 @@ pub(crate) fn sensors(
             return Err(s.error(other, reason));
         }
         let of_current = ["current", "sigma_delta"].contains(&kind);
-        let body = if of_current { None } else { Some(one_of(&s, &key::on, "body", names)?) };
+        let is_alone = names.len() == 1 && !s.has(key::on.name);
+        let body = if of_current {
+            None
+        } else if is_alone {
+            Some(0)
+        } else {
+            Some(one_of(&s, &key::on, "body", names)?)
+        };
+        let of_phase = ["winding", "shunt", "trigger"].into_iter().find(|key| s.has(key));
+        if let Some(key) = of_phase.filter(|_| !phases) {
+            return Err(s.error(key, "of a phase of a motor of kind \"pmsm\"; leave this out"));
+        }
         let kind = match body {
-            None if kind == "sigma_delta" => SensorKind::Modulator(modulator(&s, clock)?),
-            None => SensorKind::Sampled(sampled(&s, None, clock)?),
+            None if kind == "sigma_delta" => SensorKind::Modulator(modulator(&s, phases, clock)?),
+            None => {
+                let reading = if phases { Reading::Phase(phase(&s)?) } else { Reading::Current };
+                SensorKind::Sampled(sampled(&s, reading, false, clock)?)
+            }
             Some(body) if kind == "encoder" => {
                 let encoder = encoder(&s, (&key::lines, &key::resolution), (slides[body], &names[body]))?;
                 SensorKind::Encoder(sensed.len(), encoder)
             }
             Some(body) => {
                 let s = s.alike(if slides[body] { &RAIL } else { &SHAFT });
-                SensorKind::Sampled(sampled(&s, Some((sensed.len(), slides[body])), clock)?)
+                SensorKind::Sampled(sampled(&s, Reading::Position(sensed.len()), slides[body], clock)?)
             }
         };
         let corner_hz = s.given(&key::corner)?;

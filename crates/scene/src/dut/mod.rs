@@ -17,10 +17,12 @@ use hpu_plant::Bridge;
 use crate::axis::initial_angle_rad;
 use crate::axis::network::Compound;
 use crate::axis::parts::{Amplifier, Device, Encoder, Hand, Push};
+use crate::axis::sensors::Sensor;
 use crate::faults::Faults;
 use crate::head::accuracy::Output;
 use crate::head::model::{Model, Solver};
 use crate::head::setup::Setup;
+use crate::pmsm::Pmsm;
 use crate::schema::identifier::Identifier;
 use crate::schema::source::SceneError;
 pub use beside::{BesideFile, beside};
@@ -36,6 +38,8 @@ pub struct DutScene {
     pub device: Device,
     /// The bodies and joints of a network.
     pub network: Option<Arc<Compound>>,
+    /// The motor with three phases, if the device is one; `device` is then that motor with one winding.
+    pub pmsm: Option<Arc<Pmsm>>,
     /// Clocks from a command to the converter of a network that takes it: those of a host between both.
     pub host_clocks: u64,
     /// The encoder on the shaft, or along the rail.
@@ -71,8 +75,11 @@ impl DutScene {
     pub fn driving(&self) -> Result<Driving, SceneError> {
         let refused = |reason: String| Err(self.error("dut.ports", reason));
         let has = |line: Line| self.dut.lines().any(|connected| connected == line);
+        let six = [Line::AHigh, Line::ALow, Line::BHigh, Line::BLow, Line::CHigh, Line::CLow];
         let ways = [
-            (Driving::Gates, &[Line::PlusHigh, Line::PlusLow, Line::MinusHigh, Line::MinusLow][..]),
+            (Driving::SixGates, &six[..]),
+            (Driving::ThreeLegs, &[Line::LegA, Line::LegB, Line::LegC]),
+            (Driving::Gates, &[Line::PlusHigh, Line::PlusLow, Line::MinusHigh, Line::MinusLow]),
             (Driving::Legs, &[Line::Plus, Line::Minus]),
             (Driving::PulseAndDirection, &[Line::Pwm, Line::Direction]),
         ];
@@ -86,7 +93,8 @@ impl DutScene {
         let all: Vec<_> = words.chain(begun).collect();
         let choices = "the four of bridge.plus_high, plus_low, minus_high and minus_low; or bridge.plus and \
                        bridge.minus; or bridge.pwm and bridge.direction; or bridge.duty; or, of a mass, \
-                       amplifier.force; or, of a network without a bridge, drive.current";
+                       amplifier.force; or, of a network without a bridge, drive.current; or, of a pmsm, the six of \
+                       bridge.a_high, a_low and so on to c_low, or bridge.leg_a, leg_b and leg_c";
         match all[..] {
             [] => Ok(Driving::Nothing),
             [way] => {
@@ -98,6 +106,15 @@ impl DutScene {
                 }
             }
             _ => refused(format!("the device is driven in more than one way; connect only one of: {choices}")),
+        }
+    }
+
+    /// Returns the sensors beside the encoder.
+    pub fn sensors(&self) -> &[Sensor] {
+        match (&self.network, &self.pmsm) {
+            (Some(network), _) => &network.sensors,
+            (None, Some(pmsm)) => &pmsm.sensors,
+            (None, None) => &[],
         }
     }
 
@@ -296,6 +313,24 @@ hpu_signal::named! {
         Direction = "bridge.direction",
         /// Enable: at 0 all switches are open.
         Enable = "bridge.enable",
+        /// The high switch of the leg at phase a.
+        AHigh = "bridge.a_high",
+        /// The low switch of the leg at phase a.
+        ALow = "bridge.a_low",
+        /// The high switch of the leg at phase b.
+        BHigh = "bridge.b_high",
+        /// The low switch of the leg at phase b.
+        BLow = "bridge.b_low",
+        /// The high switch of the leg at phase c.
+        CHigh = "bridge.c_high",
+        /// The low switch of the leg at phase c.
+        CLow = "bridge.c_low",
+        /// The leg at phase a: high at 1, low at 0.
+        LegA = "bridge.leg_a",
+        /// The leg at phase b: high at 1, low at 0.
+        LegB = "bridge.leg_b",
+        /// The leg at phase c: high at 1, low at 0.
+        LegC = "bridge.leg_c",
     }
 }
 
@@ -348,9 +383,9 @@ impl Connected {
 /// A pin of a sensor of a network, beside its encoder.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct SensorPin {
-    /// The sensor's index in the network.
+    /// The sensor's index, or [`ALL`](Self::ALL).
     pub sensor: usize,
-    /// The index of the pin, 0 or 1, as in [`Sensor::pins`](crate::Sensor::pins).
+    /// The index of the pin: 0 or 1 as in [`Sensor::pins`](crate::Sensor::pins), or [`START`](Self::START).
     pub pin: usize,
     /// Whether it is inverted; only a line is.
     pub inverted: bool,
@@ -358,6 +393,13 @@ pub struct SensorPin {
     pub format: Format,
     /// Its name in scenes.
     pub name: &'static str,
+}
+
+impl SensorPin {
+    /// The pin by which a design starts a sample.
+    pub const START: usize = 2;
+    /// The sensor of a pin that starts a sample of every sensor that waits for one.
+    pub const ALL: usize = usize::MAX;
 }
 
 /// The connection of a port.
@@ -380,7 +422,7 @@ pub enum Connection {
     /// The reference of a network's current over its converter's full scale, as a word of this format; in offset binary
     /// if the flag is set.
     Current(Format, bool),
-    /// A pin of a sensor beside the encoder.
+    /// A pin of a sensor beside the encoder; an output of the design if it starts a sample.
     Sensor(SensorPin),
     /// Nothing: an output that nothing reads.
     Open,
@@ -407,7 +449,8 @@ impl Connection {
     pub fn is_given(self) -> bool {
         match self {
             Self::Line(line, _) => line.is_given(),
-            Self::Count | Self::Angle(_) | Self::Wall | Self::Constant(_) | Self::Sensor(_) => true,
+            Self::Sensor(pin) => pin.pin != SensorPin::START,
+            Self::Count | Self::Angle(_) | Self::Wall | Self::Constant(_) => true,
             Self::Duty(..) | Self::Force(..) | Self::Current(..) | Self::Open => false,
         }
     }
@@ -439,6 +482,10 @@ pub enum Driving {
     Legs,
     /// By a pulse and a direction.
     PulseAndDirection,
+    /// By the six switches of a bridge with three legs.
+    SixGates,
+    /// By its three legs.
+    ThreeLegs,
     /// By a word for the mean voltage.
     Duty,
     /// By a word for the force.

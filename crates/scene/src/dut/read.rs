@@ -22,9 +22,10 @@ use crate::dut::{
 use crate::faults::read::{Pins, agree_on_faults, faults};
 use crate::head::model::{BridgeModel, Datapath, EncoderModel, Friction, Model, Solver, Winding};
 use crate::head::{Own, about, clock};
+use crate::pmsm::Pmsm;
 use crate::schema::identifier::{Identifier, Language};
 use crate::schema::parameter::{Origin, ParameterValue};
-use crate::schema::quantity::Axis;
+use crate::schema::quantity::{Axis, SHAFT};
 use crate::schema::section::{Section, shown};
 use crate::schema::source::{SceneError, Source};
 use crate::schema::{Key, Read, Text};
@@ -45,7 +46,7 @@ pub(crate) fn scene(file: &str, source: &Source, kind: Kind, load: Load) -> Resu
     let is_alone = !root.has("dut");
     root.accept(if let Kind::Network = kind { &["dut", "network"] } else { &["dut"] })?;
     let about = about(&root)?;
-    let Around { device, clock, amplifier, encoder, bridge, hand, recorded, network, host_clocks, seen, at_wall } =
+    let Around { device, clock, amplifier, encoder, bridge, hand, recorded, network, pmsm, host_clocks, seen, at_wall } =
         around(&root, kind, load)?;
     let root = root.along(seen);
     if let Hand::Capture { .. } = hand {
@@ -53,7 +54,8 @@ pub(crate) fn scene(file: &str, source: &Source, kind: Kind, load: Load) -> Resu
     }
     let wall = root.section("wall")?.along(at_wall);
     wall.accept(&["dut"])?;
-    let sensors = network.as_ref().map_or(&[][..], |network| &network.sensors);
+    let of_network = network.as_ref().map(|network| &network.sensors);
+    let sensors = of_network.or(pmsm.as_ref().map(|pmsm| &pmsm.sensors)).map_or(&[][..], |sensors| sensors);
     let wall_ratio = network.as_ref().map_or(1.0, |network| network.wall_ratio);
     let mut scene = DutScene {
         device,
@@ -64,6 +66,7 @@ pub(crate) fn scene(file: &str, source: &Source, kind: Kind, load: Load) -> Resu
         dut: if is_alone { Dut::pins() } else { dut(&root.section("dut")?, sensors, load)? },
         wall_rad: if root.has("wall") { Some(wall.read(&keys::wall::position)? / wall_ratio) } else { None },
         network,
+        pmsm,
         wraps: wall.read(&keys::wall::wraps)?,
         varies: if is_alone { unvaried(&wall)? } else { varies(&wall)? },
         hand,
@@ -82,7 +85,7 @@ pub(crate) fn scene(file: &str, source: &Source, kind: Kind, load: Load) -> Resu
             Pins {
                 lines: has(Line::A) || has(Line::B),
                 index: has(Line::Index),
-                switches: !matches!(driving, Driving::Duty | Driving::Force | Driving::Current | Driving::Nothing),
+                switches: matches!(driving, Driving::Gates | Driving::Legs | Driving::PulseAndDirection),
             },
         )?;
     }
@@ -112,6 +115,7 @@ struct Around {
     hand: Hand,
     recorded: Option<Recorded>,
     network: Option<Arc<Compound>>,
+    pmsm: Option<Arc<Pmsm>>,
     host_clocks: u64,
     /// The dimensions of the motion of the encoder's body, and of that in whose units the wall is.
     seen: &'static Axis,
@@ -135,20 +139,37 @@ fn around(root: &Section, kind: Kind, load: Load) -> Result<Around, SceneError> 
             hand,
             recorded,
             network,
+            pmsm: None,
             host_clocks,
             seen,
             at_wall,
         });
     }
-    let (device, axis) = device(&root.section("device")?, kind)?;
+    let (mut pmsm, clock) = (None, clock()?);
+    let (device, axis) = match kind {
+        Kind::Pmsm => {
+            let motor = pmsm.insert(Arc::new(crate::pmsm::pmsm(&root.section("device")?, clock)?));
+            if root.has("amplifier") {
+                return Err(root.error("amplifier", "a pmsm hangs on a bridge with three legs; write [bridge]"));
+            }
+            (Device::Motor(motor.with_one_winding()), &SHAFT)
+        }
+        _ => device(&root.section("device")?, kind)?,
+    };
     let of = |key: &str| root.section(key).map(|section| section.along(axis));
-    let count = || Ok(encoder(&of("encoder")?, &device, true)?.count_rad());
+    let encoder = || encoder(&of("encoder")?, (&device, kind), true);
+    let count = || Ok(encoder()?.count_rad());
     let (hand, recorded) = hand(&of("hand")?, &[], load, &count)?;
     imposed(&of("device")?, &hand)?;
+    if let (Some(_), Hand::Prescribed { .. }) = (&pmsm, &hand) {
+        let reason = "a pmsm moves by its torques; write \"spring_damper\", \"constant_torque\" or \"none\"";
+        return Err(root.section("hand")?.error("kind", reason));
+    }
     Ok(Around {
-        clock: clock()?,
-        encoder: encoder(&of("encoder")?, &device, true)?,
-        amplifier: amplifier(root, &device, true)?,
+        clock,
+        encoder: encoder()?,
+        amplifier: if pmsm.is_some() { None } else { amplifier(root, &device, true)? },
+        pmsm,
         device,
         bridge: bridge(&root.section("bridge")?)?,
         hand,
@@ -163,6 +184,26 @@ fn around(root: &Section, kind: Kind, load: Load) -> Result<Around, SceneError> 
 /// Refuses a way to drive that the device does not have.
 fn agree_on_drive(scene: &DutScene, driving: Driving) -> Result<(), SceneError> {
     let refused = |reason: &str| Err(scene.error("dut.ports", reason));
+    match (driving, scene.pmsm.is_some()) {
+        (Driving::Nothing | Driving::SixGates | Driving::ThreeLegs, true) => {
+            return match scene.model.friction {
+                Friction::Smoothed { .. } => {
+                    Err(scene.error("model.friction", "not of a pmsm; write \"stick_slip\", or leave this out"))
+                }
+                _ => Ok(()),
+            };
+        }
+        (_, true) => {
+            return refused(
+                "a pmsm has a bridge with three legs; connect bridge.a_high, a_low and so on, or \
+                            bridge.leg_a, leg_b and leg_c",
+            );
+        }
+        (Driving::SixGates | Driving::ThreeLegs, false) => {
+            return refused("the bridge has two legs, plus and minus; only that of a pmsm has a, b and c");
+        }
+        _ => {}
+    }
     let has_converter = scene.network.as_ref().map(|network| network.dac.is_some());
     match (driving, has_converter, &scene.device) {
         (Driving::Nothing, ..) | (Driving::Current, Some(true), _) | (Driving::Force, None, Device::Mass(_)) => Ok(()),
@@ -571,18 +612,22 @@ fn simple(
 
 /// Returns the pin of a sensor by its name behind `sensor.`, or the reason why there is none.
 fn sensor_pin(name: &str, inverted: bool, sensors: &[Sensor]) -> Result<SensorPin, String> {
-    let pins = |sensor: &Sensor| sensor.pins().map(|(pin, _)| format!("{}.{pin}", sensor.name));
-    let all: Vec<String> = sensors.iter().flat_map(pins).collect();
-    let Some(place) = all.iter().position(|it| it == name) else {
-        let names: Vec<&str> = all.iter().map(String::as_str).collect();
+    let pins = |(index, sensor): (usize, &Sensor)| {
+        let start = sensor.is_triggered().then_some(("start", Format::BIT));
+        let all = sensor.pins().into_iter().chain(start).zip([0, 1, SensorPin::START]);
+        all.map(|((pin, format), place)| (format!("{}.{pin}", sensor.name), index, place, format)).collect::<Vec<_>>()
+    };
+    let together = sensors.iter().any(Sensor::is_triggered);
+    let together = together.then(|| ("start".to_string(), SensorPin::ALL, SensorPin::START, Format::BIT));
+    let all: Vec<_> = sensors.iter().enumerate().flat_map(pins).chain(together).collect();
+    let Some(&(_, sensor, pin, format)) = all.iter().find(|(it, ..)| it == name) else {
+        let names: Vec<&str> = all.iter().map(|(name, ..)| name.as_str()).collect();
         let (near, there) = (did_you_mean(name, &names), names.join(", sensor."));
         return Err(match names[..] {
-            [] => "the scene has no sensors; a network has them in device.sensors".to_string(),
+            [] => "the scene has no sensors; a network or a pmsm has them in device.sensors".to_string(),
             _ => format!("no pin \"{}\" of a sensor; there are sensor.{there}{near}", excerpt(name)),
         });
     };
-    let (sensor, pin) = (place / 2, place % 2);
-    let (_, format) = sensors[sensor].pins()[pin];
     if inverted && format != Format::BIT {
         return Err(format!("sensor.{name} is a word, which \"not\" does not invert; leave \"not\" out"));
     }
@@ -615,6 +660,9 @@ fn one_use(s: &Section, dut: &Dut) -> Result<(), SceneError> {
     for (index, connected @ Connected { connection, key, .. }) in drivers {
         let same = |other: &Connection| match (other, connection) {
             (Connection::Line(one, _), Connection::Line(two, _)) => one == two,
+            (Connection::Sensor(one), Connection::Sensor(two)) => {
+                one.sensor == two.sensor || [one.sensor, two.sensor].contains(&SensorPin::ALL)
+            }
             (one, two) => std::mem::discriminant(one) == std::mem::discriminant(two),
         };
         if let Some(other) = dut.ports[..index].iter().find(|other| same(&other.connection)) {

@@ -48,7 +48,8 @@ macro_rules! devices {
 }
 
 keys! { device: "device" of [];
-    /// Kind of the device: a motor with a wheel, a mass on a rail, bodies on joints, the arm of a PHANToM, a segment on
+    /// Kind of the device: a motor with a wheel, a mass on a rail, bodies on joints, a motor with
+    /// three phases, the arm of a PHANToM, a segment on
     /// a gimbal, or a plant as a transfer function.
     kind: Choice<DeviceKind> = Choice::new(|| DeviceKind::ALL.to_vec(), Required);
 }
@@ -61,6 +62,7 @@ macro_rules! listed {
             Motor,
             Mass,
             Network,
+            Pmsm,
             $($Device,)*
         }
 
@@ -69,6 +71,7 @@ macro_rules! listed {
             const ALL: &[(&str, Self)] =
                 &[
                 ("motor", Self::Motor), ("mass", Self::Mass), ("network", Self::Network),
+                ("pmsm", Self::Pmsm),
                 $((stringify!($module), Self::$Device)),*
             ];
         }
@@ -81,6 +84,7 @@ macro_rules! listed {
             ("dut", "motor"),
             ("dut", "mass"),
             ("dut", "network"),
+            ("dut", "pmsm"),
             ("epfl_paddle", "network"),
             $((stringify!($module), stringify!($module))),*
         ];

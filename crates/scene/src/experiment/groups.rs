@@ -7,6 +7,7 @@ use crate::dut::rows::*;
 use crate::faults::rows::faults;
 use crate::method::{FOLLOWS, WALLED};
 use crate::paddle::rows::{method_paddle, model_paddle};
+use crate::pmsm::rows::pmsm;
 use crate::schema::{DeviceKeys, Group, KeyRow, Schema};
 
 /// A part of the list.
@@ -38,6 +39,7 @@ static PARTS: &[Part] = &[
         &motor::GROUP,
         &mass::GROUP,
         &network::GROUP,
+        &pmsm::GROUP,
         &bodies::GROUP,
         &body::GROUP,
         &gravity::GROUP,

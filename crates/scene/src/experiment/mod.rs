@@ -28,6 +28,9 @@ use devices::{DeviceKind, device};
 use groups::schema;
 use shipped::shipped_file;
 
+/// The reason why a three-phase motor without a design is refused.
+const NO_LOOP: &str = "missing; a motor with three phases is driven by a design of yours; write [dut]";
+
 macro_rules! experiment {
     (($d:tt) $(#[doc = $meaning:literal] $Device:ident: $module:ident, $Scene:ident, $Simulation:ident;)*) => {
         /// Any experiment.
@@ -50,11 +53,13 @@ macro_rules! experiment {
                     DeviceKind::Motor => Kind::Motor,
                     DeviceKind::Mass => Kind::Mass,
                     DeviceKind::Network => Kind::Network,
+                    DeviceKind::Pmsm => Kind::Pmsm,
                 };
                 if Section::root(source).has("dut") {
                     return dut::read::scene(name, source, kind, load).map(Self::Dut);
                 }
                 match kind {
+                    Kind::Pmsm => Err(Section::root(source).error("dut", NO_LOOP)),
                     Kind::Network if is_paddle(&Section::root(source)) => {
                         // A page loads all code, so it has not this loop.
                         if cfg!(target_family = "wasm") {

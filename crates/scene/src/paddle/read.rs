@@ -6,7 +6,7 @@ use crate::axis::read::{Built, axis_expect, built};
 use crate::axis::read_device::agree_on_dead_band;
 use crate::axis::read_hand::Load;
 use crate::axis::read_model::friction;
-use crate::axis::sensors::{ENCODER, SensorKind, one_of};
+use crate::axis::sensors::{ENCODER, Reading, SensorKind, one_of};
 use crate::faults::read::{Pins, agree_on_faults, faults};
 use crate::head::model::Friction;
 use crate::head::{Own, about, clock};
@@ -82,7 +82,7 @@ fn method(s: &Section, compound: &Compound) -> Result<PaddleMethod, SceneError> 
         _ => None,
     };
     let current = one_of(s, &key::current, "sensor", &names)?;
-    if sampled(current).is_none_or(|sampled| sampled.reading.is_some()) {
+    if sampled(current).is_none_or(|sampled| sampled.reading != Reading::Current) {
         let reason = format!("{} reads no current by words; write a sensor of kind \"current\"", names[current]);
         return Err(s.error(key::current.name, reason));
     }
@@ -92,7 +92,7 @@ fn method(s: &Section, compound: &Compound) -> Result<PaddleMethod, SceneError> 
         Some(_) => Some(one_of(s, &method_network::position, "sensor", &names)?),
     };
     if let Some(index) = position
-        && sampled(index).is_none_or(|sampled| sampled.reading.is_none())
+        && sampled(index).is_none_or(|sampled| !matches!(sampled.reading, Reading::Position(_)))
     {
         let reason = format!("{} has no angle's words; write \"encoder\", or one of kind \"absolute\"", names[index]);
         return Err(s.error(method_network::position.name, reason));

@@ -73,6 +73,7 @@ dimensions! {
     VOLTAGE = "a voltage", "V", 1e-6 to 1e5, [si("V")];
     CURRENT = "a current", "A", 1e-9 to 1e5, [si("A")];
     RESISTANCE = "a resistance", "Ohm", 1e-6 to 1e6, [si("Ohm"), si("ohm")];
+    FLUX = "a flux linkage", "Wb", 1e-9 to 1e3, [si("Wb"), si("V.s")];
     CURRENT_GAIN = "a gain of a current", "V/A", 1e-6 to 1e6, [si("V/A"), si("Ohm")];
     INDUCTANCE = "an inductance", "H", 1e-9 to 1e3, [si("H")];
     TORQUE_CONSTANT = "a torque constant", "N.m/A", 1e-6 to 1e3, [si("N.m/A"), si("V.s/rad"), si("V.s")];

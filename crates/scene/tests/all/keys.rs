@@ -25,6 +25,10 @@ const MASS: &str = "kind = 'mass'\nmass = 0.1\ndamping = 0\n[encoder]\nresolutio
 const NETWORK: &str = "kind = 'network'\nbodies.rotor = { inertia = 1e-6 }\n\
                        drive = { kind = 'pi', on = 'rotor', torque_constant = 0.02, resistance = 2, inductance = 1e-3, \
                        bandwidth = 500, dac = { full_scale = 1 } }\n[encoder]\non = 'rotor'";
+const PMSM: &str =
+    "kind = 'pmsm'\npole_pairs = 7\nresistance = 2\ninductance = 1e-3\nflux_linkage = 5e-3\nrotor_inertia = 1e-6";
+const SALIENT: &str = "kind = 'pmsm'\npole_pairs = 7\nresistance = 2\ninductance_d = 1e-3\ninductance_q = 2e-3\n\
+                       torque_constant = 0.05\nrotor_inertia = 1e-6";
 const METHOD: &str = "[method]\nkind = 'hybrid'\nsample_rate = '1 kHz'\n[wall]\nposition = 0.01\nstiffness = 0";
 const FOLLOWS: &str = "[method]\nkind = 'pid'\nsample_rate = '1 kHz'\nkp = 0.1\n[target]\npath = [[0, 0]]";
 const DUT: &str = "[dut]\nfiles = ['a.v']\ntop = 'a'\nclock = 'clk'\nreset = { port = 'rst' }\n\
@@ -59,11 +63,11 @@ fn bases() -> Vec<Base> {
         all.extend(set);
         Base { text, set: all, scene, device, method, hand }
     };
-    let dut = |device, drive: &str| {
-        let text = on_an_axis(if device == "mass" { MASS } else { MOTOR }, DUT);
-        let text = text.replace("'DRIVE'", drive);
+    let dut = |device, of: &str, drive: &str| {
+        let text = on_an_axis(of, DUT).replace("'DRIVE'", drive);
         Base { text, set: vec![], scene: "dut", device, method: "", hand: "none" }
     };
+    let legs = "'bridge.leg_a', q = 'bridge.leg_b', r = 'bridge.leg_c'";
     let phantom = |set: &[(&'static str, &'static str)]| {
         let text = "about = 'A.'\n[device]\nkind = 'phantom'\n[drop]\naxis = 'y'\n[platform]\nkind = 'FPGA-400'\n\
                     [clock]\nfrequency = '50 MHz'\n[room]\nstiffness = 1000\n[run]\nduration = 1\n";
@@ -158,8 +162,10 @@ fn bases() -> Vec<Base> {
         ),
         axis("mass", "hybrid", "none", &[]),
         axis("network", "hybrid", "none", &[]),
-        dut("motor", "'bridge.pwm', d = 'bridge.direction'"),
-        dut("mass", "{ is = 'amplifier.force', format = '(1,0,11)' }"),
+        dut("motor", MOTOR, "'bridge.pwm', d = 'bridge.direction'"),
+        dut("pmsm", PMSM, legs),
+        dut("pmsm", SALIENT, legs),
+        dut("mass", MASS, "{ is = 'amplifier.force', format = '(1,0,11)' }"),
         phantom(&[]),
         phantom(&[("platform.kind", "PMOS-1")]),
         phantom(&[("platform.kind", "RTOS-1")]),
@@ -361,8 +367,9 @@ fn said(base: &Base, row: &KeyRow, value: &str) -> Option<String> {
 /// Whether a scene reads the key: a prescribed hand overrules a start, a mass has no bridge and a motor no amplifier,
 /// the drive of this network is neither and it takes no steps, a hand with a path has no file, and a velocity that is
 /// not rescaled has no scale, a filter by its corner takes no keys of others, another method has no target, and a plant
-/// is written in one way.
+/// is written in one way, as are inductances and magnets of three phases.
 fn reads(base: &Base, row: &KeyRow) -> bool {
+    let written_otherwise = ["inductance", "inductance_d", "inductance_q", "flux_linkage", "torque_constant"];
     let is_overruled = base.hand == "prescribed" && row.key.starts_with("initial_")
         || base.method == "hybrid" && row.key == "scale_format"
         || ["filter_shift", "window", "noise", "acceleration"].contains(&row.key)
@@ -370,8 +377,12 @@ fn reads(base: &Base, row: &KeyRow) -> bool {
         || row.section == "hand.file" && base.set.iter().all(|(key, _)| *key != "hand.file")
         || base.scene == "epfl_paddle" && row.section.starts_with("device.drive")
         || ["mass", "network"].contains(&base.device) && row.section == "bridge"
-        || ["motor", "network"].contains(&base.device) && row.section.starts_with("amplifier")
+        || ["motor", "network", "pmsm"].contains(&base.device) && row.section.starts_with("amplifier")
         || base.device == "network" && row.section == "model" && ["step", "friction_speed"].contains(&row.key)
+        || base.device == "pmsm" && (row.key == "friction_speed" || row.key.starts_with("stuck"))
+        || base.device == "pmsm"
+            && written_otherwise.contains(&row.key)
+            && !base.text.contains(&format!("{} =", row.key))
         || row.section == "device" && row.key == "gain" && !base.text.contains("poles")
         || row.section == "device" && row.key == "d" && !base.text.contains("c = [1]")
         || base.method == "pid" && (row.section, row.key) == ("method", "kind");

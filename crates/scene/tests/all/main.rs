@@ -9,6 +9,7 @@ mod library;
 mod methods;
 mod network;
 mod phantom_refusals;
+mod pmsm;
 mod recordings;
 mod replay;
 mod transfer;

@@ -1,0 +1,173 @@
+//! Scenes of a motor with three phases: what they come to in SI units, and what is refused at which key.
+
+use hpu_scene::{Connection, Driving, DutScene, Experiment, Phase, Reading, SensorKind, SensorPin};
+
+const WHEEL: &str = r#"about = "A wheel behind field-oriented control."
+clock.frequency = "50 MHz"
+run.duration = "100 ms"
+wall.position = "0.3 rad"
+[device]
+kind = "pmsm"
+pole_pairs = 7
+resistance = "0.5 Ohm"
+inductance = "0.3 mH"
+torque_constant = "52.5 mN.m/A"
+rotor_inertia = "300 g.cm2"
+coulomb_friction = "2 mN.m"
+cogging = [[42, "1 mN.m", "90 deg"], [84, "0.2 mN.m", 0]]
+supply_resistance = "10 mOhm"
+[device.sensors]
+ia = { kind = "current", winding = "a", trigger = true, latency = "1 us", bits = 12, gain = "100 mV/A", range = "3.3 V" }
+ic = { kind = "current", winding = "c", shunt = "low_side", rate = "20 kHz", bits = 12, gain = 1, range = "3.3 V" }
+bit = { kind = "sigma_delta", winding = "b", rate = "20 MHz", gain = 1, range = "0.64 V" }
+angle = { kind = "absolute", rate = "100 kHz", bits = 14 }
+[bridge]
+supply = "12 V"
+[encoder]
+lines = 4096
+[dut]
+files = ["foc.v"]
+top = "foc"
+clock = "clk"
+[dut.ports]
+start = "sensor.start"
+done = "sensor.ia.valid"
+ia = "sensor.ia.word"
+ah = "bridge.a_high"
+al = "bridge.a_low"
+bh = "bridge.b_high"
+bl = "bridge.b_low"
+ch = "bridge.c_high"
+cl = "bridge.c_low"
+[hand]
+kind = "constant_torque"
+torque = "20 mN.m"
+"#;
+
+fn parse(text: &str) -> Result<DutScene, String> {
+    let mut load = |_: &str| Ok(b"module foc;".to_vec());
+    let read = Experiment::parse("w.toml", text, &[], &mut load).map_err(|error| error.to_string())?;
+    let Experiment::Dut(scene) = read else { panic!("a scene with a design") };
+    Ok(scene)
+}
+
+/// The wheel with one text changed to another.
+fn changed(from: &str, to: &str) -> Result<DutScene, String> {
+    assert!(WHEEL.contains(from), "{from}");
+    parse(&WHEEL.replacen(from, to, 1))
+}
+
+fn refused(from: &str, to: &str, said: &str) {
+    let error = changed(from, to).unwrap_err();
+    assert!(error.contains(said), "{to}: {error}");
+}
+
+#[test]
+fn a_motor_of_three_phases_is_read_in_si_units() {
+    let scene = parse(WHEEL).unwrap();
+    let motor = scene.pmsm.as_deref().unwrap();
+    assert_eq!((motor.pole_pairs, motor.resistance_ohm, motor.inductance_h), (7, 0.5, [0.3e-3; 2]));
+    // A torque constant is 3/2 of pole pairs times flux: 52.5e-3 / 10.5 is 5 mWb.
+    assert!((motor.flux_wb - 5e-3).abs() < 1e-18, "{}", motor.flux_wb);
+    assert!((motor.inertia_kg_m2 - 3e-5).abs() < 1e-19);
+    assert_eq!((motor.coulomb_nm, motor.stiction_nm, motor.supply_ohm), (2e-3, 2e-3, 10e-3));
+    assert_eq!(motor.cogging[0], [42.0, 1e-3, std::f64::consts::FRAC_PI_2]);
+    assert_eq!(motor.cogging[1], [84.0, 0.2e-3, 0.0]);
+    assert_eq!(scene.driving(), Ok(Driving::SixGates));
+    let apart = WHEEL.replace("inductance = \"0.3 mH\"", "inductance_d = \"0.2 mH\"\ninductance_q = \"0.4 mH\"");
+    assert_eq!(parse(&apart).unwrap().pmsm.unwrap().inductance_h, [0.2e-3, 0.4e-3]);
+    let flux = WHEEL.replace("torque_constant = \"52.5 mN.m/A\"", "flux_linkage = \"5 mWb\"");
+    assert_eq!(parse(&flux).unwrap().pmsm.unwrap().flux_wb, 5e-3);
+}
+
+#[test]
+fn sensors_read_phases_and_designs_start_them() {
+    let scene = parse(WHEEL).unwrap();
+    let kinds: Vec<_> = scene.sensors().iter().map(|sensor| &sensor.kind).collect();
+    let [SensorKind::Sampled(ia), SensorKind::Sampled(ic), SensorKind::Modulator(bit), SensorKind::Sampled(angle)] =
+        kinds[..]
+    else {
+        panic!("{kinds:?}")
+    };
+    assert_eq!(ia.reading, Reading::Phase(Phase { leg: 0, is_low_side: false }));
+    // A microsecond of 20 ns; a word of 12 bits for 33 A, in 2^-16 counts.
+    assert_eq!((ia.triggered, ia.latency), (true, 50));
+    assert!((ia.scale - 4096.0 * 65536.0 / 33.0).abs() < 1e-6);
+    assert_eq!(ic.reading, Reading::Phase(Phase { leg: 2, is_low_side: true }));
+    assert_eq!((ic.triggered, ic.period), (false, 2500));
+    // Bits alone of ones stand for 0.32 A: in 50 ns 16 nA.s.
+    assert_eq!((bit.winding, bit.period), (Some(1), 3));
+    assert!((bit.charge_as - 0.32 * 60e-9).abs() < 1e-20, "{}", bit.charge_as);
+    assert_eq!(angle.reading, Reading::Position(0));
+    let start = scene.dut.ports.iter().find(|port| port.port == "start").unwrap();
+    let Connection::Sensor(pin) = start.connection else { panic!("{start:?}") };
+    assert_eq!((pin.sensor, pin.pin), (SensorPin::ALL, SensorPin::START));
+    assert!(start.connection.drives());
+    let own = changed("start = \"sensor.start\"", "start = \"sensor.ia.start\"").unwrap();
+    let start = own.dut.ports.iter().find(|port| port.port == "start").unwrap();
+    assert!(matches!(start.connection, Connection::Sensor(pin) if pin.sensor == 0 && pin.pin == SensorPin::START));
+}
+
+#[test]
+fn what_is_no_motor_of_three_phases_is_refused_at_its_key() {
+    refused("pole_pairs = 7", "pole_pairs = 0", "device.pole_pairs: `0` is not a whole number from 1 to 1000");
+    refused("\"0.3 mH\"", "0", "device.inductance: `0` must be above zero");
+    let minus = "inductance_d = -1e-3\ninductance_q = 1e-3";
+    refused("inductance = \"0.3 mH\"", minus, "device.inductance_d: `-1e-3` must be above zero");
+    refused("inductance = \"0.3 mH\"\n", "", "device.inductance: missing; write inductance for both axes");
+    let both = "inductance = 1e-3\ninductance_d = 1e-3\ninductance_q = 1e-3";
+    refused("inductance = \"0.3 mH\"", both, "device.inductance_d: inductance is given for both axes");
+    let both = "torque_constant = 0.05\nflux_linkage = 0.005";
+    refused("torque_constant = \"52.5 mN.m/A\"", both, "device.torque_constant: flux_linkage is given too");
+    refused("torque_constant = \"52.5 mN.m/A\"\n", "", "device.flux_linkage: missing");
+    let less = "coulomb_friction = 2e-3\nstiction = 1e-3";
+    refused("coulomb_friction = \"2 mN.m\"", less, "device.stiction: less than coulomb_friction, 0.002 N.m");
+    refused("[[42, \"1 mN.m\", \"90 deg\"]", "[[0, 1e-3, 0]", "device.cogging[0]: the order is a whole number");
+    refused(
+        "[[42, \"1 mN.m\", \"90 deg\"]",
+        "[[42, 1e-3]",
+        "device.cogging[0]: write a list of [order, amplitude, phase]",
+    );
+    refused("[[42, \"1 mN.m\"", "[[42, \"1 V\"", "device.cogging[0][1]");
+    let many = vec!["[6, 1e-3, 0]"; 17].join(", ");
+    let list = "[[42, \"1 mN.m\", \"90 deg\"], [84, \"0.2 mN.m\", 0]]";
+    refused(list, &format!("[{many}]"), "device.cogging: write a list of [order, amplitude, phase]");
+    refused(
+        "kind = \"constant_torque\"\ntorque",
+        "kind = \"prescribed\"\npath = [[0, 0]]\n#",
+        "hand.kind: a pmsm moves by",
+    );
+    refused("[bridge]", "[amplifier]\nfull_scale = 1\n[bridge]", "amplifier: a pmsm hangs on a bridge with three legs");
+    refused(
+        "run.duration",
+        "model = { friction = \"smoothed\", friction_speed = 1 }\nrun.duration",
+        "model.friction: not of a pmsm",
+    );
+    let lines = WHEEL.find("[dut]").unwrap();
+    let alone = format!("{}{}", &WHEEL[..lines], &WHEEL[WHEEL.find("[hand]").unwrap()..]);
+    assert!(parse(&alone).unwrap_err().contains("dut: missing; a motor with three phases is driven by a design"));
+}
+
+#[test]
+fn legs_and_sensors_that_cannot_be_are_refused_at_their_port() {
+    refused("ah = \"bridge.a_high\"\n", "", "dut.ports: nothing is connected to bridge.a_high");
+    refused("ah = \"bridge.a_high\"", "ah = \"bridge.leg_a\"", "driven in more than one way");
+    refused("cl = \"bridge.c_low\"", "cl = \"bridge.a_low\"", "two drivers: `al` and `cl`");
+    let ports = &WHEEL[WHEEL.find("ah =").unwrap()..WHEEL.find("[hand]").unwrap()];
+    refused(ports, "p = \"bridge.pwm\"\nd = \"bridge.direction\"\n", "a pmsm has a bridge with three legs");
+    let motor = "kind = \"motor\"\nmotor = \"vasudevan_2007\"\n";
+    let device = &WHEEL[WHEEL.find("kind = \"pmsm\"").unwrap()..WHEEL.find("[bridge]").unwrap()];
+    let read = &WHEEL[WHEEL.find("start =").unwrap()..WHEEL.find("ah =").unwrap()];
+    let text = WHEEL.replacen(device, motor, 1).replacen(read, "", 1);
+    assert!(parse(&text).unwrap_err().contains("the bridge has two legs, plus and minus; only that of a pmsm"));
+    refused("winding = \"a\", trigger", "trigger", "device.sensors.ia.winding: missing");
+    refused(
+        "trigger = true, latency",
+        "trigger = true, rate = 1e4, latency",
+        "device.sensors.ia.rate: the design starts",
+    );
+    refused("start = \"sensor.start\"", "start = \"sensor.ic.start\"", "no pin \"ic.start\" of a sensor");
+    refused("start = \"sensor.start\"", "start = \"sensor.start\"\nmore = \"sensor.ia.start\"", "two drivers");
+    let network = WHEEL.replacen("kind = \"pmsm\"", "kind = \"network\"", 1);
+    assert!(parse(&network).is_err());
+}
