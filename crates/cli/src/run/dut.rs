@@ -34,7 +34,7 @@ impl Shown for DutSimulation<'_> {
         }
         if !starts.is_empty() {
             let one = |&(index, Starts { taken, missed }): &(usize, Starts)| json!({ "sensor": name(index), "samples": taken, "missed": missed });
-            page.data("started", starts.iter().map(one).collect::<Vec<_>>());
+            page.data("started", Value::Array(starts.iter().map(one).collect()));
         }
     }
 
