@@ -29,7 +29,7 @@ pub use result::felt::{Unseen, displayed_stiffness, product_wraps, unseen_contac
 pub use result::forever::{Beyond, Forever, Live, NotTold, Period, Quiet, Recurrence, Rest};
 pub use result::outline::{Outline, Waves};
 pub use result::stays::{DEEP_COUNTS, Stays, Sums};
-pub use result::summary::{EnergyAudit, Mark, NetUse, Starts, Summary, Unheld, metric};
+pub use result::summary::{EnergyAudit, Frames, Mark, NetUse, Starts, Summary, Unheld, metric};
 pub use result::trace::{ANGLE, Trace};
 pub use result::verdict::{Abort, PASSIVE_RMS_M, Verdict, judge, judge_drop, unseen_growth_per_s};
 pub use run::axis_simulation::AxisSimulation;

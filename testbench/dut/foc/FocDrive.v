@@ -1,6 +1,6 @@
-// A wall behind field-oriented control: two phase currents and an absolute angle in, six gates out.
-// One period of the modulator is 2 * TOP clocks. At its peak, where all low switches are on, both converters start; with
-// their words the currents are controlled, and the new duties hold from the next valley on.
+// A wall behind field-oriented control: two phase currents and the angle of an AS5047P in, six gates out.
+// One period of the modulator is 2 * TOP clocks. At its peak, where all low switches are on, both converters and a frame
+// of the angle's bus start; with their words the currents are controlled, and the new duties hold from the next valley on.
 module FocDrive #(
     parameter TOP = 1250,         // half a period, in clocks
     parameter DEAD = 25,          // clocks between the switches of a leg
@@ -16,7 +16,8 @@ module FocDrive #(
     input  wire               adc_done,
     input  wire signed [11:0] ia,
     input  wire signed [11:0] ib,
-    input  wire        [13:0] angle,
+    output wire               csn, sck, mosi,
+    input  wire               miso,
     input  wire signed [15:0] wall,
     input  wire        [7:0]  gain,     // steps of current for a step of the angle, in 1/16
     input  wire        [7:0]  damping,  // the same for a step a period, in 1/4
@@ -38,6 +39,11 @@ module FocDrive #(
         end
 
     always @(posedge clk) adc_start <= !rst && peak;
+
+    wire [13:0] angle;
+    wire        angle_done;
+    AngleBus bus(.clk(clk), .rst(rst), .start(adc_start), .csn(csn), .sck(sck), .mosi(mosi), .miso(miso),
+        .angle(angle), .done(angle_done));
 
     // A quarter of a sine of amplitude 2047, by 256 places.
     reg [10:0] quarter [0:255];
@@ -78,9 +84,12 @@ module FocDrive #(
             duty_c <= TOP / 2;
         end else case (step)
             0: if (adc_done) begin
-                electrical <= (angle - ZERO[13:0]) * POLES;
                 alpha <= ia;
                 beta <= (37837 * (ia + 2 * ib)) >>> 16;
+                step <= 12;
+            end
+            12: if (angle_done) begin
+                electrical <= (angle - ZERO[13:0]) * POLES;
                 depth <= $signed(angle) - wall;
                 speed <= $signed(angle - previous);
                 previous <= angle;
@@ -183,5 +192,50 @@ module FocLeg #(
         end else begin
             high <= was;
             low <= !was;
+        end
+endmodule
+
+// Reads the register ANGLECOM again and again: a frame of 16 bits in mode 1, with a clock of clk / 8. The answer is the
+// one to the frame before, and the angle at the beginning of this one. A word with a wrong parity or the error flag is
+// left out.
+module AngleBus (
+    input  wire        clk,
+    input  wire        rst,
+    input  wire        start,
+    output reg         csn,
+    output reg         sck,
+    output wire        mosi,
+    input  wire        miso,
+    output reg  [13:0] angle,
+    output reg         done
+);
+    assign mosi = 1;     // the command is 16 ones
+    reg [7:0]  tick;     // 0 is idle; 8 clocks a bit
+    reg [15:0] word;
+    always @(posedge clk)
+        if (rst) begin
+            csn <= 1;
+            sck <= 0;
+            tick <= 0;
+            done <= 0;
+            angle <= 0;
+        end else begin
+            done <= 0;
+            if (tick == 0) begin
+                csn <= !start;
+                if (start) tick <= 1;
+            end else begin
+                tick <= tick + 1;
+                if (tick >= 16 && tick < 144) begin
+                    sck <= !tick[2];
+                    if (tick[2:0] == 3'd3) word <= {word[14:0], miso};
+                end else sck <= 0;
+                if (tick == 160) begin
+                    csn <= 1;
+                    done <= 1;
+                    tick <= 0;
+                    if (^word == 0 && !word[14]) angle <= word[13:0];
+                end
+            end
         end
 endmodule

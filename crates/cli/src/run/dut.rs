@@ -3,7 +3,7 @@
 use hpu_chart::{self as chart, Picture};
 use hpu_cosim::dut::{DutSimulation, Wire};
 use hpu_cosim::scene::{Driving, Units};
-use hpu_cosim::{Starts, Summary, Trace};
+use hpu_cosim::{Frames, Starts, Summary, Trace};
 use hpu_page::Page;
 use hpu_signal::Signal;
 use serde_json::{Value, json};
@@ -31,6 +31,10 @@ impl Shown for DutSimulation<'_> {
             let never = if taken == 0 { "; the design never started one" } else { "" };
             let said = format!("{}: {taken} samples, {missed} starts while it was converting{never}", name(index));
             page.line("sensor", said);
+        }
+        for &(index, Frames { all, wrong, fast }) in &ran.summary.frames {
+            let said = format!("{all} frames, {wrong} wrong, {fast} with a clock beyond the chip's data sheet");
+            page.line("sensor", format!("{}: {said}", name(index)));
         }
         if !starts.is_empty() {
             let one = |&(index, Starts { taken, missed }): &(usize, Starts)| json!({ "sensor": name(index), "samples": taken, "missed": missed });

@@ -6,7 +6,8 @@ use super::{Design, Fault, Port};
 use crate::world::EncoderState;
 use crate::world::axis_encoder::AxisEncoder;
 use hpu_scene::{
-    Connected, Connection, Driving, DutScene, Layout, Line, Part, SceneError, Sensor, SensorPin, did_you_mean, kept,
+    Connected, Connection, Driving, DutScene, Layout, Line, MOST_SENSORS, Part, SceneError, Sensor, SensorPin,
+    did_you_mean, kept,
 };
 
 /// A port with its connections.
@@ -84,7 +85,7 @@ pub struct Wires {
     driving: Driving,
     /// The lines of the way to drive: four or six gates, two or three legs, or pulse and direction.
     lines: [Option<Level>; 6],
-    /// The pins by which the design starts samples, each with the sensor's index.
+    /// The pins by which the design starts samples and drives lines of chips, each with its bit of the command.
     starts: Vec<(usize, Level)>,
     enable: Option<Level>,
     /// The place among the outputs of the word that drives, its bits, its format, and whether it is offset binary.
@@ -267,11 +268,16 @@ impl Wires {
             starts: pieces()
                 .flat_map(|(place, piece)| {
                     let Connection::Sensor(pin) = piece.connection else { return Vec::new() };
+                    let level = (place, piece.shift, pin.inverted);
+                    if pin.pin >= SensorPin::LINES {
+                        let chips = scene.sensors()[..pin.sensor].iter().filter(|sensor| sensor.is_chip()).count();
+                        return vec![(MOST_SENSORS + 3 * chips + pin.pin - SensorPin::LINES, level)];
+                    }
                     let is_started = |(index, sensor): &(usize, &Sensor)| {
                         sensor.is_triggered() && [*index, SensorPin::ALL].contains(&pin.sensor)
                     };
                     let started = scene.sensors().iter().enumerate().filter(is_started);
-                    started.map(|(index, _)| (index, (place, piece.shift, pin.inverted))).collect()
+                    started.map(|(index, _)| (index, level)).collect()
                 })
                 .collect(),
             enable: line(Line::Enable),
@@ -430,7 +436,7 @@ impl Wires {
         if !self.enable.is_none_or(&level) {
             gates = [false; 6];
         }
-        let starts = self.starts.iter().map(|&(sensor, pin)| (gates.len() + sensor, level(pin)));
+        let starts = self.starts.iter().map(|&(bit, pin)| (gates.len() + bit, level(pin)));
         let bits = gates.into_iter().enumerate().chain(starts);
         Ok(bits.map(|(place, is_high)| i64::from(is_high) << place).sum())
     }

@@ -101,6 +101,17 @@ pub struct Starts {
     pub missed: u64,
 }
 
+/// The frames of a chip on a bus.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Frames {
+    /// All of them.
+    pub all: u64,
+    /// Frames of another length, with a wrong parity or a command that the chip does not have.
+    pub wrong: u64,
+    /// Frames with a clock that is faster than the chip's data sheet allows.
+    pub fast: u64,
+}
+
 /// The use of a net in a run.
 #[derive(Clone, PartialEq, Debug)]
 pub struct NetUse {
@@ -166,6 +177,8 @@ pub struct Summary {
     pub faults_waiting: u64,
     /// The samples that a design of the user's own has started, of each sensor that waits for it, by its index.
     pub starts: Vec<(usize, Starts)>,
+    /// The frames of each chip on a bus, by the index of its sensor.
+    pub frames: Vec<(usize, Frames)>,
     /// The use of every net.
     pub nets: Vec<NetUse>,
     /// What a design of the user's own has said: failed assertions, messages, and its end of the run.

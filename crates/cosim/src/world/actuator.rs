@@ -13,7 +13,8 @@ pub(crate) enum Actuator {
     /// The bridge with every switching of its gates.
     Switching,
     /// A bridge with three legs. A command has a bit for each switch, the high and the low one of legs a, b and c from
-    /// the lowest bit on, then one for each sensor, at whose rise the sensor takes a sample.
+    /// the lowest bit on, then one for each of [`MOST_SENSORS`](hpu_scene::MOST_SENSORS) sensors, at whose rise that
+    /// sensor takes a sample, then the lines `csn`, `sck` and `mosi` of each chip on a bus.
     #[cfg_attr(target_family = "wasm", allow(dead_code, reason = "a page has no design of a user's own"))]
     ThreeLegs,
     /// The bridge's mean voltage.

@@ -863,6 +863,7 @@ impl<I: Placed> World for AxisWorld<'_, I> {
             energy: device.map_or_else(EnergyAudit::default, audit),
             faults: faults.map_or_else(Vec::new, |faults| faults.marks().to_vec()),
             faults_waiting: faults.map_or(0, |faults| faults.waiting()),
+            frames: self.sensors.as_ref().map_or_else(Vec::new, |sensors| sensors.frames()),
             starts: self.sensors.as_ref().map_or_else(Vec::new, |sensors| sensors.starts()),
             ..Summary::default()
         }

@@ -15,6 +15,7 @@ pub(crate) mod faults;
 pub(crate) mod integrator;
 pub(crate) mod plant;
 pub(crate) mod sensors;
+mod spi_chip;
 pub(crate) mod stepped;
 
 use hpu_datapath::Repeat;

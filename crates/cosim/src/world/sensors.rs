@@ -3,18 +3,22 @@
 use std::collections::VecDeque;
 
 use hpu_plant::{Band, Leg};
-use hpu_scene::{Modulator, Phase, Reading, Sampled, Sensor, SensorKind, SplitMix64};
+use hpu_scene::{MOST_SENSORS, Modulator, Phase, Reading, Sampled, Sensor, SensorKind, SplitMix64};
 
-use crate::result::summary::Starts;
+use crate::result::summary::{Frames, Starts};
 use crate::world::any_device::AnyDevice;
 use crate::world::encoder::Encoder;
+use crate::world::spi_chip::{Lines, SpiChip};
 
 /// The sensors of a scene at one clock edge.
 #[derive(Clone)]
 pub(crate) struct Sensors<'p> {
     encoders: Vec<FurtherEncoder>,
     samplers: Vec<Sampler<'p>>,
-    /// Of each sensor the words of its two pins: lines A and B, or a word or bit and whether it came at this edge.
+    /// The chips on a bus, each with the index of its sensor.
+    chips: Vec<(usize, SpiChip)>,
+    /// Of each sensor the words of its two pins: lines A and B, or a word or bit and whether it came at this edge; of a
+    /// chip its line out.
     pins: Vec<[i64; 2]>,
     /// Whether anything reads that a word came: else it stays 0, and the edge after a word is no event.
     tells_new: bool,
@@ -73,6 +77,7 @@ impl<'p> Sensors<'p> {
         let mut sensors = Self {
             encoders: Vec::new(),
             samplers: Vec::new(),
+            chips: Vec::new(),
             pins,
             tells_new,
             legs: [Leg::Open; 3],
@@ -90,6 +95,9 @@ impl<'p> Sensors<'p> {
                     let taking = Taking::word(of, sensor, seed);
                     if current == Some(sensor) && of.latency == 0 {
                         sensors.converter = Some(sensors.samplers.len());
+                    }
+                    if let Some(least) = of.chip {
+                        sensors.chips.push((sensor, SpiChip::new(least)));
                     }
                     // A design sees no word at the edge at which it starts the sample.
                     let times =
@@ -117,6 +125,9 @@ impl<'p> Sensors<'p> {
     pub(crate) fn tell(&self, row: &mut Vec<f64>) {
         let first = row.len();
         row.extend(self.pins.iter().map(|pins| pins[0] as f64));
+        for (sensor, chip) in &self.chips {
+            row[first + sensor] = chip.word[0] as f64;
+        }
         for FurtherEncoder { sensor, encoder, .. } in &self.encoders {
             row[first + sensor] = encoder.count() as f64;
         }
@@ -148,7 +159,8 @@ impl<'p> Sensors<'p> {
     /// [`conversions`](Self::conversions).
     pub(crate) fn next_apart(&self) -> u64 {
         let apart = |(place, _): &(usize, _)| Some(*place) != self.converter;
-        self.samplers.iter().enumerate().filter(apart).map(|(_, sampler)| sampler.due()).min().unwrap_or(u64::MAX)
+        let sampled = self.samplers.iter().enumerate().filter(apart).map(|(_, sampler)| sampler.due());
+        sampled.chain(self.chips.iter().map(|(_, chip)| chip.due())).min().unwrap_or(u64::MAX)
     }
 
     /// Returns the edge of the next sample of a current whose word an input shows at once, and the edges from one to
@@ -174,6 +186,15 @@ impl<'p> Sensors<'p> {
     /// Takes a sample of each sensor whose bit rises at this edge. A sensor that is still converting misses it.
     pub(crate) fn start(&mut self, edge: u64, legs: [Leg; 3], bits: i64, device: &mut AnyDevice) {
         self.legs = legs;
+        let lines = bits >> MOST_SENSORS;
+        for (place, (_, chip)) in self.chips.iter_mut().enumerate() {
+            let level = |line: usize| lines >> (3 * place + line) & 1 != 0;
+            let lines = Lines { csn: level(0), sck: level(1), mosi: level(2) };
+            if chip.lines() != lines {
+                chip.drive(edge, lines);
+            }
+        }
+        let bits = bits & ((1 << MOST_SENSORS) - 1);
         let risen = bits & !self.started;
         self.started = bits;
         for sampler in self.samplers.iter_mut().filter(|sampler| risen >> sampler.sensor & 1 != 0) {
@@ -187,6 +208,11 @@ impl<'p> Sensors<'p> {
         }
     }
 
+    /// Returns the frames of each chip, by the index of its sensor.
+    pub(crate) fn frames(&self) -> Vec<(usize, Frames)> {
+        self.chips.iter().map(|(sensor, chip)| (*sensor, chip.frames())).collect()
+    }
+
     /// Returns how often a design has started samples, of each sensor by its index that waits for it.
     pub(crate) fn starts(&self) -> Vec<(usize, Starts)> {
         let triggered = self.samplers.iter().filter(|sampler| sampler.period == 0);
@@ -196,7 +222,18 @@ impl<'p> Sensors<'p> {
     /// Carries out what is due at an edge.
     pub(crate) fn happen(&mut self, edge: u64, device: &mut AnyDevice) {
         for sampler in self.samplers.iter_mut().filter(|sampler| sampler.due() <= edge) {
-            sampler.happen(edge, (device, self.legs), &mut self.pins[sampler.sensor], self.tells_new);
+            match self.chips.iter_mut().find(|(sensor, _)| *sensor == sampler.sensor) {
+                Some((_, chip)) => sampler.happen(edge, (device, self.legs), &mut chip.word, false),
+                None => {
+                    let pins = &mut self.pins[sampler.sensor];
+                    sampler.happen(edge, (device, self.legs), pins, self.tells_new);
+                }
+            }
+        }
+        for (sensor, chip) in &mut self.chips {
+            if let Some(level) = chip.shown(edge) {
+                self.pins[*sensor][0] = level;
+            }
         }
     }
 }

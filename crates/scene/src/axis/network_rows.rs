@@ -167,6 +167,9 @@ keys! { sensor: "device.sensors.SENSOR" of [];
     /// Whether a design starts each sample of a phase's current, by a rising edge of the pin `start` of the sensor, in
     /// the place of `rate` and `phase`.
     trigger: Flag = Flag(false);
+    /// Chip on a bus that brings the word of an absolute encoder in the place of the pin `word`: the AS5047P at the pins
+    /// `csn`, `sck`, `mosi` and `miso`, with 14 bits.
+    chip: Choice<f64> = Choice::new(|| vec![("as5047p", 100e-9)], Said("none"));
     /// Rate of the samples of a word, or of a modulator's bits, their period rounded to whole clock cycles; required
     /// but for an encoder, or where a design starts the samples.
     rate: Quantity = Quantity::new(&q::FREQUENCY, Positive, Said("none"));

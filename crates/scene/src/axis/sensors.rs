@@ -103,6 +103,8 @@ pub struct Sampled {
     pub noise: u64,
     /// The number of readings whose mean is taken off.
     pub zero_of: u32,
+    /// Of a chip on a bus the least clocks of a period of the bus; `None` if the design sees the word.
+    pub chip: Option<u64>,
 }
 
 /// The fraction of a count in which words are computed: 2^-16.
@@ -143,21 +145,27 @@ impl Sampled {
 }
 
 impl Sensor {
-    /// Returns the two pins that the world drives: the name and the format of each.
-    pub fn pins(&self) -> [(&'static str, Format); 2] {
+    /// Returns the one or two pins that the world drives: the name and the format of each.
+    pub fn pins(&self) -> Vec<(&'static str, Format)> {
         match &self.kind {
-            SensorKind::Encoder(..) => [("a", Format::BIT), ("b", Format::BIT)],
+            SensorKind::Encoder(..) => vec![("a", Format::BIT), ("b", Format::BIT)],
+            SensorKind::Sampled(Sampled { chip: Some(_), .. }) => vec![("miso", Format::BIT)],
             SensorKind::Sampled(Sampled { reading, bits, .. }) => {
                 let word = if reading.is_round() { Format::unsigned(*bits) } else { Format::signed(*bits) };
-                [("word", word), ("valid", Format::BIT)]
+                vec![("word", word), ("valid", Format::BIT)]
             }
-            SensorKind::Modulator(_) => [("bit", Format::BIT), ("valid", Format::BIT)],
+            SensorKind::Modulator(_) => vec![("bit", Format::BIT), ("valid", Format::BIT)],
         }
     }
 
     /// Returns whether the design starts its samples.
     pub fn is_triggered(&self) -> bool {
         matches!(&self.kind, SensorKind::Sampled(sampled) if sampled.triggered)
+    }
+
+    /// Returns whether it is a chip on a bus, whose lines the design drives.
+    pub fn is_chip(&self) -> bool {
+        matches!(&self.kind, SensorKind::Sampled(Sampled { chip: Some(_), .. }))
     }
 }
 
@@ -204,7 +212,7 @@ pub(crate) fn encoder(
 /// The keys of each kind of sensor, beside its kind.
 const KEYS: [(&str, &[&str]); 4] = [
     ("encoder", &["on", "lines", "resolution"]),
-    ("absolute", &["on", "rate", "phase", "latency", "bus", "bits", "span", "corner", "noise", "inl"]),
+    ("absolute", &["on", "chip", "rate", "phase", "latency", "bus", "bits", "span", "corner", "noise", "inl"]),
     (
         "current",
         &[
@@ -228,7 +236,9 @@ const KEYS: [(&str, &[&str]); 4] = [
 ];
 
 /// The most sensors of a network.
-const MOST_SENSORS: usize = 16;
+pub const MOST_SENSORS: usize = 16;
+/// The most sensors that are chips on buses.
+const MOST_CHIPS: usize = 8;
 /// The most samples whose words are still on their way.
 const MOST_WAITING: u64 = 1000;
 /// The most places of a table of errors.
@@ -267,6 +277,9 @@ fn sampled(s: &Section, reading: Reading, slides: bool, clock: Clock) -> Result<
     use keys::sensor as key;
     let is_round = reading.is_round();
     let (bits, triggered) = (s.read(&key::bits)?, s.read(&key::trigger)?);
+    if s.has("chip") && (bits != 14 || s.has("span") || s.has("bus")) {
+        return Err(s.error("chip", "its word is a turn in 14 bits; write bits = 14, and neither span nor bus"));
+    }
     if let Some(key) = ["rate", "phase"].into_iter().find(|key| triggered && s.has(key)) {
         return Err(s.error(key, "the design starts each sample, by trigger = true; write one of both"));
     }
@@ -311,6 +324,7 @@ fn sampled(s: &Section, reading: Reading, slides: bool, clock: Clock) -> Result<
         // The variance of four numbers, each one of n, is (n^2 - 1) / 3.
         noise: fine(noise * 3f64.sqrt()).unsigned_abs().max(1),
         zero_of: s.given(&key::calibrated_zero)?.unwrap_or(0),
+        chip: s.given(&key::chip)?.map(|least_s| clock.first_edge_at((least_s * 1e12) as u64).0),
     })
 }
 
@@ -372,9 +386,9 @@ pub(crate) fn sensors(
         } else {
             Some(one_of(&s, &key::on, "body", names)?)
         };
-        let of_phase = ["winding", "shunt", "trigger"].into_iter().find(|key| s.has(key));
+        let of_phase = ["winding", "shunt", "trigger", "chip"].into_iter().find(|key| s.has(key));
         if let Some(key) = of_phase.filter(|_| !phases) {
-            return Err(s.error(key, "of a phase of a motor of kind \"pmsm\"; leave this out"));
+            return Err(s.error(key, "of a sensor of a motor of kind \"pmsm\"; leave this out"));
         }
         let kind = match body {
             None if kind == "sigma_delta" => SensorKind::Modulator(modulator(&s, phases, clock)?),
@@ -391,6 +405,9 @@ pub(crate) fn sensors(
                 SensorKind::Sampled(sampled(&s, Reading::Position(sensed.len()), slides[body], clock)?)
             }
         };
+        if s.has("chip") && sensors.iter().filter(|sensor: &&Sensor| sensor.is_chip()).count() == MOST_CHIPS {
+            return Err(s.error("chip", format!("accepted: {MOST_CHIPS} chips on buses at most")));
+        }
         let corner_hz = s.given(&key::corner)?;
         if corner_hz.is_some_and(|hz| hz > clock.frequency_hz() as f64) {
             return Err(s.error("corner", "beyond the clock; leave the lag out"));

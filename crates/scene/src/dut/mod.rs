@@ -385,7 +385,8 @@ impl Connected {
 pub struct SensorPin {
     /// The sensor's index, or [`ALL`](Self::ALL).
     pub sensor: usize,
-    /// The index of the pin: 0 or 1 as in [`Sensor::pins`](crate::Sensor::pins), or [`START`](Self::START).
+    /// The index of the pin: 0 or 1 as in [`Sensor::pins`](crate::Sensor::pins), [`START`](Self::START), or three from
+    /// [`LINES`](Self::LINES) on.
     pub pin: usize,
     /// Whether it is inverted; only a line is.
     pub inverted: bool,
@@ -398,6 +399,8 @@ pub struct SensorPin {
 impl SensorPin {
     /// The pin by which a design starts a sample.
     pub const START: usize = 2;
+    /// The first of the lines of a chip that a design drives.
+    pub const LINES: usize = 3;
     /// The sensor of a pin that starts a sample of every sensor that waits for one.
     pub const ALL: usize = usize::MAX;
 }
@@ -449,7 +452,7 @@ impl Connection {
     pub fn is_given(self) -> bool {
         match self {
             Self::Line(line, _) => line.is_given(),
-            Self::Sensor(pin) => pin.pin != SensorPin::START,
+            Self::Sensor(pin) => pin.pin < SensorPin::START,
             Self::Count | Self::Angle(_) | Self::Wall | Self::Constant(_) => true,
             Self::Duty(..) | Self::Force(..) | Self::Current(..) | Self::Open => false,
         }

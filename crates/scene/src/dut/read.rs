@@ -613,8 +613,10 @@ fn simple(
 /// Returns the pin of a sensor by its name behind `sensor.`, or the reason why there is none.
 fn sensor_pin(name: &str, inverted: bool, sensors: &[Sensor]) -> Result<SensorPin, String> {
     let pins = |(index, sensor): (usize, &Sensor)| {
-        let start = sensor.is_triggered().then_some(("start", Format::BIT));
-        let all = sensor.pins().into_iter().chain(start).zip([0, 1, SensorPin::START]);
+        let given = sensor.pins().into_iter().zip(0..);
+        let start = sensor.is_triggered().then_some((("start", Format::BIT), SensorPin::START));
+        let lines = ["csn", "sck", "mosi"].map(|line| (line, Format::BIT)).into_iter().zip(SensorPin::LINES..);
+        let all = given.chain(start).chain(lines.filter(|_| sensor.is_chip()));
         all.map(|((pin, format), place)| (format!("{}.{pin}", sensor.name), index, place, format)).collect::<Vec<_>>()
     };
     let together = sensors.iter().any(Sensor::is_triggered);
@@ -661,7 +663,7 @@ fn one_use(s: &Section, dut: &Dut) -> Result<(), SceneError> {
         let same = |other: &Connection| match (other, connection) {
             (Connection::Line(one, _), Connection::Line(two, _)) => one == two,
             (Connection::Sensor(one), Connection::Sensor(two)) => {
-                one.sensor == two.sensor || [one.sensor, two.sensor].contains(&SensorPin::ALL)
+                (one.sensor, one.pin) == (two.sensor, two.pin) || [one.sensor, two.sensor].contains(&SensorPin::ALL)
             }
             (one, two) => std::mem::discriminant(one) == std::mem::discriminant(two),
         };
