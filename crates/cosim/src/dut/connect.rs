@@ -99,7 +99,7 @@ pub struct Wires {
 }
 
 /// The values that the world's sensors show: the encoder's, and the pins of the others.
-pub(crate) type Sensed<'a> = (EncoderState, &'a [[i64; 2]]);
+pub(crate) type Sensed<'a> = (EncoderState, &'a [[i64; 3]]);
 
 /// The place of a line's port among the outputs, the number of bits to the line's right, and whether it is inverted.
 type Level = (usize, u32, bool);

@@ -114,6 +114,7 @@ pub(crate) fn with_sensors(row: &'static [Real], sensors: &[Sensor]) -> &'static
         SensorKind::Encoder(..) => {
             real(kept(&format!("sensor_{}_count", sensor.name)), "Count of the encoder, from position 0")
         }
+        SensorKind::Hall(_) => real(kept(&format!("sensor_{}_a", sensor.name)), "Level of the Hall switch a"),
         SensorKind::Modulator(_) => real(kept(&format!("sensor_{}_bit", sensor.name)), "Bit of the modulator"),
         SensorKind::Sampled(_) => real(kept(&format!("sensor_{}_word", sensor.name)), "Word of the sensor, in counts"),
     };

@@ -44,7 +44,7 @@ pub trait AnyWorld<'s> {
     /// See [`World::encoder`].
     fn encoder(&self) -> Option<EncoderState>;
     /// See [`World::sensors`].
-    fn sensors(&self) -> &[[i64; 2]];
+    fn sensors(&self) -> &[[i64; 3]];
     /// See [`World::summary`].
     fn summary(&self) -> Summary;
     /// See [`World::over`].
@@ -101,7 +101,7 @@ impl<'s, E: World + 's> AnyWorld<'s> for E {
     fn encoder(&self) -> Option<EncoderState> {
         World::encoder(self)
     }
-    fn sensors(&self) -> &[[i64; 2]] {
+    fn sensors(&self) -> &[[i64; 3]] {
         World::sensors(self)
     }
     fn summary(&self) -> Summary {

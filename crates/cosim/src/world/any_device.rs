@@ -33,7 +33,27 @@ pub(crate) enum Other<'p> {
     /// In fixed steps.
     Stepped(Stepped<'p>),
     /// A motor with three phases.
-    Pmsm(PmsmDevice<'p>),
+    Pmsm(Phased<'p>),
+}
+
+/// A motor with three phases, and the bands of the angle that its further encoders watch, each with its reading.
+#[derive(Clone)]
+pub(crate) struct Phased<'p> {
+    body: PmsmDevice<'p>,
+    watched: Vec<(usize, (f64, f64))>,
+}
+
+impl<'p> Phased<'p> {
+    /// Creates a motor that no further encoder watches.
+    pub(crate) fn new(body: PmsmDevice<'p>) -> Self {
+        Self { body, watched: Vec::new() }
+    }
+
+    /// Returns the first edge in (`from`, `to`] at which the motion changes its mode or the angle leaves a band.
+    fn next_event(&mut self, from: u64, to: u64, band: (f64, f64)) -> Option<Event> {
+        let (low, high) = self.watched.iter().fold(band, |(low, high), (_, own)| (low.max(own.0), high.min(own.1)));
+        self.body.next_event(from, to, (low, high))
+    }
 }
 
 macro_rules! forward {
@@ -51,7 +71,7 @@ macro_rules! each {
             Other::Small($body) => $call,
             Other::Large($body) => $call,
             Other::Stepped($body) => $call,
-            Other::Pmsm($body) => $call,
+            Other::Pmsm(Phased { body: $body, .. }) => $call,
         }
     };
 }
@@ -78,7 +98,12 @@ impl Other<'_> {
 
     #[inline(never)]
     fn next_event(&mut self, from: u64, to: u64, band: (f64, f64)) -> Option<Event> {
-        each!(self, body => body.next_event(from, to, band))
+        match self {
+            Self::Small(body) => body.next_event(from, to, band),
+            Self::Large(body) => body.next_event(from, to, band),
+            Self::Stepped(body) => body.next_event(from, to, band),
+            Self::Pmsm(body) => body.next_event(from, to, band),
+        }
     }
 
     #[inline(never)]
@@ -96,7 +121,7 @@ impl Other<'_> {
         match self {
             Self::Small(body) => body.side_of_band(edge, angle_rad, band),
             Self::Large(body) => body.side_of_band(edge, angle_rad, band),
-            Self::Pmsm(body) => body.side_of_band(edge, angle_rad, band),
+            Self::Pmsm(Phased { body, .. }) => body.side_of_band(edge, angle_rad, band),
             Self::Stepped(_) => side_of(band, angle_rad),
         }
     }
@@ -106,13 +131,13 @@ impl Other<'_> {
         match self {
             Self::Small(body) => body.is_surely_within(edge, angle_rad, band),
             Self::Large(body) => body.is_surely_within(edge, angle_rad, band),
-            Self::Pmsm(body) => body.is_surely_within(edge, angle_rad, band),
+            Self::Pmsm(Phased { body, .. }) => body.is_surely_within(edge, angle_rad, band),
             Self::Stepped(_) => side_of(band, angle_rad) == 0,
         }
     }
 }
 
-impl AnyDevice<'_> {
+impl<'p> AnyDevice<'p> {
     /// Returns the body if it is one in steps.
     #[inline(always)]
     pub(crate) fn stepped(&self) -> Option<&Stepped<'_>> {
@@ -144,7 +169,7 @@ impl AnyDevice<'_> {
                 Other::Small(body) => body.exact_state(edge),
                 Other::Large(body) => body.exact_state(edge),
                 Other::Stepped(body) => body.state(edge),
-                Other::Pmsm(body) => body.exact_state(edge),
+                Other::Pmsm(Phased { body, .. }) => body.exact_state(edge),
             },
         }
     }
@@ -157,7 +182,7 @@ impl AnyDevice<'_> {
                 Other::Small(body) => body.shown(x),
                 Other::Large(body) => body.shown(x),
                 Other::Stepped(body) => body.shown(x),
-                Other::Pmsm(body) => body.shown(edge, x),
+                Other::Pmsm(Phased { body, .. }) => body.shown(edge, x),
             },
         }
     }
@@ -169,7 +194,7 @@ impl AnyDevice<'_> {
             Self::Other(other) => match &**other {
                 Other::Small(body) => body.still(edge),
                 Other::Large(body) => body.still(edge),
-                Other::Pmsm(body) => body.still(edge),
+                Other::Pmsm(Phased { body, .. }) => body.still(edge),
                 Other::Stepped(_) => None,
             },
         }
@@ -219,7 +244,7 @@ impl AnyDevice<'_> {
             Self::Other(other) => match &**other {
                 Other::Small(body) => body.felt(edge),
                 Other::Large(body) => body.felt(edge),
-                Other::Pmsm(body) => body.felt(edge),
+                Other::Pmsm(Phased { body, .. }) => body.felt(edge),
                 Other::Stepped(body) => body.felt(x),
             },
         }
@@ -308,13 +333,28 @@ impl AnyDevice<'_> {
         }
     }
 
-    /// Watches the reading of a further sensor. See [`NetworkDevice::watch`]; only networks have such sensors.
+    /// Watches the reading of a further sensor. See [`NetworkDevice::watch`].
     pub(crate) fn watch(&mut self, sensor: usize, band: (f64, f64)) {
+        if let Some(Phased { watched, .. }) = self.phased() {
+            watched.retain(|(other, _)| *other != sensor);
+            watched.push((sensor, band));
+            return;
+        }
         network!(self, body => body.watch(sensor, band));
     }
 
-    /// Returns the reading of a further sensor at an edge that has not been left yet.
+    /// Returns the motor with three phases, if it is one.
+    fn phased(&mut self) -> Option<&mut Phased<'p>> {
+        let Self::Other(other) = self else { return None };
+        if let Other::Pmsm(phased) = &mut **other { Some(phased) } else { None }
+    }
+
+    /// Returns the reading of a further sensor at an edge that has not been left yet; of a motor with three phases its
+    /// angle.
     pub(crate) fn reading(&mut self, sensor: usize, edge: u64) -> f64 {
+        if let Some(Phased { body, .. }) = self.phased() {
+            return body.state(edge)[ANGLE];
+        }
         network!(self, body => body.reading(sensor, edge))
     }
 
@@ -322,9 +362,9 @@ impl AnyDevice<'_> {
     pub(crate) fn floor(&mut self, reading: Reading, edge: u64, scale: f64) -> i64 {
         let Self::Other(other) = self else { unreachable!("an axis has no further sensors") };
         match (&mut **other, reading) {
-            (Other::Pmsm(body), Reading::Phase(phase)) => body.floor(Some(phase.leg), edge, scale),
+            (Other::Pmsm(Phased { body, .. }), Reading::Phase(phase)) => body.floor(Some(phase.leg), edge, scale),
             // A shaft has one position.
-            (Other::Pmsm(body), _) => (body.state(edge)[ANGLE] * scale).floor() as i64,
+            (Other::Pmsm(Phased { body, .. }), _) => (body.state(edge)[ANGLE] * scale).floor() as i64,
             (_, Reading::Position(sensor)) => network!(self, body => body.floor(Some(sensor), edge, scale)),
             _ => network!(self, body => body.floor(None, edge, scale)),
         }
@@ -333,7 +373,9 @@ impl AnyDevice<'_> {
     /// Returns the charge that has flowed through a phase of a motor with three, or else through the drive.
     pub(crate) fn charge_as(&self, winding: Option<usize>, edge: u64) -> f64 {
         match (self, winding) {
-            (Self::Other(other), Some(phase)) if let Other::Pmsm(body) = &**other => body.charges(edge)[phase],
+            (Self::Other(other), Some(phase)) if let Other::Pmsm(Phased { body, .. }) = &**other => {
+                body.charges(edge)[phase]
+            }
             _ => self.energy(edge).current_and_angle_since(&Energy::default())[0],
         }
     }
@@ -346,6 +388,9 @@ impl AnyDevice<'_> {
 
     /// Returns on which side of a band the reading of a further sensor lies. See [`NetworkDevice::side_of_reading`].
     pub(crate) fn side_of_reading(&mut self, sensor: usize, edge: u64, value: f64, band: (f64, f64)) -> i8 {
+        if let Some(Phased { body, .. }) = self.phased() {
+            return body.side_of_band(edge, value, band);
+        }
         network!(self, body => body.side_of_reading(sensor, edge, value, band))
     }
 

@@ -19,7 +19,7 @@ use crate::result::forever::Rest;
 use crate::result::stays::{Sums, Tally};
 use crate::result::summary::{EnergyAudit, Summary, Unheld};
 use crate::world::actuator::{Actuator, Latch, Shaping};
-use crate::world::any_device::{AnyDevice, Other};
+use crate::world::any_device::{AnyDevice, Other, Phased};
 use crate::world::encoder::{Encoder, Pins};
 use crate::world::faults::FaultState;
 use crate::world::plant::{AnyLaws, Kind, Plant};
@@ -217,8 +217,9 @@ impl<'p, I> AxisWorld<'p, I> {
             world.begin(*angle_rad);
         }
         if let Kind::Pmsm { laws, start, sensors, seed, .. } = &plant.kind {
-            let mut device =
-                AnyDevice::Other(Box::new(Other::Pmsm(PmsmDevice::new(laws, [0.0; 2], start[1], start[0]))));
+            let mut device = AnyDevice::Other(Box::new(Other::Pmsm(Phased::new(PmsmDevice::new(
+                laws, [0.0; 2], start[1], start[0],
+            )))));
             let sensors = (!sensors.is_empty()).then(|| Sensors::new(sensors, *seed, &mut device, read[0]));
             world.sensors = sensors.map(Box::new);
             world.device = Some(device);
@@ -786,7 +787,7 @@ impl<I: Placed> World for AxisWorld<'_, I> {
         Some(self.encoder_state())
     }
 
-    fn sensors(&self) -> &[[i64; 2]] {
+    fn sensors(&self) -> &[[i64; 3]] {
         self.sensors.as_ref().map_or(&[], |sensors| sensors.pins())
     }
 

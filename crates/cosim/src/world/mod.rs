@@ -149,7 +149,7 @@ pub trait World: Clone {
         None
     }
     /// Returns the words of the two pins of each sensor beside the encoder, as [`hpu_scene::Sensor::pins`] names them.
-    fn sensors(&self) -> &[[i64; 2]] {
+    fn sensors(&self) -> &[[i64; 3]] {
         &[]
     }
     /// Returns a number that is the same in states that [recur](World::recurs) and in few others; `None` if the present

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use hpu_plant::{Band, Leg};
-use hpu_scene::{MOST_SENSORS, Modulator, Phase, Reading, Sampled, Sensor, SensorKind, SplitMix64};
+use hpu_scene::{Hall, MOST_SENSORS, Modulator, Phase, Reading, Sampled, Sensor, SensorKind, SplitMix64};
 
 use crate::result::summary::{Frames, Starts};
 use crate::world::any_device::AnyDevice;
@@ -17,9 +17,9 @@ pub(crate) struct Sensors<'p> {
     samplers: Vec<Sampler<'p>>,
     /// The chips on a bus, each with the index of its sensor.
     chips: Vec<(usize, SpiChip)>,
-    /// Of each sensor the words of its two pins: lines A and B, or a word or bit and whether it came at this edge; of a
-    /// chip its line out.
-    pins: Vec<[i64; 2]>,
+    /// Of each sensor the words of its pins: lines A and B, or a word or bit and whether it came at this edge; of a chip
+    /// its line out; of Hall switches all three.
+    pins: Vec<[i64; 3]>,
     /// Whether anything reads that a word came: else it stays 0, and the edge after a word is no event.
     tells_new: bool,
     /// The legs of a bridge with three, and the bits by which a design starts samples, as they are.
@@ -29,13 +29,14 @@ pub(crate) struct Sensors<'p> {
     converter: Option<usize>,
 }
 
-/// An encoder that the device watches for it.
+/// An encoder that the device watches for it, or Hall switches, which are an encoder of six counts an electrical turn.
 #[derive(Clone)]
 struct FurtherEncoder {
     /// Its places among the scene's sensors and among the device's readings.
     sensor: usize,
     reading: usize,
     encoder: Encoder,
+    is_hall: bool,
 }
 
 /// A sensor that samples a word or a bit.
@@ -73,7 +74,7 @@ impl<'p> Sensors<'p> {
     /// Puts sensors on a device that stands at edge 0. Words have a pin that tells when they come, unless the logic
     /// reads the current's sensor `current` at a pace of its own.
     pub(crate) fn new(all: &'p [Sensor], seed: u64, device: &mut AnyDevice, current: Option<usize>) -> Self {
-        let (pins, tells_new) = (vec![[0; 2]; all.len()], current.is_none());
+        let (pins, tells_new) = (vec![[0; 3]; all.len()], current.is_none());
         let mut sensors = Self {
             encoders: Vec::new(),
             samplers: Vec::new(),
@@ -87,9 +88,10 @@ impl<'p> Sensors<'p> {
         for (sensor, one) in all.iter().enumerate() {
             match &one.kind {
                 SensorKind::Encoder(reading, encoder) => {
-                    let encoder = Encoder::new(encoder.count_rad(), device.reading(*reading, 0));
-                    sensors.encoders.push(FurtherEncoder { sensor, reading: *reading, encoder });
-                    sensors.show(device, sensors.encoders.len() - 1);
+                    sensors.follow(sensor, (*reading, encoder.count_rad(), false), device);
+                }
+                SensorKind::Hall(Hall { reading, sector_rad }) => {
+                    sensors.follow(sensor, (*reading, *sector_rad, true), device);
                 }
                 SensorKind::Sampled(of) => {
                     let taking = Taking::word(of, sensor, seed);
@@ -116,8 +118,15 @@ impl<'p> Sensors<'p> {
         sensors
     }
 
+    /// Puts an encoder with counts of this angle on a reading of the device.
+    fn follow(&mut self, sensor: usize, (reading, count_rad, is_hall): (usize, f64, bool), device: &mut AnyDevice) {
+        let encoder = Encoder::new(count_rad, device.reading(reading, 0));
+        self.encoders.push(FurtherEncoder { sensor, reading, encoder, is_hall });
+        self.show(device, self.encoders.len() - 1);
+    }
+
     /// Returns the words of the pins of each sensor.
-    pub(crate) fn pins(&self) -> &[[i64; 2]] {
+    pub(crate) fn pins(&self) -> &[[i64; 3]] {
         &self.pins
     }
 
@@ -149,9 +158,9 @@ impl<'p> Sensors<'p> {
 
     /// Shows the count of an encoder, and lets the device watch for the next one.
     fn show(&mut self, device: &mut AnyDevice, index: usize) {
-        let FurtherEncoder { sensor, reading, encoder } = &self.encoders[index];
+        let FurtherEncoder { sensor, reading, encoder, is_hall } = &self.encoders[index];
         let (pins, Band { low, high, .. }) = (encoder.pins(), encoder.band());
-        self.pins[*sensor] = [pins.a, pins.b];
+        self.pins[*sensor] = if *is_hall { hall(encoder.count()) } else { [pins.a, pins.b, 0] };
         device.watch(*reading, (low, high));
     }
 
@@ -238,6 +247,12 @@ impl<'p> Sensors<'p> {
     }
 }
 
+/// Returns the levels of three Hall switches in a sixth of an electrical turn: each is 1 for half a turn, and the three
+/// are a third of a turn apart.
+fn hall(sixth: i64) -> [i64; 3] {
+    [0, 2, 4].map(|first| i64::from((sixth - first).rem_euclid(6) < 3))
+}
+
 impl<'p> Taking<'p> {
     /// Returns the taking of words, which reads its zero before the run if it has one.
     fn word(of: &'p Sampled, sensor: usize, seed: u64) -> Self {
@@ -284,7 +299,7 @@ impl<'p> Sampler<'p> {
         &mut self,
         edge: u64,
         (device, legs): (&mut AnyDevice, [Leg; 3]),
-        [shown, is_new]: &mut [i64; 2],
+        [shown, is_new, _]: &mut [i64; 3],
         tells_new: bool,
     ) {
         if self.until.take_if(|until| *until <= edge).is_some() {

@@ -45,7 +45,7 @@ pub(crate) struct SpiChip {
     /// The least clocks of a period of `sck`.
     least: u64,
     /// The latest word of the angle.
-    pub(crate) word: [i64; 2],
+    pub(crate) word: [i64; 3],
     lines: Lines,
     /// The bits that came and those that are still to go, and how many came.
     taken: u16,
@@ -75,7 +75,7 @@ impl SpiChip {
     pub(crate) fn new(least: u64) -> Self {
         Self {
             least,
-            word: [0; 2],
+            word: [0; 3],
             lines: Lines { csn: true, sck: false, mosi: false },
             taken: 0,
             given: 0,
@@ -192,7 +192,7 @@ mod tests {
     impl Master {
         fn new(half: u64) -> Self {
             let mut chip = SpiChip::new(5);
-            chip.word = [0x1234, 0];
+            chip.word = [0x1234, 0, 0];
             Self { chip, edge: 0, half }
         }
 

@@ -197,7 +197,7 @@ pub(crate) fn draft(root: &Section, clock: Clock) -> Result<Draft, SceneError> {
     for name in &joint_names {
         joints.push(joint(&all.section(name)?, (&names, &slides, &bodies))?);
     }
-    let (mut sensors, mut sensed) = sensors(&s, (&names, &slides), false, clock)?;
+    let (mut sensors, mut sensed) = sensors(&s, (&names, &slides), None, clock)?;
     let (mut encoder, on) = encoder_of(&root.section("encoder")?, (&names, &slides))?;
     let hand = root.section("hand")?;
     let grip = if hand.has("on") { body_of(&hand, &keys::hand_network::on, &names)? } else { on };

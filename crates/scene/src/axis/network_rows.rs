@@ -149,10 +149,11 @@ keys! { sensors: "device.sensors" of [];
 }
 
 keys! { sensor: "device.sensors.SENSOR" of [];
-    /// Kind of the sensor: an incremental encoder, an encoder whose word is the position, the drive's current by a
-    /// shunt and a converter, or by a shunt and a modulator of the first order, which gives a stream of bits.
+    /// Kind of the sensor: an incremental encoder, an encoder whose word is the position, three Hall switches, the
+    /// drive's current by a shunt and a converter, or by a shunt and a modulator of the first order, which gives a
+    /// stream of bits.
     kind: Choice<&'static str> =
-        Choice::new(|| named(&["encoder", "absolute", "current", "sigma_delta"], |it| it), Required);
+        Choice::new(|| named(&["encoder", "absolute", "hall", "current", "sigma_delta"], |it| it), Required);
     /// Body that it reads; required but for a current, or where there is one body.
     on: Text = Text(BODY, Said("none"));
     /// Lines of a revolution, of an incremental encoder on a body that turns; it has four counts for each.

@@ -35,6 +35,18 @@ pub enum SensorKind {
     Sampled(Sampled),
     /// A modulator of the current.
     Modulator(Modulator),
+    /// Hall switches of a motor with three phases.
+    Hall(Hall),
+}
+
+/// Three Hall switches, each at 1 for half an electrical turn, a third of a turn apart: a from angle 0 on, b from 120
+/// and c from 240 degrees.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Hall {
+    /// The index of the angle among those that sensors read.
+    pub reading: usize,
+    /// The angle of a sixth of an electrical turn.
+    pub sector_rad: f64,
 }
 
 /// A sigma-delta modulator of the first order: each bit is the sign of what is left of the current's charge after the
@@ -145,10 +157,11 @@ impl Sampled {
 }
 
 impl Sensor {
-    /// Returns the one or two pins that the world drives: the name and the format of each.
+    /// Returns the pins that the world drives, three at most: the name and the format of each.
     pub fn pins(&self) -> Vec<(&'static str, Format)> {
         match &self.kind {
             SensorKind::Encoder(..) => vec![("a", Format::BIT), ("b", Format::BIT)],
+            SensorKind::Hall(_) => ["a", "b", "c"].map(|pin| (pin, Format::BIT)).into(),
             SensorKind::Sampled(Sampled { chip: Some(_), .. }) => vec![("miso", Format::BIT)],
             SensorKind::Sampled(Sampled { reading, bits, .. }) => {
                 let word = if reading.is_round() { Format::unsigned(*bits) } else { Format::signed(*bits) };
@@ -210,7 +223,7 @@ pub(crate) fn encoder(
 }
 
 /// The keys of each kind of sensor, beside its kind.
-const KEYS: [(&str, &[&str]); 4] = [
+const KEYS: [(&str, &[&str]); 5] = [
     ("encoder", &["on", "lines", "resolution"]),
     ("absolute", &["on", "chip", "rate", "phase", "latency", "bus", "bits", "span", "corner", "noise", "inl"]),
     (
@@ -232,6 +245,7 @@ const KEYS: [(&str, &[&str]); 4] = [
             "inl",
         ],
     ),
+    ("hall", &["on"]),
     ("sigma_delta", &["winding", "rate", "phase", "gain", "range"]),
 ];
 
@@ -350,16 +364,16 @@ fn inl(s: &Section, bits: u32, is_round: bool) -> Result<Vec<f64>, SceneError> {
     Ok(all)
 }
 
-/// Reads the sensors of bodies with these names, of which some slide; of a motor with three `phases` in the place of a
-/// drive's current those of its phases. Returns them with the bodies that they read.
+/// Reads the sensors of bodies with these names, of which some slide; of a motor with three phases and these `pole_pairs` in
+/// the place of a drive's current those of its phases. Returns them with the bodies that they read.
 pub(crate) fn sensors(
     device: &Section,
     (names, slides): (&[String], &[bool]),
-    phases: bool,
+    pole_pairs: Option<u32>,
     clock: Clock,
 ) -> Result<(Vec<Sensor>, Vec<Sensed>), SceneError> {
     use keys::sensor as key;
-    let all = device.section("sensors")?;
+    let (all, phases) = (device.section("sensors")?, pole_pairs.is_some());
     let (mut sensors, mut sensed) = (Vec::new(), Vec::new());
     let own = names_of(&all, "sensor")?;
     if own.len() > MOST_SENSORS {
@@ -396,6 +410,13 @@ pub(crate) fn sensors(
                 let reading = if phases { Reading::Phase(phase(&s)?) } else { Reading::Current };
                 SensorKind::Sampled(sampled(&s, reading, false, clock)?)
             }
+            Some(_) if kind == "hall" => match pole_pairs {
+                Some(pairs) => {
+                    let sector_rad = 2.0 * PI / (6.0 * f64::from(pairs));
+                    SensorKind::Hall(Hall { reading: sensed.len(), sector_rad })
+                }
+                None => return Err(s.error("kind", "Hall switches are of a motor of kind \"pmsm\"")),
+            },
             Some(body) if kind == "encoder" => {
                 let encoder = encoder(&s, (&key::lines, &key::resolution), (slides[body], &names[body]))?;
                 SensorKind::Encoder(sensed.len(), encoder)

@@ -385,7 +385,7 @@ impl Connected {
 pub struct SensorPin {
     /// The sensor's index, or [`ALL`](Self::ALL).
     pub sensor: usize,
-    /// The index of the pin: 0 or 1 as in [`Sensor::pins`](crate::Sensor::pins), [`START`](Self::START), or three from
+    /// The index of the pin: 0 to 2 as in [`Sensor::pins`](crate::Sensor::pins), [`START`](Self::START), or three from
     /// [`LINES`](Self::LINES) on.
     pub pin: usize,
     /// Whether it is inverted; only a line is.
@@ -398,9 +398,9 @@ pub struct SensorPin {
 
 impl SensorPin {
     /// The pin by which a design starts a sample.
-    pub const START: usize = 2;
+    pub const START: usize = 3;
     /// The first of the lines of a chip that a design drives.
-    pub const LINES: usize = 3;
+    pub const LINES: usize = 4;
     /// The sensor of a pin that starts a sample of every sensor that waits for one.
     pub const ALL: usize = usize::MAX;
 }

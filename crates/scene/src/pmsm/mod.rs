@@ -85,7 +85,7 @@ pub(crate) fn pmsm(s: &Section, clock: Clock) -> Result<Pmsm, SceneError> {
         let reason = format!("less than coulomb_friction, {} N.m; write as much or more", number(coulomb_nm));
         return Err(s.error(key::stiction.name, reason));
     }
-    let (sensors, _) = sensors(s, (&[ROTOR.into()], &[false]), true, clock)?;
+    let (sensors, _) = sensors(s, (&[ROTOR.into()], &[false]), Some(pole_pairs), clock)?;
     Ok(Pmsm {
         pole_pairs,
         resistance_ohm: s.read(&key::resistance)?,
