@@ -59,18 +59,23 @@ pub enum Circuit {
     Amplified,
 }
 
-#[derive(Clone, Copy, PartialEq)]
-enum Leg {
+/// The switches of one leg.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum Leg {
+    /// The terminal is switched to the supply.
     High,
+    /// The terminal is switched to ground.
     Low,
-    Off,
+    /// Both switches are off; only the diodes can conduct.
+    #[default]
+    Open,
 }
 
 fn leg(high: bool, low: bool) -> Leg {
     match (high, low) {
         (true, false) => Leg::High,
         (false, true) => Leg::Low,
-        (false, false) => Leg::Off,
+        (false, false) => Leg::Open,
         (true, true) => unreachable!("both switches of a leg on"),
     }
 }
@@ -84,14 +89,14 @@ impl Bridge {
     pub fn circuit(&self, gates: Gates, current_a: f64, emf_v: f64) -> Circuit {
         let plus = leg(gates.b_high, gates.b_low);
         let minus = leg(gates.a_high, gates.a_low);
-        let off = u8::from(plus == Leg::Off) + u8::from(minus == Leg::Off);
+        let off = u8::from(plus == Leg::Open) + u8::from(minus == Leg::Open);
         if off == 0 {
             return self.closed(plus, minus, 0);
         }
         let rails = |leg| match leg {
             Leg::High => (self.supply_v, self.supply_v),
             Leg::Low => (0.0, 0.0),
-            Leg::Off => (-self.diode_drop_v, self.supply_v + self.diode_drop_v),
+            Leg::Open => (-self.diode_drop_v, self.supply_v + self.diode_drop_v),
         };
         // Without current the terminals differ by the back-EMF. A node that would leave the range of its diodes makes
         // them conduct.
@@ -126,10 +131,10 @@ impl Bridge {
         let share = |leg, gives: bool| match leg {
             Leg::High => 1.0,
             Leg::Low => 0.0,
-            Leg::Off => f64::from(u8::from(!gives)),
+            Leg::Open => f64::from(u8::from(!gives)),
         };
         let positive = direction > 0;
-        let diodes = u8::from(plus == Leg::Off) + u8::from(minus == Leg::Off);
+        let diodes = u8::from(plus == Leg::Open) + u8::from(minus == Leg::Open);
         Circuit::Closed {
             supply_share: share(plus, positive) - share(minus, !positive),
             diodes,

@@ -34,6 +34,7 @@ impl Axis {
             Drive::Current(_) => Circuit::Amplified,
             Drive::Average(duty) => self.bridge.averaged(duty),
             Drive::Gates(gates) => self.bridge.circuit(gates, x[CURRENT], motor.torque_constant_nm_per_a * x[SPEED]),
+            Drive::Legs(_) | Drive::Averages(_) => panic!("an axis has no inverter"),
         };
         let mut excitation = Excitation {
             voltage_v: self.bridge.voltage_v(circuit),
@@ -70,7 +71,7 @@ impl Axis {
             Drive::Average(_) => true,
             // With both legs switched, no current flows through diodes.
             Drive::Gates(gates) => (gates.a_high || gates.a_low) && (gates.b_high || gates.b_low),
-            Drive::Current(_) => false,
+            Drive::Current(_) | Drive::Legs(_) | Drive::Averages(_) => false,
         }
     }
 
@@ -79,7 +80,7 @@ impl Axis {
         match drive {
             Drive::Average(_) => !self.is_resistive(),
             Drive::Gates(_) => true,
-            Drive::Current(_) => false,
+            Drive::Current(_) | Drive::Legs(_) | Drive::Averages(_) => false,
         }
     }
 
@@ -92,7 +93,7 @@ impl Axis {
             Drive::Average(duty) if self.is_resistive() => {
                 x[CURRENT] = self.ohmic_a(self.bridge.voltage_v(self.bridge.averaged(duty)), 2, x[SPEED]);
             }
-            Drive::Average(_) | Drive::Gates(_) => {}
+            Drive::Average(_) | Drive::Gates(_) | Drive::Legs(_) | Drive::Averages(_) => {}
         }
         x
     }

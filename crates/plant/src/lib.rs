@@ -13,6 +13,7 @@ mod excitation;
 mod flow;
 mod held_device;
 pub mod network;
+pub mod pmsm;
 mod reduced;
 mod shaper;
 mod stepper;
@@ -20,7 +21,7 @@ mod stepper;
 pub mod transfer;
 
 pub use axis::{Axis, AxisError, Hand, Mass, Motor, Push};
-pub use bridge::{Bridge, Circuit, Gates};
+pub use bridge::{Bridge, Circuit, Gates, Leg};
 pub use device::{Device, Drive, Event, Pulses, REALS, Standing};
 pub use energy::Energy;
 pub use excitation::Excitation;

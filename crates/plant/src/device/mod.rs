@@ -27,7 +27,7 @@ use crate::flow::guard::{Band, Forecast, Guard, Limits, MotionPoint, STEADY, Sid
 use crate::flow::leap::Integrals;
 use crate::flow::linear::Trajectory;
 use crate::flow::matrix::{ANGLE, CURRENT, INTENT, SPEED, State};
-use crate::{Axis, Circuit, Gates};
+use crate::{Axis, Circuit, Gates, Leg};
 
 use cruise::{Cruise, Ripple};
 use known::{Ahead, Known};
@@ -65,6 +65,10 @@ pub enum Drive {
     Average(f64),
     /// An imposed current in A; on a rail a force in N.
     Current(f64),
+    /// The switches of an inverter's three legs, of phases a, b and c.
+    Legs([Leg; 3]),
+    /// The mean voltages of an inverter's three terminals, as shares of the supply between 0 and 1.
+    Averages([f64; 3]),
 }
 
 /// An axis in motion.
@@ -394,6 +398,7 @@ impl<'a> Device<'a> {
                 let emf_v = self.axis.motor.torque_constant_nm_per_a * x.hi[SPEED];
                 self.axis.bridge.circuit(gates, x.hi[CURRENT], emf_v)
             }
+            Drive::Legs(_) | Drive::Averages(_) => panic!("an axis has no inverter"),
         };
         if shaft == self.shaft {
             self.redrive::<P>(edge, x);

@@ -1,0 +1,192 @@
+//! A motor of three phases with permanent magnets (PMSM), on an inverter of three legs.
+//!
+//! | equation | |
+//! |---|---|
+//! | `dλ/dt = v - R i`, `λ = L_q i + (ψ + (L_d - L_q) i_d) e` | the winding in the stator's frame; `e = (cos pθ, sin pθ)` |
+//! | `τ = 3/2 p (ψ + (L_d - L_q) i_d) i_q` | the motor's torque; `i_d = e · i`, `i_q = e × i` |
+//! | `J dω/dt = τ - B ω - τ_c sgn ω - Σ A sin(n θ + φ) + τ_h` | slip; stuck: `ω = 0` up to the stiction |
+//! | `dθ/dt = ω` | mechanical angle |
+//! | `τ_h = τ` or `k_h (θ_h - θ) + b_h (dθ_h/dt - ω)` | hand: a torque, or a spring and damper to its intention |
+//!
+//! The frame of two axes has the size of the phases' amplitudes: `i = 2/3 Σ i_x u_x`, with `u_x` the directions of the
+//! phases at 0°, 120° and 240°. There is no neutral wire, so the phase currents sum to 0.
+//!
+//! A terminal is at the supply or at ground through the on-resistance of a switch that is on. With both switches of a
+//! leg off, a current out of the leg flows through the lower diode (terminal at `-V_d`), a current into it through the
+//! upper diode (terminal at the rail plus `V_d`). A phase whose current reaches 0 floats until its open terminal leaves
+//! the range of its diodes. The rail is the supply behind its resistance.
+//!
+//! **Differs from the hardware**: switches have one on-resistance and no switching time; diodes have a constant drop;
+//! the current may flow back into the supply without limit; inductances do not saturate.
+//!
+//! Equations: Krause, Analysis of Electric Machinery, in the stator's frame.
+
+mod motion;
+
+use std::fmt;
+
+use crate::Hand;
+
+pub use motion::PmsmDevice;
+
+/// The most harmonics of a motor's cogging.
+pub const MOST_HARMONICS: usize = 16;
+/// The greatest order of a harmonic of the cogging, and the most pole pairs.
+pub const HIGHEST_ORDER: u32 = 10_000;
+
+/// One harmonic of the cogging torque: `amplitude sin(order θ + phase)`, which acts against the positive angle.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Harmonic {
+    /// Periods a revolution of the shaft.
+    pub order: u32,
+    /// Amplitude in N·m.
+    pub amplitude_nm: f64,
+    /// Phase at angle 0, in rad.
+    pub phase_rad: f64,
+}
+
+/// A motor of three phases with everything that turns with it.
+#[derive(Clone, PartialEq, Debug)]
+pub struct PmsmMotor {
+    /// Pairs of poles: electrical turns a turn of the shaft.
+    pub pole_pairs: u32,
+    /// Resistance of a phase in Ω.
+    pub resistance_ohm: f64,
+    /// Inductance along the magnets' axis, `L_d`, in H.
+    pub direct_h: f64,
+    /// Inductance across the magnets' axis, `L_q`, in H.
+    pub quadrature_h: f64,
+    /// Amplitude of the magnets' flux linkage of a phase in V·s; 0 of a reluctance motor.
+    pub flux_vs: f64,
+    /// Inertia at the shaft in kg·m².
+    pub inertia_kg_m2: f64,
+    /// Viscous friction in N·m·s/rad.
+    pub viscous_nm_s_per_rad: f64,
+    /// Coulomb friction in N·m.
+    pub coulomb_nm: f64,
+    /// Torque up to which a shaft at rest sticks, in N·m: at least the Coulomb friction.
+    pub stiction_nm: f64,
+    /// Harmonics of the cogging torque, at most [`MOST_HARMONICS`].
+    pub cogging: Vec<Harmonic>,
+}
+
+/// An inverter of three legs and its supply.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Inverter {
+    /// Supply voltage in V.
+    pub supply_v: f64,
+    /// Resistance of the supply in Ω.
+    pub supply_ohm: f64,
+    /// Resistance of one closed switch in Ω.
+    pub on_resistance_ohm: f64,
+    /// Drop of a conducting diode in V.
+    pub diode_drop_v: f64,
+}
+
+/// The reason why a motor or its inverter is refused, and what is accepted.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct PmsmError(String);
+
+impl fmt::Display for PmsmError {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for PmsmError {}
+
+/// The immutable laws of a motor on its inverter, with a hand on the shaft, on a clock.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Pmsm {
+    motor: PmsmMotor,
+    inverter: Inverter,
+    hand: Hand,
+    edge_s: f64,
+}
+
+impl Pmsm {
+    /// Creates the laws on a clock of period `edge_s`, in s.
+    ///
+    /// # Errors
+    ///
+    /// When a number is not finite or not positive where it must be, when stiction is below Coulomb friction, when pole
+    /// pairs or orders are 0 or too high, when there are too many harmonics, or when the hand prescribes the motion.
+    pub fn new(motor: PmsmMotor, inverter: Inverter, hand: Hand, edge_s: f64) -> Result<Self, PmsmError> {
+        let refuse = |reason: String| Err(PmsmError(reason));
+        let (hand_k, hand_b) = match hand {
+            Hand::Spring(push) => (push.stiffness_nm_per_rad, push.damping_nm_s_per_rad),
+            Hand::Torque(torque_nm) if !torque_nm.is_finite() => {
+                return refuse("the hand's torque must be finite".into());
+            }
+            Hand::Torque(_) => (0.0, 0.0),
+            Hand::Prescribed => {
+                return refuse("a hand on a motor of three phases is a torque, or a spring with a damper".into());
+            }
+        };
+        for (name, value, positive) in [
+            ("resistance", motor.resistance_ohm, false),
+            ("L_d", motor.direct_h, true),
+            ("L_q", motor.quadrature_h, true),
+            ("flux linkage", motor.flux_vs, false),
+            ("inertia", motor.inertia_kg_m2, true),
+            ("viscous friction", motor.viscous_nm_s_per_rad, false),
+            ("Coulomb friction", motor.coulomb_nm, false),
+            ("supply", inverter.supply_v, true),
+            ("resistance of the supply", inverter.supply_ohm, false),
+            ("on-resistance", inverter.on_resistance_ohm, false),
+            ("diode drop", inverter.diode_drop_v, false),
+            ("hand stiffness", hand_k, false),
+            ("hand damping", hand_b, false),
+            ("clock period", edge_s, true),
+        ] {
+            if !value.is_finite() || value < 0.0 || (positive && value == 0.0) {
+                let rule = if positive { "positive" } else { "zero or positive" };
+                return refuse(format!("{name} is {value}; it must be {rule}"));
+            }
+        }
+        if !(motor.stiction_nm.is_finite() && motor.stiction_nm >= motor.coulomb_nm) {
+            let (stiction, coulomb) = (motor.stiction_nm, motor.coulomb_nm);
+            return refuse(format!("stiction is {stiction}; it must be the Coulomb friction, {coulomb}, or more"));
+        }
+        let is_count = |count: u32| (1..=HIGHEST_ORDER).contains(&count);
+        if !is_count(motor.pole_pairs) {
+            return refuse(format!("pole pairs are {}; accepted are 1 to {HIGHEST_ORDER}", motor.pole_pairs));
+        }
+        if motor.cogging.len() > MOST_HARMONICS {
+            let count = motor.cogging.len();
+            return refuse(format!("cogging has {count} harmonics; accepted are up to {MOST_HARMONICS}"));
+        }
+        for harmonic in &motor.cogging {
+            if !is_count(harmonic.order) {
+                return refuse(format!(
+                    "a harmonic of the cogging has order {}; accepted are 1 to {HIGHEST_ORDER}",
+                    harmonic.order
+                ));
+            }
+            if !(harmonic.amplitude_nm.is_finite() && harmonic.phase_rad.is_finite()) {
+                return refuse("amplitude and phase of a harmonic of the cogging must be finite".into());
+            }
+        }
+        Ok(Self { motor, inverter, hand, edge_s })
+    }
+
+    /// Returns the motor.
+    pub fn motor(&self) -> &PmsmMotor {
+        &self.motor
+    }
+
+    /// Returns the inverter.
+    pub fn inverter(&self) -> &Inverter {
+        &self.inverter
+    }
+
+    /// Returns the hand.
+    pub fn hand(&self) -> Hand {
+        self.hand
+    }
+
+    /// Returns the period of the clock in s.
+    pub fn edge_s(&self) -> f64 {
+        self.edge_s
+    }
+}
