@@ -107,6 +107,16 @@ impl Polynomial {
         Self { c, terms: terms.len() - skip, end, third }
     }
 
+    /// Returns the polynomial of this number of coefficients over `[0, end]`.
+    #[inline]
+    pub(crate) fn of(c: [f64; ORDER + 1], terms: usize, end: f64) -> Self {
+        let mut third = 0.0;
+        for k in (3..terms).rev() {
+            third = third * end + (k * (k - 1) * (k - 2)) as f64 * c[k].abs();
+        }
+        Self { c, terms, end, third }
+    }
+
     /// Returns one of several series, with its bound.
     pub(crate) fn bounded(terms: &[Lanes], lane: usize, bounds: &Bounds) -> Self {
         let mut c = [0.0; ORDER + 1];

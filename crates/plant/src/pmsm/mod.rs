@@ -21,7 +21,11 @@
 //!
 //! Equations: Krause, Analysis of Electric Machinery, in the stator's frame.
 
+mod circuit;
+mod energy;
 mod motion;
+mod room;
+mod series;
 
 use std::fmt;
 

@@ -1,28 +1,213 @@
 //! The motor in motion: its anchor, the end of each segment, and its state at a clock edge.
+//!
+//! Between two changes (a switching, a zero of a phase current, a diode that opens, friction that holds or lets go) the
+//! motion is a segment: Taylor series from an anchor, which need not lie on a clock edge. A segment ends at the instant
+//! of the change, or where its series are good no longer. Its powers are written in stages, because most segments are
+//! cut short by the next switching. Everything is a function of the segment and of the edge, so that it does not depend
+//! on who asked before.
 
 use super::Pmsm;
+use super::circuit::{Affine, Change, Circuit, Freedom, PHASES, Path, Plane, dot, settled};
+use super::energy::{self, Passed};
+use super::room::Room;
+use super::series::{ALPHA, ANGLE, BETA, Driven, Hold, SPEED, Series, Start};
+use crate::Hand;
+use crate::Leg;
 use crate::device::{Drive, Event, REALS};
 use crate::energy::Energy;
-use crate::flow::gauge::{Measured, Pace};
+use crate::flow::gauge::{Extent, Gauge, Measured, Pace, Stretch};
 use crate::flow::matrix::State;
+use crate::flow::polynomial::{Bounds, Lanes, ORDER, Polynomial, Reach, value};
+
+/// The longest duration of a segment, unless all is at rest.
+const LONGEST_S: f64 = 1.0;
+/// The shortest duration of a segment that ends because its series do.
+const SHORTEST_S: f64 = 1e-9;
+/// The time by which the motion goes on where a condition comes too near to its limit to be decided.
+const ONWARD_S: f64 = 1e-12;
+/// The fewest powers of a series.
+const FEWEST: usize = 4;
+/// The most segments that begin within one edge; more would be a fault of rounding.
+const MOST_WITHIN: u32 = 64;
+/// The segments after which the room of the motion is made anew.
+const ROOM_LASTS: u32 = 1024;
+
+/// The reason for the end of a segment.
+#[derive(Clone, Copy, PartialEq)]
+enum End {
+    /// The powers written so far are good no longer.
+    Short,
+    /// The whole series is.
+    Worn,
+    /// The shaft comes to rest.
+    Stop,
+    /// Friction does not hold the shaft any longer; it moves in this direction.
+    Break(f64),
+    /// The circuit changes.
+    Circuit(Change),
+}
+
+/// What begins with a segment.
+#[derive(Clone, Copy, PartialEq)]
+enum Begin {
+    /// Nothing.
+    Onward,
+    /// The shaft moves in this direction.
+    Break(f64),
+    /// Legs are switched.
+    Legs,
+    /// The circuit changes by itself.
+    Circuit(Change),
+}
 
 /// A motor of three phases in motion.
 #[derive(Clone)]
 pub struct PmsmDevice<'a> {
     laws: &'a Pmsm,
+    /// The anchor: the first edge at or after it, and the time from the anchor to that edge.
+    anchor: u64,
+    offset_s: f64,
+    start: Start,
+    drive: Drive,
+    circuit: Circuit,
+    /// The phase whose current is 0 at the anchor, because its diode begins to conduct there.
+    begun: [bool; 3],
+    hold: Hold,
+    /// The hand's intention: an edge, the angle there, and the speed from there on.
+    told: (u64, f64, f64),
+    series: Series,
+    room: Room,
+    room_lasts: u32,
+    /// The duration for which a segment's first powers should do.
+    expected_s: f64,
+    /// End of the segment as a time after the anchor, its reason, and the first edge that the segment does not reach.
+    end_s: f64,
+    end: End,
+    end_edge: u64,
+    energy: Energy,
+    /// Integrals of the current, with the rests dropped by rounding.
+    charge: [Plane; 2],
+    initial_j: f64,
+    mode_changes: u64,
+    segments: u64,
+    /// Segments that began at the present anchor edge, and edges at which there were too many.
+    within: u32,
+    crowded: u64,
+    gauge: Option<Box<Gauge<2>>>,
 }
 
 impl<'a> PmsmDevice<'a> {
     /// Creates a device at edge 0 with all legs open, with currents `i_d` and `i_q` in A, a speed in rad/s and an angle
     /// in rad; the hand intends that angle.
-    pub fn new(laws: &'a Pmsm, _dq_a: [f64; 2], _speed_rad_per_s: f64, _angle_rad: f64) -> Self {
-        Self { laws }
+    pub fn new(laws: &'a Pmsm, [direct, across]: [f64; 2], speed_rad_per_s: f64, angle_rad: f64) -> Self {
+        let e = laws.direction(angle_rad, 0.0);
+        let i = [direct * e[0] - across * e[1], direct * e[1] + across * e[0]];
+        let x = [i[0], i[1], speed_rad_per_s, angle_rad];
+        let start = Start { x, low: [0.0; 4], e, twist_rad: 0.0, intent_rad_per_s: 0.0 };
+        let mut device = Self {
+            laws,
+            anchor: 0,
+            offset_s: 0.0,
+            start,
+            drive: Drive::Legs([Leg::Open; 3]),
+            circuit: Circuit::of(laws, [Path::Mean; 3]),
+            begun: [false; 3],
+            hold: Hold::Slip(0.0),
+            told: (0, angle_rad, 0.0),
+            series: Series::new(laws),
+            room: Room::NONE,
+            room_lasts: 0,
+            expected_s: 0.0,
+            end_s: 0.0,
+            end: End::Worn,
+            end_edge: 0,
+            energy: Energy::default(),
+            charge: [[0.0; 2]; 2],
+            initial_j: laws.stored_j(&x, &[0.0; 4]),
+            mode_changes: 0,
+            segments: 0,
+            within: 0,
+            crowded: 0,
+            gauge: None,
+        };
+        device.begin(0, 0.0, (x, [0.0; 4]), Begin::Legs);
+        device.mode_changes = 0;
+        device
+    }
+
+    /// Returns the time from the anchor to an edge at or after it.
+    #[inline(always)]
+    fn time_s(&self, edge: u64) -> f64 {
+        (edge - self.anchor) as f64 * self.laws.edge_s + self.offset_s
+    }
+
+    /// Returns the state a time after the anchor, with the parts that rounding takes from it: the anchor and the change
+    /// since are added without error, and the change is small.
+    #[inline(always)]
+    fn sum(&self, t: f64) -> (Lanes, Lanes) {
+        let Start { x, low, .. } = &self.start;
+        let mut rates = value(&self.series.x[1..=self.series.powers], t);
+        // The angle also moves by the low part of the speed.
+        rates[ANGLE] += low[SPEED];
+        let mut sums = ([0.0; 4], [0.0; 4]);
+        for lane in 0..4 {
+            let change = low[lane] + rates[lane] * t;
+            let whole = x[lane] + change;
+            let kept = whole - x[lane];
+            (sums.0[lane], sums.1[lane]) = (whole, (x[lane] - (whole - kept)) + (change - kept));
+        }
+        sums
+    }
+
+    /// Returns `i_d` and `i_q` for a current a time after the anchor.
+    #[inline(always)]
+    fn rotated(&self, t: f64, x: &Lanes) -> [f64; 2] {
+        let (mut sine, mut cosine) = (0.0, 0.0);
+        for term in self.series.turned[..=self.series.powers].iter().rev() {
+            (sine, cosine) = (sine * t + term[0], cosine * t + term[1]);
+        }
+        [cosine * x[ALPHA] + sine * x[BETA], cosine * x[BETA] - sine * x[ALPHA]]
+    }
+
+    /// Calls a function with the device as it is when it has come to an edge.
+    #[inline(always)]
+    fn on<T>(&self, edge: u64, read: impl FnOnce(&Self) -> T) -> T {
+        if edge < self.end_edge {
+            return read(self);
+        }
+        let mut then = self.clone();
+        then.reach(edge);
+        read(&then)
+    }
+
+    /// Moves the anchor until the segment reaches beyond an edge.
+    #[inline(always)]
+    fn reach(&mut self, edge: u64) {
+        while self.end_edge <= edge {
+            self.follow();
+        }
     }
 
     /// Returns `i_q` in A, the speed in rad/s, the angle and the hand's intention in rad, at an edge that has not been
     /// left yet.
-    pub fn state(&self, _edge: u64) -> State {
-        todo!()
+    #[inline]
+    pub fn state(&self, edge: u64) -> State {
+        self.on(edge, |then| then.state_at(edge))
+    }
+
+    #[inline(always)]
+    fn state_at(&self, edge: u64) -> State {
+        let t = self.time_s(edge);
+        let (x, _) = self.sum(t);
+        let [_, across] = self.rotated(t, &x);
+        [across, x[SPEED], x[ANGLE], self.intent_rad(edge)]
+    }
+
+    /// Returns the hand's intention at an edge.
+    #[inline(always)]
+    fn intent_rad(&self, edge: u64) -> f64 {
+        let (told, angle_rad, speed_rad_per_s) = self.told;
+        angle_rad + speed_rad_per_s * ((edge - told) as f64 * self.laws.edge_s)
     }
 
     /// Returns the [`state`](Self::state): it does not depend on who asked before.
@@ -32,8 +217,11 @@ impl<'a> PmsmDevice<'a> {
 
     /// Returns the outputs of the state at an edge, in the order of [`REALS`](crate::REALS). The torque is that of the
     /// motor at that edge, which with `L_d != L_q` depends on `i_d` too.
-    pub fn shown(&self, _edge: u64, _x: &State) -> [f64; REALS.len()] {
-        todo!()
+    pub fn shown(&self, edge: u64, x: &State) -> [f64; REALS.len()] {
+        let motor = &self.laws.motor;
+        let salience = motor.direct_h - motor.quadrature_h;
+        let active = motor.flux_vs + if salience == 0.0 { 0.0 } else { salience * self.dq(edge)[0] };
+        [x[0], x[1], x[2], 1.5 * f64::from(motor.pole_pairs) * active * x[0]]
     }
 
     /// Returns the outputs named by [`REALS`](crate::REALS) at an edge.
@@ -42,44 +230,73 @@ impl<'a> PmsmDevice<'a> {
     }
 
     /// Returns the outputs at this edge and at all later ones, if nothing moves as the device is driven.
-    pub fn still(&self, _edge: u64) -> Option<[f64; REALS.len()]> {
-        todo!()
+    pub fn still(&self, edge: u64) -> Option<[f64; REALS.len()]> {
+        (self.end_edge == u64::MAX).then(|| self.reals(edge))
     }
 
     /// Returns the hand's angle in rad and its torque in N·m at an edge.
-    pub fn felt(&self, _edge: u64) -> [f64; 2] {
-        todo!()
+    pub fn felt(&self, edge: u64) -> [f64; 2] {
+        let [_, speed, angle, intent] = self.state(edge);
+        match self.laws.hand {
+            Hand::Torque(torque_nm) => [angle, torque_nm],
+            Hand::Spring(push) => {
+                let spring = push.stiffness_nm_per_rad * (intent - angle);
+                [intent, spring + push.damping_nm_s_per_rad * (self.told.2 - speed)]
+            }
+            Hand::Prescribed => [angle, 0.0],
+        }
     }
 
     /// Returns the currents into the three phases at an edge, in A; they sum to 0, and that of a floating phase is 0.
-    pub fn phases(&self, _edge: u64) -> [f64; 3] {
-        todo!()
+    pub fn phases(&self, edge: u64) -> [f64; 3] {
+        self.on(edge, |then| {
+            let ([a, b, ..], _) = then.sum(then.time_s(edge));
+            then.circuit.phases([a, b])
+        })
     }
 
     /// Returns the charges that flowed into the three phases until an edge, in A·s.
-    pub fn charges(&self, _edge: u64) -> [f64; 3] {
-        todo!()
+    pub fn charges(&self, edge: u64) -> [f64; 3] {
+        self.on(edge, |then| {
+            let passed = Passed::of(&then.series, &then.circuit, then.time_s(edge));
+            let [done, rest] = then.charge;
+            PHASES.map(|u| dot(u, done) + dot(u, [rest[0] + passed.states[ALPHA], rest[1] + passed.states[BETA]]))
+        })
     }
 
     /// Returns `i_d` and `i_q` at an edge, in A.
-    pub fn dq(&self, _edge: u64) -> [f64; 2] {
-        todo!()
+    pub fn dq(&self, edge: u64) -> [f64; 2] {
+        self.on(edge, |then| {
+            let t = then.time_s(edge);
+            then.rotated(t, &then.sum(t).0)
+        })
     }
 
     /// Returns the voltages of the three terminals against ground from an edge on, in V. If no phase carries a current
     /// and no switch is on, the star point is taken at half the supply.
-    pub fn voltages(&self, _edge: u64) -> [f64; 3] {
-        todo!()
+    pub fn voltages(&self, edge: u64) -> [f64; 3] {
+        self.on(edge, |then| {
+            let ([a, b, ..], _) = then.sum(then.time_s(edge));
+            let mut rate = [0.0; 2];
+            for k in (0..then.series.powers).rev() {
+                let term = then.series.flux_rate(then.laws, k);
+                rate = [rate[0] * then.time_s(edge) + term[0], rate[1] * then.time_s(edge) + term[1]];
+            }
+            then.circuit.terminals.map(|terminal| terminal.at([a, b], rate))
+        })
     }
 
     /// Returns the current out of the supply from an edge on, in A; negative where it flows back.
-    pub fn supply_current(&self, _edge: u64) -> f64 {
-        todo!()
+    pub fn supply_current(&self, edge: u64) -> f64 {
+        self.on(edge, |then| {
+            let ([a, b, ..], _) = then.sum(then.time_s(edge));
+            dot(then.circuit.rail, [a, b])
+        })
     }
 
     /// Returns whether friction holds the shaft.
     pub fn is_stuck(&self) -> bool {
-        todo!()
+        self.hold == Hold::Stuck
     }
 
     /// Returns the current of phase 0, 1 or 2 at an edge, in A.
@@ -89,24 +306,48 @@ impl<'a> PmsmDevice<'a> {
 
     /// Returns the greatest integer up to `scale` times the current of a phase at an edge, or times `i_q` without a
     /// phase.
-    pub fn floor(&self, _phase: Option<usize>, _edge: u64, _scale: f64) -> i64 {
-        todo!()
+    pub fn floor(&self, phase: Option<usize>, edge: u64, scale: f64) -> i64 {
+        let current = phase.map_or_else(|| self.state(edge)[0], |phase| self.reading(phase, edge));
+        (scale * current).floor() as i64
     }
 
     /// Gathers means of `i_q` and speed between rows from edge 0 on, and extremes where they are `read`.
-    pub fn measure(&mut self, _pace: Pace, _read: [bool; 2]) {
-        todo!()
+    pub fn measure(&mut self, pace: Pace, read: [bool; 2]) {
+        self.gauge = Some(Box::new(Gauge::new(pace, read)));
     }
 
     /// Returns means and extremes of `i_q` and speed since the row before the row at this edge, at which the state is
     /// `x`; `None` unless [`measure`](Self::measure) asked for them.
-    pub fn measured(&self, _edge: u64, _x: &State) -> Option<[Measured; 2]> {
-        todo!()
+    pub fn measured(&self, edge: u64, x: &State) -> Option<[Measured; 2]> {
+        self.gauge.as_ref()?;
+        self.on(edge, |then| {
+            let gauge = then.gauge.as_deref()?;
+            let now = if then.time_s(edge) == 0.0 {
+                gauge.clone()
+            } else {
+                gauge.after(then.anchor, edge, Some(edge), &Course(then))
+            };
+            Some(now.row(edge, then.laws.edge_s, &[x[0], x[1]]))
+        })
+    }
+
+    /// Tells the gauge the segment up to an edge, or up to its end.
+    #[inline(always)]
+    fn pass(&mut self, now: u64, to: Option<u64>) {
+        if let Some(gauge) = &self.gauge
+            && to.is_none_or(|edge| self.time_s(edge) > 0.0)
+        {
+            self.gauge = Some(Box::new(gauge.after(self.anchor, now, to, &Course(self))));
+        }
     }
 
     /// Sets the hand's intended angle in rad and its speed in rad/s from `edge` on.
-    pub fn intend(&mut self, _edge: u64, _angle_rad: f64, _speed_rad_per_s: f64) {
-        todo!()
+    pub fn intend(&mut self, edge: u64, angle_rad: f64, speed_rad_per_s: f64) {
+        self.reach(edge);
+        self.pass(edge, Some(edge));
+        let x = self.account(self.time_s(edge));
+        self.told = (edge, angle_rad, speed_rad_per_s);
+        self.begin(edge, 0.0, x, Begin::Onward);
     }
 
     /// Sets the legs of the inverter from `edge` on: [`Drive::Legs`] or [`Drive::Averages`]. Shares are limited to 0
@@ -115,15 +356,83 @@ impl<'a> PmsmDevice<'a> {
     /// # Panics
     ///
     /// When the drive is of another kind.
-    pub fn driven(&mut self, _edge: u64, _drive: Drive) {
-        todo!()
+    pub fn driven(&mut self, edge: u64, drive: Drive) {
+        if self.drive == drive {
+            return;
+        }
+        self.reach(edge);
+        self.pass(edge, Some(edge));
+        let t = self.time_s(edge);
+        self.expected_s = (0.9 * self.expected_s).max(1.1 * t);
+        let x = self.account(t);
+        self.drive = drive;
+        self.begin(edge, 0.0, x, Begin::Legs);
     }
 
     /// Returns the first edge in (`from`, `to`] at which the angle leaves `[low_rad, high_rad)`, a mode ends, or the
     /// series that describe the motion end, where none of it has happened at `from`.
     #[must_use]
-    pub fn next_event(&mut self, _from: u64, _to: u64, _band: (f64, f64)) -> Option<Event> {
-        todo!()
+    pub fn next_event(&mut self, from: u64, to: u64, (low, high): (f64, f64)) -> Option<Event> {
+        self.reach(from);
+        let ended = self.end_edge <= to;
+        // The last edge of this segment to be searched.
+        let last = if ended { self.end_edge - 1 } else { to };
+        let left = if last > from && self.end_edge != u64::MAX { self.leaves(from, last, (low, high)) } else { None };
+        left.or(ended.then_some(self.end_edge)).map(|edge| (edge, self.state_at(edge)))
+    }
+
+    /// Returns the first edge in (`from`, `last`] at which the angle is outside a band.
+    #[inline]
+    fn leaves(&self, from: u64, last: u64, band: (f64, f64)) -> Option<u64> {
+        let (low, high) = band;
+        let edge_s = self.laws.edge_s;
+        let t = self.time_s(last);
+        let angle = self.start.x[ANGLE];
+        let fastest = self.start.x[SPEED].abs() + self.room.acceleration * t;
+        // A bound of the rounding of the angle's value, and of its way from the anchor.
+        let noise = 4.0 * f64::EPSILON * (angle.abs() + fastest * t);
+        let way = fastest * t + noise;
+        if angle - way > low && angle + way < high {
+            return None;
+        }
+        let terms = &self.series.x[..=self.series.powers];
+        let bounds = Bounds::of(terms, t);
+        let polynomial = Polynomial::bounded(terms, ANGLE, &bounds);
+        let noise = noise + bounds.noise[ANGLE];
+        let mut edge = from;
+        while edge < last {
+            let [x, slope, curvature] = polynomial.at(self.time_s(edge));
+            let mut safe_s = (last - edge) as f64 * edge_s;
+            for [room, slope, curvature] in
+                [[x - low - noise, slope, curvature], [high - x - noise, -slope, -curvature]]
+            {
+                if room < f64::INFINITY {
+                    safe_s = if room > 0.0 { polynomial.safe_for([room, slope, curvature], safe_s) } else { 0.0 };
+                }
+            }
+            // The last edge that is proved safe without evaluation.
+            let edges = (safe_s / edge_s) as u64;
+            if edges >= last - edge {
+                return None;
+            }
+            if edges > 1 {
+                edge += edges - 1;
+            } else {
+                edge += 1;
+                if self.side(edge, band) != 0 {
+                    return Some(edge);
+                }
+            }
+        }
+        None
+    }
+
+    /// Returns on which side of a band the angle lies at an edge of the segment: decided by the angle with its low part.
+    fn side(&self, edge: u64, (low, high): (f64, f64)) -> i8 {
+        let (x, part) = self.sum(self.time_s(edge));
+        // An angle rounded downward is below a limit exactly if the angle before rounding is.
+        let angle = if part[ANGLE] < 0.0 { x[ANGLE].next_down() } else { x[ANGLE] };
+        if angle < low { -1 } else { i8::from(angle >= high) }
     }
 
     /// Moves to the edge of an event, and returns the state there.
@@ -132,38 +441,382 @@ impl<'a> PmsmDevice<'a> {
     }
 
     /// Moves to an edge at or after the last one, and returns the state there.
-    pub fn step(&mut self, _edge: u64) -> State {
-        todo!()
+    #[inline]
+    pub fn step(&mut self, edge: u64) -> State {
+        self.reach(edge);
+        self.state_at(edge)
     }
 
     /// Returns where the angle lies with respect to the band from `low_rad`, inclusive, to `high_rad`, at an edge where
     /// its `f64` value is `angle_rad`: -1 below, 0 inside, 1 above.
-    pub fn side_of_band(&self, _edge: u64, _angle_rad: f64, _band: (f64, f64)) -> i8 {
-        todo!()
+    pub fn side_of_band(&self, edge: u64, angle_rad: f64, (low_rad, high_rad): (f64, f64)) -> i8 {
+        if self.is_surely_within(edge, angle_rad, (low_rad, high_rad)) {
+            return 0;
+        }
+        self.on(edge, |then| then.side(edge, (low_rad, high_rad)))
     }
 
     /// Returns whether an angle lies within a band by more than the rounding of its `f64` value.
-    pub fn is_surely_within(&self, _edge: u64, _angle_rad: f64, (_low_rad, _high_rad): (f64, f64)) -> bool {
-        todo!()
+    pub fn is_surely_within(&self, _edge: u64, angle_rad: f64, (low_rad, high_rad): (f64, f64)) -> bool {
+        angle_rad > low_rad && angle_rad < high_rad
     }
 
     /// Returns the energy exchanged until `edge`.
-    pub fn energy(&self, _edge: u64) -> Energy {
-        todo!()
+    pub fn energy(&self, edge: u64) -> Energy {
+        self.on(edge, |then| {
+            let mut energy = then.energy;
+            then.tally(&mut energy, then.time_s(edge));
+            energy
+        })
+    }
+
+    /// Adds the energies of the first `t` of the segment, and returns its integrals and the state there.
+    #[inline(always)]
+    fn tally(&self, energy: &mut Energy, t: f64) -> (Passed, (Lanes, Lanes)) {
+        let (x, low) = self.sum(t);
+        let turned = (x[ANGLE] - self.start.x[ANGLE]) + (low[ANGLE] - self.start.low[ANGLE]);
+        let passed = Passed::of(&self.series, &self.circuit, t);
+        energy::take(energy, self.laws, (&self.circuit, self.hold), &self.start, &passed, (t, turned));
+        (passed, (x, low))
+    }
+
+    /// Accounts for the first `t` after the anchor and returns the state there.
+    #[inline(always)]
+    fn account(&mut self, t: f64) -> (Lanes, Lanes) {
+        if t == 0.0 {
+            return (self.start.x, self.start.low);
+        }
+        let mut energy = self.energy;
+        let (passed, x) = self.tally(&mut energy, t);
+        self.energy = energy;
+        let [done, rest] = &mut self.charge;
+        for axis in 0..2 {
+            let more = passed.states[axis];
+            let sum = done[axis] + more;
+            let kept = sum - done[axis];
+            rest[axis] += (done[axis] - (sum - kept)) + (more - kept);
+            done[axis] = sum;
+        }
+        x
     }
 
     /// Returns the energy stored at `edge` minus that at the start, in J.
-    pub fn stored_j(&self, _edge: u64) -> f64 {
-        todo!()
+    pub fn stored_j(&self, edge: u64) -> f64 {
+        self.on(edge, |then| {
+            let (x, low) = then.sum(then.time_s(edge));
+            then.laws.stored_j(&x, &low) - then.initial_j
+        })
     }
 
     /// Returns how often friction or a diode has begun or ceased to hold.
     pub fn mode_changes(&self) -> u64 {
-        todo!()
+        self.mode_changes
     }
 
     /// Returns the number of segments computed so far.
     pub fn segments(&self) -> u64 {
-        todo!()
+        self.segments
+    }
+
+    /// Returns how many edges had more changes than are followed each to its instant.
+    pub fn crowded_edges(&self) -> u64 {
+        self.crowded
+    }
+
+    /// Computes the segment after the present one.
+    #[cold]
+    fn follow(&mut self) {
+        if self.end == End::Short {
+            let (good_s, done) = (&self.room.good_s, self.series.powers);
+            let powers = (done + 1..ORDER).find(|&n| good_s[n] >= 2.0 * self.end_s).unwrap_or(ORDER);
+            let driven = Driven { laws: self.laws, circuit: &self.circuit, hold: self.hold };
+            Series::write(&mut self.series, &driven, &self.start, powers);
+            return self.look_ahead(self.end_s);
+        }
+        self.pass(self.end_edge, None);
+        let (mut x, mut low) = self.account(self.end_s);
+        let begin = match self.end {
+            End::Short | End::Worn => Begin::Onward,
+            End::Stop => {
+                (x[SPEED], low[SPEED]) = (0.0, 0.0);
+                Begin::Onward
+            }
+            End::Break(direction) => Begin::Break(direction),
+            End::Circuit(change) => Begin::Circuit(change),
+        };
+        let offset_s = (self.time_s(self.end_edge) - self.end_s).max(0.0);
+        self.begin(self.end_edge, offset_s, (x, low), begin);
+    }
+
+    /// Sets the anchor at a state, `offset_s` before `edge`.
+    fn begin(&mut self, edge: u64, offset_s: f64, (x, low): (Lanes, Lanes), begin: Begin) {
+        self.within = if edge == self.anchor { self.within + 1 } else { 0 };
+        self.segments += 1;
+        (self.anchor, self.offset_s) = (edge, offset_s);
+        let (told, angle_rad, speed_rad_per_s) = self.told;
+        let intent = angle_rad + speed_rad_per_s * ((edge - told) as f64 * self.laws.edge_s - offset_s);
+        self.start = Start {
+            x,
+            low,
+            e: self.laws.direction(x[ANGLE], low[ANGLE]),
+            twist_rad: (intent - x[ANGLE]) - low[ANGLE],
+            intent_rad_per_s: speed_rad_per_s,
+        };
+        self.begun = [false; 3];
+        match begin {
+            Begin::Legs => self.connect(None),
+            Begin::Circuit(change) => {
+                self.mode_changes += 1;
+                self.connect(Some(change));
+            }
+            Begin::Onward | Begin::Break(_) => {}
+        }
+        let hold = self.hold_at(begin);
+        self.mode_changes += u64::from(hold != self.hold);
+        self.hold = hold;
+        let [a, b, speed, _] = self.start.x;
+        let is_sprung = matches!(self.laws.hand, Hand::Spring(_));
+        let stretch = if is_sprung { [self.start.twist_rad.abs(), speed_rad_per_s.abs()] } else { [0.0; 2] };
+        let bounds = [a.abs() + b.abs(), speed.abs(), stretch[0], stretch[1]];
+        if self.room_lasts == 0 || !self.room.takes(bounds) {
+            self.room = Room::around(self.laws, bounds);
+            self.room_lasts = ROOM_LASTS;
+        }
+        self.room_lasts -= 1;
+        let good_s = &self.room.good_s;
+        let powers = (FEWEST..ORDER).find(|&n| good_s[n] >= self.expected_s).unwrap_or(ORDER);
+        self.series.powers = 0;
+        let driven = Driven { laws: self.laws, circuit: &self.circuit, hold: self.hold };
+        Series::write(&mut self.series, &driven, &self.start, powers);
+        self.look_ahead(0.0);
+    }
+
+    /// Finds the circuit that holds from the anchor on.
+    fn connect(&mut self, change: Option<Change>) {
+        let mut resting = self.circuit.paths.map(|path| path == Path::Floating);
+        if let Some(Change::Zero(x)) = change {
+            resting[x] = true;
+        }
+        let i = self.start.current();
+        if self.circuit.freedom == Freedom::None || i == [0.0; 2] || resting.iter().filter(|rests| **rests).count() > 1
+        {
+            resting = [true; 3];
+        }
+        let allow = |of: Plane| match resting.iter().position(|&rests| rests) {
+            _ if resting == [true; 3] => [0.0; 2],
+            Some(x) => {
+                let w = [-PHASES[x][1], PHASES[x][0]];
+                w.map(|share| share * dot(w, of))
+            }
+            None => of,
+        };
+        let (i, low) = (allow(i), allow([self.start.low[ALPHA], self.start.low[BETA]]));
+        (self.start.x[ALPHA], self.start.x[BETA]) = (i[0], i[1]);
+        (self.start.low[ALPHA], self.start.low[BETA]) = (low[0], low[1]);
+        self.circuit = match self.drive {
+            Drive::Legs(legs) => {
+                let rotor = (self.start.e, self.start.turning(self.laws));
+                settled(self.laws, legs, (i, resting), rotor, change)
+            }
+            Drive::Averages(shares) => Circuit::averaged(self.laws, shares.map(|share| share.clamp(0.0, 1.0))),
+            _ => panic!("an inverter is driven by its legs"),
+        };
+        self.begun = resting;
+    }
+
+    /// Returns what friction does to the shaft from the anchor on.
+    #[inline(always)]
+    fn hold_at(&self, begin: Begin) -> Hold {
+        let (motor, start) = (&self.laws.motor, &self.start);
+        if motor.stiction_nm == 0.0 {
+            return Hold::Slip(0.0);
+        }
+        if start.x[SPEED] != 0.0 {
+            return Hold::Slip(start.x[SPEED].signum());
+        }
+        if let Begin::Break(direction) = begin {
+            return Hold::Slip(direction);
+        }
+        let torque = self.torque_at_rest();
+        if torque.abs() <= motor.stiction_nm { Hold::Stuck } else { Hold::Slip(torque.signum()) }
+    }
+
+    /// Returns the torque on the shaft at the anchor, if it is at rest, without friction.
+    fn torque_at_rest(&self) -> f64 {
+        let (motor, start) = (&self.laws.motor, &self.start);
+        let (e, i) = (start.e, start.current());
+        let active = motor.flux_vs + (motor.direct_h - motor.quadrature_h) * dot(e, i);
+        let mut torque = 1.5 * f64::from(motor.pole_pairs) * active * (e[0] * i[1] - e[1] * i[0]);
+        for harmonic in &motor.cogging {
+            torque -= harmonic.amplitude_nm * self.laws.wave(harmonic, start.x[ANGLE], start.low[ANGLE]).0;
+        }
+        torque
+            + match self.laws.hand {
+                Hand::Torque(torque_nm) => torque_nm,
+                Hand::Spring(push) => {
+                    push.stiffness_nm_per_rad * start.twist_rad + push.damping_nm_s_per_rad * start.intent_rad_per_s
+                }
+                Hand::Prescribed => 0.0,
+            }
+    }
+
+    /// Returns whether nothing moves on the segment, nor the torque that friction holds.
+    fn is_still(&self) -> bool {
+        let powers = self.series.powers;
+        self.series.x[1] == [0.0; 4]
+            && self.series.x[2..=powers].iter().all(|x| *x == [0.0; 4])
+            && self.series.torque[1..powers].iter().all(|torque| *torque == 0.0)
+    }
+
+    /// Finds the end of the segment, which lasts until `from` at least.
+    fn look_ahead(&mut self, from: f64) {
+        let powers = self.series.powers;
+        if self.series.x[1] == [0.0; 4] && self.is_still() {
+            self.end_edge = u64::MAX;
+            return;
+        }
+        self.end_s = self.room.good_s[powers].clamp(SHORTEST_S, LONGEST_S).max(from);
+        self.end = if powers < ORDER { End::Short } else { End::Worn };
+        if self.within > MOST_WITHIN {
+            self.crowded += 1;
+            (self.end_s, self.end) = (self.offset_s + self.laws.edge_s, End::Worn);
+        } else {
+            self.watch_shaft(from);
+            let (checks, count) = self.circuit.checks(self.laws);
+            for (check, change) in &checks[..count] {
+                self.watch_circuit(check, *change, from);
+            }
+        }
+        let edges = ((self.end_s - self.offset_s) / self.laws.edge_s) as u64;
+        self.end_edge = self.anchor + edges.saturating_sub(1);
+        while self.time_s(self.end_edge) < self.end_s {
+            self.end_edge += 1;
+        }
+    }
+
+    /// Ends the segment where friction begins to hold the shaft, or ceases to.
+    #[inline(always)]
+    fn watch_shaft(&mut self, from: f64) {
+        let (motor, powers) = (&self.laws.motor, self.series.powers);
+        match self.hold {
+            Hold::Slip(sign) if sign != 0.0 => {
+                let first = self.series.x[0][SPEED];
+                let fall = self.room.acceleration * self.end_s;
+                if sign * first > fall {
+                    return;
+                }
+                // From rest, the first term only gives the direction of the start.
+                let skip = usize::from(first == 0.0);
+                let speed = Polynomial::new(&self.series.x[..=powers], SPEED, sign, skip, self.end_s);
+                self.shorten(speed.keeps(0.0, 1.0, from), End::Stop);
+            }
+            Hold::Stuck => {
+                let mut terms = [0.0; ORDER + 1];
+                terms[..powers].copy_from_slice(&self.series.torque[..powers]);
+                let torque = Polynomial::of(terms, powers, self.end_s);
+                // Rounding may have put the torque beyond its limit already; the shaft then breaks away when the torque
+                // grows further.
+                let beyond = torque.start().abs() * (1.0 + 4.0 * f64::EPSILON);
+                let limit = motor.stiction_nm.max(beyond);
+                for direction in [1.0, -1.0] {
+                    self.shorten(torque.keeps(limit, -direction, from), End::Break(direction));
+                }
+            }
+            Hold::Slip(_) => {}
+        }
+    }
+
+    /// Ends the segment where a condition of the circuit ceases to hold.
+    fn watch_circuit(&mut self, check: &Affine, change: Change, from: f64) {
+        let (mut terms, mut count) = ([0.0; ORDER + 1], self.series.powers + 1);
+        for (term, x) in terms[..count].iter_mut().zip(&self.series.x) {
+            *term = dot(check.current, [x[ALPHA], x[BETA]]);
+        }
+        if check.flux_rate != [0.0; 2] {
+            count -= 1;
+            for (k, term) in terms[..count].iter_mut().enumerate() {
+                *term += dot(check.flux_rate, self.series.flux_rate(self.laws, k));
+            }
+        }
+        terms[0] += check.constant;
+        if let Change::Zero(x) = change
+            && self.begun[x]
+        {
+            // From 0, the first term only gives the direction of the start; rounding must not turn it.
+            count -= 1;
+            terms.copy_within(1..=count, 0);
+            terms[0] = terms[0].max(0.0);
+        }
+        let polynomial = Polynomial::of(terms, count, self.end_s);
+        self.shorten(polynomial.keeps(0.0, 1.0, from), End::Circuit(change));
+    }
+
+    /// Ends the segment where a condition ceases to hold, if that comes first.
+    #[inline(always)]
+    fn shorten(&mut self, reach: Reach, end: End) {
+        match reach {
+            Reach::At(t) if t < self.end_s => (self.end_s, self.end) = (t, end),
+            Reach::Until(t) if t < self.end_s => (self.end_s, self.end) = (t.max(ONWARD_S), End::Worn),
+            _ => {}
+        }
+    }
+}
+
+/// `i_q` and the speed along a segment.
+struct Course<'m, 'a>(&'m PmsmDevice<'a>);
+
+impl Course<'_, '_> {
+    fn times(&self, from: Option<u64>, to: Option<u64>) -> [f64; 2] {
+        let Self(device) = self;
+        [from.map_or(0.0, |edge| device.time_s(edge)), to.map_or(device.end_s, |edge| device.time_s(edge))]
+    }
+
+    /// Returns the terms of `i_q` and the speed.
+    fn terms(&self) -> [[f64; ORDER + 1]; 2] {
+        let Series { x, turned, powers, .. } = &self.0.series;
+        let mut terms = [[0.0; ORDER + 1]; 2];
+        for k in 0..=*powers {
+            for j in 0..=k {
+                terms[0][k] += turned[j][1] * x[k - j][BETA] - turned[j][0] * x[k - j][ALPHA];
+            }
+            terms[1][k] = x[k][SPEED];
+        }
+        terms
+    }
+}
+
+impl Stretch<2> for Course<'_, '_> {
+    fn integral(&self, from: Option<u64>, to: Option<u64>) -> [f64; 2] {
+        let ends = self.times(from, to);
+        self.terms().map(|terms| {
+            let [early, late] = ends.map(|t| {
+                let sum = (0..=ORDER).rev().fold(0.0, |sum, k| sum * t + terms[k] / (k + 1) as f64);
+                sum * t
+            });
+            late - early
+        })
+    }
+
+    fn include(&self, from: Option<u64>, to: Option<u64>, extents: &mut [Extent; 2]) {
+        let [early, late] = self.times(from, to);
+        let powers = self.0.series.powers;
+        for (terms, extent) in self.terms().iter().zip(extents) {
+            let at = |t: f64| terms[..=powers].iter().rev().fold(0.0, |sum, term| sum * t + term);
+            extent.take(at(early));
+            extent.take(at(late));
+            let mut slopes = [0.0; ORDER + 1];
+            (1..=powers).for_each(|k| slopes[k - 1] = k as f64 * terms[k]);
+            let slope = Polynomial::of(slopes, powers, late);
+            let (mut t, mut sign) = (early, if slope.at(early)[0] < 0.0 { -1.0 } else { 1.0 });
+            for _ in 0..2 * ORDER {
+                let (Reach::At(turn) | Reach::Until(turn)) = slope.keeps(0.0, sign, t) else { break };
+                extent.take(at(turn));
+                // The slope has another sign from here on; past the rounding of its zero.
+                (t, sign) = (turn + ONWARD_S, -sign);
+                if t >= late {
+                    break;
+                }
+            }
+        }
     }
 }

@@ -20,6 +20,7 @@ mod held_device;
 mod less_model;
 mod motor;
 mod network;
+mod pmsm;
 mod random;
 mod searches;
 mod sensors;

@@ -271,6 +271,7 @@ impl<'a> Walker<'a> {
             Drive::Current(current_a) => self.device.drive_current(self.edge, current_a),
             Drive::Gates(gates) => self.device.drive(self.edge, gates),
             Drive::Average(duty) => self.device.drive_average(self.edge, duty),
+            Drive::Legs(_) | Drive::Averages(_) => unreachable!("an axis has no inverter"),
         }
         self.note();
     }

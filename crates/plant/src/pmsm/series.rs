@@ -1,0 +1,258 @@
+//! The Taylor series of the motion from one start, term by term.
+
+use super::Pmsm;
+use super::circuit::{Circuit, Plane, dot};
+use crate::Hand;
+use crate::flow::double::{Product, versions};
+use crate::flow::lanes::Lanes as _;
+use crate::flow::polynomial::{Coefficients, Lanes, ORDER, convolved};
+
+/// Lanes of [`Start::x`] and of [`Series::x`].
+pub(super) const ALPHA: usize = 0;
+pub(super) const BETA: usize = 1;
+pub(super) const SPEED: usize = 2;
+pub(super) const ANGLE: usize = 3;
+
+/// `1 / k`.
+const SHARES: [f64; ORDER + 2] = {
+    let mut shares = [0.0; ORDER + 2];
+    let mut k = 1;
+    while k < ORDER + 2 {
+        shares[k] = 1.0 / k as f64;
+        k += 1;
+    }
+    shares
+};
+
+/// The state of the shaft under friction.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) enum Hold {
+    /// Friction holds the shaft.
+    Stuck,
+    /// The shaft turns, or is about to, in this direction; 0 without friction.
+    Slip(f64),
+}
+
+/// The start of a series.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Start {
+    /// Currents in the stator's frame, speed and angle.
+    pub x: Lanes,
+    /// The parts of `x` lost by rounding, kept so that no anchor adds to the error.
+    pub low: Lanes,
+    /// The rotor's electrical direction.
+    pub e: Plane,
+    /// The hand's intention minus the angle, and the speed of the intention.
+    pub twist_rad: f64,
+    pub intent_rad_per_s: f64,
+}
+
+impl Start {
+    pub fn current(&self) -> Plane {
+        [self.x[ALPHA], self.x[BETA]]
+    }
+
+    /// Returns the rate at which the rotor's direction changes.
+    pub fn turning(&self, laws: &Pmsm) -> Plane {
+        let speed = f64::from(laws.motor.pole_pairs) * self.x[SPEED];
+        [-speed * self.e[1], speed * self.e[0]]
+    }
+}
+
+/// Series of the motion.
+#[derive(Clone)]
+pub(super) struct Series {
+    /// Currents in the stator's frame, speed and angle.
+    pub x: Coefficients,
+    /// Speed, speed, and the part of the flux linkage along the rotor, in the stator's frame.
+    pub flux: Coefficients,
+    /// Sine and cosine of the electrical angle, and the currents, the second one first.
+    pub turned: Coefficients,
+    /// Cosine and sine, and the flux linkage along the rotor, twice. Used if `L_d` and `L_q` differ.
+    along: Coefficients,
+    /// Currents, cosine and sine.
+    crossed: Coefficients,
+    /// Sine and cosine of two harmonics of the cogging in each.
+    waves: Vec<Coefficients>,
+    /// The torque on the shaft without friction.
+    pub torque: [f64; ORDER + 1],
+    /// Powers in use.
+    pub powers: usize,
+}
+
+/// What a segment is driven by.
+pub(super) struct Driven<'l> {
+    pub laws: &'l Pmsm,
+    pub circuit: &'l Circuit,
+    pub hold: Hold,
+}
+
+impl Series {
+    pub fn new(laws: &Pmsm) -> Self {
+        const ZERO: Coefficients = [[0.0; 4]; ORDER + 1];
+        let waves = vec![ZERO; laws.motor.cogging.len().div_ceil(2)];
+        Self {
+            x: ZERO,
+            flux: ZERO,
+            turned: ZERO,
+            along: ZERO,
+            crossed: ZERO,
+            waves,
+            torque: [0.0; ORDER + 1],
+            powers: 0,
+        }
+    }
+
+    versions! {
+        /// Writes the series up to a power, in the lanes of the present processor, to the same bits in any. With
+        /// `self.powers` 0 they begin at the start; else the powers beyond are added.
+        pub(super) fn write[write_fused, write_native, write_with](
+            series: &mut Series, driven: &Driven, start: &Start, powers: usize
+        )
+    }
+
+    #[inline(always)]
+    fn write_with<P: Product>(series: &mut Series, driven: &Driven, start: &Start, powers: usize) {
+        let Driven { laws, circuit, hold } = driven;
+        let motor = &laws.motor;
+        let pairs = f64::from(motor.pole_pairs);
+        let salience = motor.direct_h - motor.quadrature_h;
+        let e = start.e;
+        let [aa, ab, bb] = circuit.gain(laws, e);
+        let per_inertia = 1.0 / motor.inertia_kg_m2;
+        let (hand_nm, stiffness, damping) = match laws.hand {
+            Hand::Spring(push) => (
+                push.stiffness_nm_per_rad * start.twist_rad + push.damping_nm_s_per_rad * start.intent_rad_per_s,
+                push.stiffness_nm_per_rad,
+                push.damping_nm_s_per_rad,
+            ),
+            Hand::Torque(torque_nm) => (torque_nm, 0.0, 0.0),
+            Hand::Prescribed => (0.0, 0.0, 0.0),
+        };
+        let (stuck, rub_nm) = match *hold {
+            Hold::Stuck => (true, 0.0),
+            Hold::Slip(sign) => (false, sign * motor.coulomb_nm),
+        };
+        let Self { x, flux, turned, along, crossed, waves, torque, .. } = series;
+        let done = series.powers;
+        if done == 0 {
+            let i = start.current();
+            let active = motor.flux_vs + salience * dot(e, i);
+            x[0] = start.x;
+            flux[0] = [start.x[SPEED], start.x[SPEED], active * e[0], active * e[1]];
+            turned[0] = [e[1], e[0], i[1], i[0]];
+            along[0] = [e[0], e[1], active, active];
+            crossed[0] = [i[0], i[1], e[0], e[1]];
+            for (wave, pair) in waves.iter_mut().zip(motor.cogging.chunks(2)) {
+                wave[0] = [0.0; 4];
+                for (lane, harmonic) in pair.iter().enumerate() {
+                    let (sine, cosine) = laws.wave(harmonic, start.x[ANGLE], start.low[ANGLE]);
+                    (wave[0][2 * lane], wave[0][2 * lane + 1]) = (sine, cosine);
+                }
+            }
+        }
+        for k in done..powers {
+            let share = SHARES[k + 1];
+            let [sine, cosine, ahead, behind] = convolved::<P>(&flux[..=k], &turned[..=k]).state();
+            let (cosine, sine) = (-pairs * share * sine, pairs * share * cosine);
+            // The shaft.
+            let [.., speed, angle] = x[k];
+            let mut sum = 1.5 * pairs * (ahead - behind);
+            for (wave, pair) in waves.iter().zip(motor.cogging.chunks(2)) {
+                for (lane, harmonic) in pair.iter().enumerate() {
+                    sum -= harmonic.amplitude_nm * wave[k][2 * lane];
+                }
+            }
+            sum += match k {
+                0 => hand_nm,
+                1 => stiffness * (start.intent_rad_per_s - angle),
+                _ => -stiffness * angle,
+            };
+            torque[k] = sum - damping * speed;
+            let mut rest = torque[k] - motor.viscous_nm_s_per_rad * speed;
+            if k == 0 {
+                rest -= rub_nm;
+            }
+            let mut next = if stuck { 0.0 } else { rest * per_inertia * share };
+            if let Hold::Slip(sign) = hold
+                && k == 0
+                && speed == 0.0
+                && sign * next < 0.0
+            {
+                // Rounding must not make a shaft that begins to slip go back.
+                next = 0.0;
+            }
+            // The winding.
+            let i = [x[k][ALPHA], x[k][BETA]];
+            let resistive = circuit.resistive(i);
+            let given = if k == 0 { circuit.volts } else { [0.0; 2] };
+            let rise = [(given[0] - resistive[0]) * share, (given[1] - resistive[1]) * share];
+            let (current, part);
+            if salience == 0.0 {
+                part = [motor.flux_vs * cosine, motor.flux_vs * sine];
+                let rest = [rise[0] - part[0], rise[1] - part[1]];
+                current = [aa * rest[0] + ab * rest[1], ab * rest[0] + bb * rest[1]];
+            } else {
+                let [one, other, first, second] = convolved::<P>(&along[1..=k], &crossed[1..=k]).state();
+                let known = one + other + cosine * x[0][ALPHA] + sine * x[0][BETA];
+                let active = along[0][2];
+                let mut bent = [active * cosine + first, active * sine + second];
+                let pull = salience * known;
+                let rest = [rise[0] - bent[0] - pull * e[0], rise[1] - bent[1] - pull * e[1]];
+                current = [aa * rest[0] + ab * rest[1], ab * rest[0] + bb * rest[1]];
+                let direct = known + dot(e, current);
+                let pull = salience * direct;
+                bent = [bent[0] + pull * e[0], bent[1] + pull * e[1]];
+                part = bent;
+                along[k + 1] = [cosine, sine, pull, pull];
+                crossed[k + 1] = [current[0], current[1], cosine, sine];
+            }
+            x[k + 1] = [current[0], current[1], next, speed * share];
+            turned[k + 1] = [sine, cosine, current[1], current[0]];
+            for (wave, pair) in waves.iter_mut().zip(motor.cogging.chunks(2)) {
+                let mut turned = P::all(0.0);
+                for (x, wave) in x[..=k].iter().zip(wave[..=k].iter().rev()) {
+                    turned = turned + P::all(x[SPEED]) * P::lanes(wave);
+                }
+                let turned = turned.state();
+                wave[k + 1] = [0.0; 4];
+                for (lane, harmonic) in pair.iter().enumerate() {
+                    let order = f64::from(harmonic.order) * share;
+                    wave[k + 1][2 * lane] = order * turned[2 * lane + 1];
+                    wave[k + 1][2 * lane + 1] = -order * turned[2 * lane];
+                }
+            }
+            flux[k + 1] = [next, next, part[0], part[1]];
+        }
+        series.powers = powers;
+    }
+
+    /// Returns the term of power `k` of the rate of the flux linkage; the last power in use is not known.
+    #[inline(always)]
+    pub fn flux_rate(&self, laws: &Pmsm, k: usize) -> Plane {
+        let (x, flux, next) = (&self.x[k + 1], &self.flux[k + 1], (k + 1) as f64);
+        let q = laws.motor.quadrature_h;
+        [next * (q * x[ALPHA] + flux[2]), next * (q * x[BETA] + flux[3])]
+    }
+}
+
+impl Pmsm {
+    /// Returns sine and cosine of the electrical angle at an angle, given with its low part.
+    pub(super) fn direction(&self, angle: f64, low: f64) -> Plane {
+        let (sine, cosine) = turned(f64::from(self.motor.pole_pairs), 0.0, angle, low);
+        [cosine, sine]
+    }
+
+    /// Returns sine and cosine of the argument of a harmonic of the cogging.
+    pub(super) fn wave(&self, harmonic: &super::Harmonic, angle: f64, low: f64) -> (f64, f64) {
+        turned(harmonic.order.into(), harmonic.phase_rad, angle, low)
+    }
+}
+
+/// Returns sine and cosine of `order (angle + low) + phase`, as exact as `f64` can give them.
+fn turned(order: f64, phase: f64, angle: f64, low: f64) -> (f64, f64) {
+    use crate::flow::double::Double;
+    let argument = Double::product(order, angle) + Double::joined(phase, order * low);
+    let (sine, cosine) = libm::sincos(argument.hi);
+    (sine + cosine * argument.lo, cosine - sine * argument.lo)
+}
