@@ -56,18 +56,20 @@ module FocDrive #(
     reg [3:0] step;
     reg [13:0] electrical;
     reg signed [12:0] sine, cosine;
-    reg signed [13:0] alpha, beta, d, q, aim;
-    reg signed [13:0] depth, speed;
+    // 32 bits, so that products are whole.
+    reg signed [31:0] alpha, beta, d, q, aim;
+    reg signed [31:0] depth, speed;
     reg [13:0] previous;
+    wire [13:0] turned = angle - previous;
     reg signed [23:0] sum_d, sum_q;
-    reg signed [15:0] vd, vq, va, vb, v1, v2, v3, low, high;
+    reg signed [31:0] vd, vq, va, vb, v1, v2, v3, low, high;
     reg signed [15:0] duty_a, duty_b, duty_c;
 
-    function signed [13:0] clip(input signed [31:0] x, input signed [31:0] most);
-        clip = x > most ? most[13:0] : x < -most ? -most[13:0] : x[13:0];
+    function signed [31:0] clip(input signed [31:0] x, input signed [31:0] most);
+        clip = x > most ? most : x < -most ? -most : x;
     endfunction
-    function signed [15:0] held(input signed [31:0] x);
-        held = x > TOP / 2 ? TOP / 2 : x < -(TOP / 2) ? -(TOP / 2) : x[15:0];
+    function signed [31:0] held(input signed [31:0] x);
+        held = x > TOP / 2 ? TOP / 2 : x < -(TOP / 2) ? -(TOP / 2) : x;
     endfunction
     function signed [23:0] wound(input signed [31:0] x);
         wound = x > 128 * TOP ? 128 * TOP : x < -128 * TOP ? -128 * TOP : x[23:0];
@@ -90,8 +92,8 @@ module FocDrive #(
             end
             12: if (angle_done) begin
                 electrical <= (angle - ZERO[13:0]) * POLES;
-                depth <= $signed(angle) - wall;
-                speed <= $signed(angle - previous);
+                depth <= $signed({{18{angle[13]}}, angle}) - wall;
+                speed <= $signed(turned);
                 previous <= angle;
                 step <= 1;
             end
@@ -99,7 +101,7 @@ module FocDrive #(
                 place <= electrical[13:4];
                 negative <= electrical[13];
                 aim <= depth > 0 ? clip(-((depth * $signed({1'b0, gain})) >>> 4)
-                    - ((speed * $signed({1'b0, damping})) >>> 2), LIMIT) : 14'sd0;
+                    - ((speed * $signed({1'b0, damping})) >>> 2), LIMIT) : 0;
                 step <= 2;
             end
             2: begin

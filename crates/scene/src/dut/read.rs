@@ -663,7 +663,8 @@ fn one_use(s: &Section, dut: &Dut) -> Result<(), SceneError> {
         let same = |other: &Connection| match (other, connection) {
             (Connection::Line(one, _), Connection::Line(two, _)) => one == two,
             (Connection::Sensor(one), Connection::Sensor(two)) => {
-                (one.sensor, one.pin) == (two.sensor, two.pin) || [one.sensor, two.sensor].contains(&SensorPin::ALL)
+                let is_of_all = [one.sensor, two.sensor].contains(&SensorPin::ALL);
+                one.pin == two.pin && (one.sensor == two.sensor || is_of_all)
             }
             (one, two) => std::mem::discriminant(one) == std::mem::discriminant(two),
         };
