@@ -152,7 +152,7 @@ impl Reader<'_> {
     }
 
     /// Returns the refusal of a cell, by what it stands for.
-    fn refused(&self, cell: &RawCell) -> Unfit {
+    pub(super) fn refused(&self, cell: &RawCell) -> Unfit {
         let name = self.module.name(cell.port(cell.result()));
         let held = self.module.name(cell.port("Q"));
         Unfit(match &*cell.kind {

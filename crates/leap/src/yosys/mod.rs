@@ -12,7 +12,8 @@ use std::fmt;
 
 use crate::netlist::Netlist;
 
-/// Memories of more words than this are refused: each of their words would become a register.
+/// Memories of more words than this are refused: each of their words would become a register. Tables become a tree of
+/// choices.
 pub(crate) const MOST_MEMORY_WORDS: u32 = 64;
 /// The most cells of a netlist.
 const MOST_CELLS: usize = 1 << 16;
@@ -23,11 +24,12 @@ pub const FLAT: &str = "proc -noopt; flatten";
 /// A command between them that sets values `x` to 0. Without it they stay as they are, so that they are seen.
 pub const ZEROS: &str = "setundef -zero";
 /// The commands that leave words, combinational cells and registers without enables, before `write_json`. They use no
-/// value `x` to make the logic simpler. Memories of more than 64 words stay.
-pub const LOWERED: &str = "opt_expr -keepdc; opt_clean; memory_collect; memory_map r:SIZE<=64; \
-                           opt_expr -keepdc; opt_merge; opt_dff -keepdc -nodffe -nosdff; wreduce -keepdc; \
-                           opt_expr -keepdc -mux_bool; opt_merge; opt_clean; dffunmap; opt_expr -keepdc; opt_merge; \
-                           opt_clean -purge";
+/// value `x` to make the logic simpler. Memories of more than 64 words stay, and tables of more than 4096, which nothing
+/// writes.
+pub const LOWERED: &str = "opt_expr -keepdc; opt_clean; memory_collect; memory_map -rom-only r:SIZE<=4096; \
+                           memory_map r:SIZE<=64; opt_expr -keepdc; opt_merge; opt_dff -keepdc -nodffe -nosdff; \
+                           wreduce -keepdc; opt_expr -keepdc -mux_bool; opt_merge; opt_clean; dffunmap; \
+                           opt_expr -keepdc; opt_merge; opt_clean -purge";
 
 /// The reason why a design is no [`Netlist`].
 #[derive(Clone, PartialEq, Eq, Debug)]

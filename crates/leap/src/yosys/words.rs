@@ -195,6 +195,10 @@ impl<'m> Reader<'m> {
         let Some(&(driver, place)) = self.drivers.get(&net) else {
             let name = self.module.name(&[bit]);
             let is_clock = bit == self.module.clock;
+            let reads = |cell: &&RawCell| cell.kind.starts_with("$mem") && cell.port("RD_DATA").contains(&bit);
+            if let Some(memory) = self.module.cells.iter().find(reads) {
+                return Err(self.refused(memory));
+            }
             return Err(Unfit(match is_clock {
                 true => format!("the clock `{name}` is read as a signal"),
                 false => format!("nothing drives `{name}`"),

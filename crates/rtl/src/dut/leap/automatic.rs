@@ -152,7 +152,7 @@ impl Either {
             return;
         }
         let (share, is_settled) = (running.share(), running.is_settled());
-        if self.is_decided || !is_poor(share) {
+        if self.is_decided || !is_poor(share, running.calls) {
             // Where an output may still depend on a value that nothing has set, the other one may have to tell of it.
             if is_full || is_settled {
                 self.past = None;

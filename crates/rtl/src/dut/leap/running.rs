@@ -20,14 +20,17 @@ const SOON: u64 = 64;
 pub(super) const LONG: u64 = 1 << 16;
 /// The edges at which registers are looked at that prevent jumps, and the most of them that are named.
 const LOOKED: u64 = 1024;
-/// Edges for each step of the simulation below which Verilator is faster.
+/// Edges for each step of the simulation below which Verilator is faster, if it is asked seldom.
 const LEAST: u64 = 16;
+/// A request of Verilator takes as long as it takes to clock this number of edges, and more: it is another process.
+const ASKED: u64 = 250;
 const MOST_NAMED: usize = 4;
 
 /// Returns whether fewer than three quarters of the edges were leapt over, or too few at once, so that Verilator is
-/// faster.
-pub(super) fn is_poor(share: Share) -> bool {
-    share.leapt < share.edges - share.edges / 4 || share.edges < LEAST * share.steps
+/// faster although it has to be asked `calls` times.
+pub(super) fn is_poor(share: Share, calls: u64) -> bool {
+    let Share { edges, leapt, steps } = share;
+    (leapt < edges - edges / 4 || edges < LEAST * steps) && edges + ASKED * calls < LEAST * steps
 }
 
 /// Returns a share of edges in words.
@@ -42,6 +45,8 @@ pub(super) fn percent(share: Share) -> String {
 /// edge at a time, until their registers are the same. An output in which one of them differs is unknown.
 pub(super) struct Running {
     leap: Leap,
+    /// How often it was asked to go on.
+    pub(super) calls: u64,
     others: Vec<Leap>,
     sources: Vec<Source>,
     /// The port of each output, whether it drives, and its word as told last: unknown, or not told.
@@ -114,6 +119,7 @@ impl Running {
         let fills = 1..1 + if is_unknown { OTHERS } else { 0 };
         let mut running = Self {
             leap: begun(is_unknown.then_some(0)),
+            calls: 0,
             others: fills.map(|fill| begun(Some(fill))).collect(),
             sources: design.inputs.clone(),
             names: netlist.outputs().iter().map(|output| output.name.clone()).collect(),
@@ -229,7 +235,7 @@ impl Running {
     /// Tells how many edges are leapt over and what prevents more, where that are few of a long run.
     fn note_share(&self) {
         let share = self.share();
-        if share.edges >= LONG && is_poor(share) {
+        if share.edges >= LONG && is_poor(share, self.calls) {
             note(format!(
                 "the design leaps over {}: {}; dut.engine = \"verilator\" may be faster",
                 percent(share),
@@ -254,6 +260,7 @@ impl Running {
 
 impl RunningDesign for Running {
     fn clock(&mut self, words: &[u64], edges: u64, asked: Asked, changes: &mut Vec<Change>) -> Result<u64, Fault> {
+        self.calls += 1;
         let mut is_new = false;
         for (given, source) in self.given.iter_mut().zip(&self.sources) {
             let word = match source {
