@@ -40,6 +40,10 @@ impl Shown for DutSimulation<'_> {
             let one = |&(index, Starts { taken, missed }): &(usize, Starts)| json!({ "sensor": name(index), "samples": taken, "missed": missed });
             page.data("started", Value::Array(starts.iter().map(one).collect()));
         }
+        if !ran.summary.frames.is_empty() {
+            let one = |&(index, Frames { all, wrong, fast }): &(usize, Frames)| json!({ "sensor": name(index), "frames": all, "wrong": wrong, "fast": fast });
+            page.data("frames", Value::Array(ran.summary.frames.iter().map(one).collect()));
+        }
     }
 
     fn realised(&self) -> Value {

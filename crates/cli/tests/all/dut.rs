@@ -43,6 +43,58 @@ fn three_designs_of_others_settle_on_the_wall_that_their_gains_make() {
     }
 }
 
+/// Field-oriented control in Verilog and six steps in VHDL-93, both around a motor with three phases.
+#[test]
+fn two_designs_turn_a_motor_with_three_phases_and_settle_on_their_wall() {
+    let quick = ["--set", "run.duration=250 ms", "--set", "hand.path=[[0, 0], [0.1, 0.6]]", "--json"];
+    for (scene, start) in [
+        ("foc", "hpu's leaps over Yosys' netlist of the Verilog ("),
+        ("hall", "hpu's leaps over Yosys' netlist of the Verilog of GHDL's"),
+    ] {
+        let path = format!("testbench/dut/{scene}.toml");
+        let value = json(&run(&[&["run", &path][..], &quick].concat()));
+        assert_eq!(value["outcome"]["kind"], "settled", "{scene}");
+        let energy = &value["energy"];
+        assert!(number(&energy["residual_j"]).abs() < 1e-12 * number(&energy["exchanged_j"]), "{scene}");
+        let engine = value["dut"]["engine"].as_str().expect("a text");
+        assert!(engine.starts_with(start), "{scene}: {engine}");
+        if scene == "foc" {
+            // The gain is in sixteenths of a step of current, 33 A / 4096, for a count, a turn / 16384.
+            let asked = 32.0 / 16.0 * (33.0 / 4096.0) * 0.05 / (std::f64::consts::TAU / 16384.0);
+            let share = number(&value["displayed_stiffness"]) / asked;
+            assert!((0.97..1.01).contains(&share), "{share} of {asked}");
+        }
+    }
+}
+
+#[test]
+fn faults_of_a_design_around_three_phases_are_told() {
+    let foc = |more: &[&str]| {
+        let quick = ["run", "testbench/dut/foc.toml", "--set", "run.duration=2 ms", "--set", "expect={}"];
+        run(&[&quick[..], more].concat())
+    };
+    let shorted = foc(&["--set", "dut.ports.a_low=not bridge.a_low"]);
+    assert_ne!(code(&shorted), 0);
+    let said = "both switches of the a leg are closed at clock edge";
+    assert!(stderr(&shorted).contains(said), "{}", stderr(&shorted));
+    let never = foc(&["--set", "dut.ports.adc_start=open"]);
+    let said = "ia: 0 samples, 0 starts while it was converting; the design never started one";
+    assert!(stdout(&never).contains(said), "{}", stdout(&never));
+    // A converter that takes longer than the design's period misses starts.
+    let slow = foc(&["--set", "device.sensors.ia.latency=60 us", "--set", "device.sensors.ib.latency=60 us"]);
+    assert!(stdout(&slow).contains("ia: 20 samples, 20 starts while it was converting"), "{}", stdout(&slow));
+    // At 200 MHz the bus has a clock of 25 MHz, and the chip's data sheet allows 10.
+    let fast = json(&foc(&["--set", "clock.frequency=200 MHz", "--json"]));
+    assert_eq!((&fast["frames"][0]["wrong"], &fast["frames"][0]["fast"]), (&0.into(), &fast["frames"][0]["frames"]));
+    assert!(fast["frames"][0]["frames"].as_u64().expect("a count") > 100, "{}", fast["frames"]);
+    // A wrong zero of the angle: the current is along the magnets, and the wall gives no torque.
+    let zero = (16384.0 / 4.0 / 7.0f64).round().to_string();
+    let zero = format!("dut.parameters.ZERO={zero}");
+    let path = ["--set", "run.duration=250 ms", "--set", "hand.path=[[0, 0], [0.1, 0.6]]", "--json"];
+    let aside = json(&foc(&[&["--set", &zero][..], &path].concat()));
+    assert_eq!(aside["outcome"]["kind"], "no_wall_torque");
+}
+
 #[test]
 fn what_is_inside_a_design_is_in_the_waveform_and_has_its_ranges() {
     let dir = scratch("inside_a_design");

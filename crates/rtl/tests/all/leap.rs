@@ -150,6 +150,18 @@ fn whole_runs_are_those_of_verilator_to_the_last_bit() {
     assert_eq!(rim, (10.773_356_039_689_741, 10.767_953_388_357_42));
 }
 
+/// A motor with three phases: converters that the design starts, a chip on SPI, Hall switches; the wall is touched.
+#[test]
+fn runs_of_three_phases_are_those_of_verilator_to_the_last_bit() {
+    let near =
+        |duration| [("run.duration", duration), ("wall.position", "2 mrad"), ("hand.path", "[[0, 0], [0.02, 0.3]]")];
+    let foc = same_as_verilator("foc", &near("10 ms"), 5_000);
+    assert!(foc.starts.iter().all(|(_, starts)| starts.taken == 200 && starts.missed == 0), "{:?}", foc.starts);
+    assert!(foc.frames.iter().all(|(_, frames)| frames.all == 200 && frames.wrong + frames.fast == 0));
+    let hall = same_as_verilator("hall", &near("20 ms"), 500);
+    assert!(foc.energy.copper_j > 0.0 && hall.energy.copper_j > 0.0);
+}
+
 /// Returns a scene around Verilog of its own, with the clock `clk` and inputs at 0.
 fn around(verilog: &str, more: &str, engine: &str) -> DutScene {
     let folder = hpu_rtl::temporary::Temporary::folder().expect("a folder");
@@ -353,6 +365,34 @@ fn wide_words_and_tables_answer_as_in_verilator() {
          initial m[7] = 8'hff;
          endmodule\n",
         reset,
+        (300, false),
+    );
+}
+
+/// A table of 256 words, as of a sine, which nothing writes, by an index that moves and by one that is an input; and one
+/// whose length is no power of two, within its length.
+#[test]
+fn tables_that_nothing_writes_answer_as_in_verilator() {
+    let words: Vec<_> =
+        (0..256).map(|at: u32| format!("sine[{at}] = 12'h{:03x};", (at * at * 7 + 5 * at) & 0xfff)).collect();
+    let few: Vec<_> = (0..100).map(|at: u32| format!("few[{at}] = 8'h{:02x};", (at * 37) & 0xff)).collect();
+    let verilog = format!(
+        "module t(input clk, input rst, input [7:0] a, output [11:0] y, output reg [11:0] z, output reg [7:0] w);
+         reg [11:0] sine [0:255];
+         reg [7:0] few [0:99];
+         reg [7:0] at;
+         initial begin {} {} end
+         assign y = sine[a];
+         always @(posedge clk)
+           if (!rst) begin at <= 0; z <= 0; w <= 0; end
+           else begin at <= at + 3; z <= sine[at] + {{11'b0, a[0]}}; w <= few[at[5:0]]; end
+         endmodule\n",
+        words.join(" "),
+        few.join(" ")
+    );
+    same_answers(
+        &verilog,
+        "reset = {{ port = \"rst\", active = \"low\" }}\n".replace("{{", "{").replace("}}", "}").as_str(),
         (300, false),
     );
 }

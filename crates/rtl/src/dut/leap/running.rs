@@ -22,8 +22,8 @@ pub(super) const LONG: u64 = 1 << 16;
 const LOOKED: u64 = 1024;
 /// Edges for each step of the simulation below which Verilator is faster, if it is asked seldom.
 const LEAST: u64 = 16;
-/// A request of Verilator takes as long as it takes to clock this number of edges, and more: it is another process.
-const ASKED: u64 = 250;
+/// A request of Verilator, which is another process, takes longer than to clock this number of edges.
+const ASKED: u64 = 64;
 const MOST_NAMED: usize = 4;
 
 /// Returns whether fewer than three quarters of the edges were leapt over, or too few at once, so that Verilator is
