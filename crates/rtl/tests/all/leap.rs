@@ -153,8 +153,10 @@ fn whole_runs_are_those_of_verilator_to_the_last_bit() {
 /// A motor with three phases: converters that the design starts, a chip on SPI, Hall switches; the wall is touched.
 #[test]
 fn runs_of_three_phases_are_those_of_verilator_to_the_last_bit() {
-    let near =
-        |duration| [("run.duration", duration), ("wall.position", "2 mrad"), ("hand.path", "[[0, 0], [0.02, 0.3]]")];
+    let near = |duration| {
+        let path = "[[\"0 s\", 0], [\"150 ms\", 0.25], [\"250 ms\", 0.6]]";
+        [("600 ms", duration), ("0.3 rad", "2 mrad"), (path, "[[0, 0], [0.02, 0.3]]")]
+    };
     let foc = same_as_verilator("foc", &near("10 ms"), 5_000);
     assert!(foc.starts.iter().all(|(_, starts)| starts.taken == 200 && starts.missed == 0), "{:?}", foc.starts);
     assert!(foc.frames.iter().all(|(_, frames)| frames.all == 200 && frames.wrong + frames.fast == 0));
