@@ -83,11 +83,8 @@ pub(super) enum Change {
     Both(usize, usize),
 }
 
-/// The most conditions of a circuit.
-pub(super) const MOST_CHECKS: usize = 6;
-
 /// The circuit as linear equations in the stator's frame.
-#[derive(Clone, Copy, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub(super) struct Circuit {
     pub paths: [Path; 3],
     pub freedom: Freedom,
@@ -101,11 +98,13 @@ pub(super) struct Circuit {
     pub diodes: Plane,
     /// Voltages of the terminals.
     pub terminals: [Affine; 3],
+    /// What stays positive while the circuit lasts, with what happens where it does not.
+    pub checks: Vec<(Affine, Change)>,
 }
 
 impl Circuit {
     /// Returns the circuit of these paths.
-    pub fn of(laws: &Pmsm, paths: [Path; 3]) -> Self {
+    fn of(laws: &Pmsm, paths: [Path; 3]) -> Self {
         let inverter = &laws.inverter;
         let shares = paths.map(|path| f64::from(u8::from(matches!(path, Path::High | Path::Upper))));
         let switches = paths.map(|path| f64::from(u8::from(matches!(path, Path::High | Path::Low))));
@@ -140,6 +139,7 @@ impl Circuit {
         if floating.count() > 1 {
             circuit.freedom = Freedom::None;
         }
+        circuit.list(laws);
         circuit
     }
 
@@ -183,7 +183,7 @@ impl Circuit {
                 flux_rate: [0.0; 2],
             }
         });
-        Self { paths, freedom: Freedom::Plane, volts, ohms, rail, diodes, terminals }
+        Self { paths, freedom: Freedom::Plane, volts, ohms, rail, diodes, terminals, checks: Vec::new() }
     }
 
     /// Returns the resistive voltage of a current.
@@ -247,29 +247,18 @@ impl Circuit {
         }
     }
 
-    /// Returns what stays positive while the circuit lasts, with what happens where it does not.
-    #[inline(always)]
-    pub fn checks(&self, laws: &Pmsm) -> ([(Affine, Change); MOST_CHECKS], usize) {
-        let mut checks = ([(Affine::default(), Change::Zero(0)); MOST_CHECKS], 0);
-        let open = |path: &Path| matches!(path, Path::Upper | Path::Lower | Path::Floating);
-        if self.paths.iter().any(open) {
-            self.list(laws, &mut checks);
-        }
-        checks
-    }
-
-    fn list(&self, laws: &Pmsm, (checks, count): &mut ([(Affine, Change); MOST_CHECKS], usize)) {
+    /// Lists what stays positive while the circuit lasts.
+    fn list(&mut self, laws: &Pmsm) {
         let Inverter { supply_v, supply_ohm, diode_drop_v, .. } = laws.inverter;
-        let mut push = |check: Affine, change: Change| {
-            checks[*count] = (check, change);
-            *count += 1;
-        };
+        let mut checks = Vec::new();
+        let mut push = |check: Affine, change: Change| checks.push((check, change));
         let rail = Affine { constant: supply_v, current: self.rail.map(|h| -supply_ohm * h), ..Affine::default() };
         if self.paths == [Path::Floating; 3] {
             for (x, y) in [(0, 1), (0, 2), (1, 0), (1, 2), (2, 0), (2, 1)] {
                 let apart = self.terminals[y].plus(-1.0, &self.terminals[x]);
                 push(apart.raised(supply_v + 2.0 * diode_drop_v), Change::Both(x, y));
             }
+            self.checks = checks;
             return;
         }
         for (x, path) in self.paths.iter().enumerate() {
@@ -284,18 +273,27 @@ impl Circuit {
                 _ => {}
             }
         }
+        self.checks = checks;
+    }
+}
+
+impl Pmsm {
+    /// Returns the circuit of these paths, none of which is a mean.
+    fn circuit(&self, paths: [Path; 3]) -> &Circuit {
+        let [a, b, c] = paths.map(|path| path as usize);
+        self.circuits[(a * 5 + b) * 5 + c].get_or_init(|| Circuit::of(self, paths))
     }
 }
 
 /// Returns the circuit of these legs where the current is `i` and the rotor has direction `e`, which changes by
 /// `turning`. Phases that are `resting` carry no current; `begins` is what begins here.
-pub(super) fn settled(
-    laws: &Pmsm,
+pub(super) fn settled<'l>(
+    laws: &'l Pmsm,
     legs: [Leg; 3],
     (i, resting): (Plane, [bool; 3]),
     (e, turning): (Plane, Plane),
     begins: Option<Change>,
-) -> Circuit {
+) -> &'l Circuit {
     let mut paths = [Path::Floating; 3];
     let mut chosen = [true; 3];
     for x in 0..3 {
@@ -320,10 +318,10 @@ pub(super) fn settled(
         _ => {}
     }
     if chosen == [true; 3] {
-        return Circuit::of(laws, paths);
+        return laws.circuit(paths);
     }
     // All choices for the phases without current; the equations have one solution, up to rounding.
-    let mut best: Option<(f64, Circuit)> = None;
+    let mut best: Option<(f64, &Circuit)> = None;
     for choice in 0..27 {
         let mut tried = paths;
         let picks = [choice % 3, choice / 3 % 3, choice / 9];
@@ -337,11 +335,10 @@ pub(super) fn settled(
         if floating == 2 && !tried.iter().any(|path| matches!(path, Path::High | Path::Low)) {
             continue;
         }
-        let circuit = Circuit::of(laws, tried);
+        let circuit = laws.circuit(tried);
         let (rate, flux_rate) = circuit.rates(laws, circuit.allowed(i), e, turning);
-        let (checks, count) = circuit.checks(laws);
         let mut worst = f64::INFINITY;
-        for (check, change) in &checks[..count] {
+        for (check, change) in &circuit.checks {
             worst = worst.min(match *change {
                 Change::Zero(x) if chosen[x] => continue,
                 // A current that begins must grow; its rate times the inductance is a voltage.
@@ -356,5 +353,5 @@ pub(super) fn settled(
             best = Some((worst, circuit));
         }
     }
-    best.map_or_else(|| Circuit::of(laws, paths), |(_, circuit)| circuit)
+    best.map_or_else(|| laws.circuit(paths), |(_, circuit)| circuit)
 }

@@ -16,7 +16,7 @@ pub(super) struct Passed {
     /// Integrals of the currents, the speed, and the angle since the start.
     pub states: Lanes,
     /// Integrals of the voltage on resistances times the current, in both directions of the stator, of the square of
-    /// the speed, and of the first half of `i_q`.
+    /// the speed, and of nothing. Of the first two only the sum counts.
     products: Lanes,
     /// Integral of `i_q`.
     pub torque_as: f64,
@@ -25,39 +25,58 @@ pub(super) struct Passed {
 impl Passed {
     versions! {
         /// Integrates the first `t` seconds of a series.
-        pub(super) fn of[of_fused, of_native, of_with](series: &Series, circuit: &Circuit, t: f64) -> Passed
+        pub(super) fn of[of_fused, of_native, of_with](
+            series: &Series, laws: &Pmsm, circuit: &Circuit, t: f64
+        ) -> Passed
     }
 
     #[inline(always)]
-    fn of_with<P: Product>(series: &Series, circuit: &Circuit, t: f64) -> Passed {
+    fn of_with<P: Product>(series: &Series, laws: &Pmsm, circuit: &Circuit, t: f64) -> Passed {
         let powers = series.powers;
         let x = &series.x[..powers];
-        let mut left = [[0.0; 4]; ORDER];
-        let mut cross = left;
-        for k in 0..powers {
-            let [one, other] = circuit.resistive([x[k][ALPHA], x[k][BETA]]);
-            let [_, cosine, ..] = series.turned[k];
-            left[k] = [one, other, x[k][SPEED], cosine];
-            cross[k] = [x[k][ALPHA], x[k][BETA], x[k][SPEED], x[k][BETA]];
+        let mut drops = [[0.0; 4]; ORDER];
+        for (drop, x) in drops.iter_mut().zip(x) {
+            let [one, other] = circuit.resistive([x[ALPHA], x[BETA]]);
+            *drop = [one, other, x[SPEED], 0.0];
         }
-        let (mut states, mut products, mut back) = (P::all(0.0), P::all(0.0), 0.0);
+        let (mut states, mut products) = (P::all(0.0), P::all(0.0));
         let step = P::all(t);
         for k in (0..powers).rev() {
             let share = P::all(1.0 / (k + 1) as f64);
             states = states * step + P::lanes(&x[k]) * share;
+            // The resistances are a symmetric matrix: both halves of the sum are alike.
+            let half = k.div_ceil(2);
             let mut sum = P::all(0.0);
-            let mut other = 0.0;
-            for j in 0..=k {
-                sum = sum + P::lanes(&left[j]) * P::lanes(&cross[k - j]);
-                other += series.turned[j][0] * x[k - j][ALPHA];
+            for (drop, x) in drops[..half].iter().zip(x[..=k].iter().rev()) {
+                sum = sum + P::lanes(drop) * P::lanes(x);
+            }
+            sum = sum + sum;
+            if k % 2 == 0 {
+                sum = sum + P::lanes(&drops[half]) * P::lanes(&x[half]);
             }
             products = products * step + sum * share;
-            back = back * t + other / (k + 1) as f64;
         }
         let (mut states, products) = ((states * step).state(), (products * step).state());
         states[ANGLE] -= x[0][ANGLE] * t;
-        Passed { states, products, torque_as: products[3] - back * t }
+        Passed { states, products, torque_as: across(series, laws, t) }
     }
+}
+
+/// Returns the integral of `i_q` over the first `t` seconds.
+#[inline(always)]
+fn across(series: &Series, laws: &Pmsm, t: f64) -> f64 {
+    let motor = &laws.motor;
+    let mut sum = 0.0;
+    if motor.direct_h == motor.quadrature_h && motor.flux_vs > 0.0 {
+        for k in (0..series.powers).rev() {
+            sum = sum * t + series.across[k] / (k + 1) as f64;
+        }
+        return sum * t / motor.flux_vs;
+    }
+    for k in (0..series.powers).rev() {
+        sum = sum * t + series.across_term(k) / (k + 1) as f64;
+    }
+    sum * t
 }
 
 /// Adds the flows of the first `t` seconds of a series, through which the shaft turned by `turned`.

@@ -28,8 +28,10 @@ mod room;
 mod series;
 
 use std::fmt;
+use std::sync::OnceLock;
 
 use crate::Hand;
+use circuit::Circuit;
 
 pub use motion::PmsmDevice;
 
@@ -106,7 +108,22 @@ pub struct Pmsm {
     inverter: Inverter,
     hand: Hand,
     edge_s: f64,
+    /// The harmonics of the cogging, two in each.
+    waves: Vec<Waves>,
+    /// Circuits by the paths of their terminals; each is made when it is first entered.
+    circuits: [OnceLock<Circuit>; CIRCUITS],
 }
+
+/// Two harmonics of the cogging; the second may have no amplitude.
+#[derive(Clone, Copy, PartialEq, Debug)]
+struct Waves {
+    /// Amplitudes in the lanes of the sines.
+    amplitudes_nm: [f64; 4],
+    orders: [f64; 2],
+}
+
+/// The number of circuits: three terminals with five paths each.
+const CIRCUITS: usize = 125;
 
 impl Pmsm {
     /// Creates the laws on a clock of period `edge_s`, in s.
@@ -171,7 +188,15 @@ impl Pmsm {
                 return refuse("amplitude and phase of a harmonic of the cogging must be finite".into());
             }
         }
-        Ok(Self { motor, inverter, hand, edge_s })
+        let waves = motor.cogging.chunks(2).map(|pair| {
+            let (one, other) = (pair[0], pair.get(1).copied().unwrap_or(Harmonic { amplitude_nm: 0.0, ..pair[0] }));
+            Waves {
+                amplitudes_nm: [one.amplitude_nm, 0.0, other.amplitude_nm, 0.0],
+                orders: [one.order, other.order].map(f64::from),
+            }
+        });
+        let waves = waves.collect();
+        Ok(Self { motor, inverter, hand, edge_s, waves, circuits: [const { OnceLock::new() }; CIRCUITS] })
     }
 
     /// Returns the motor.

@@ -6,6 +6,8 @@
 //! cut short by the next switching. Everything is a function of the segment and of the edge, so that it does not depend
 //! on who asked before.
 
+use std::ops::Deref;
+
 use super::Pmsm;
 use super::circuit::{Affine, Change, Circuit, Freedom, PHASES, Path, Plane, dot, settled};
 use super::energy::{self, Passed};
@@ -60,6 +62,27 @@ enum Begin {
     Circuit(Change),
 }
 
+/// The circuit of a segment.
+#[derive(Clone)]
+enum Fed<'a> {
+    /// Of switches and diodes.
+    Legs(&'a Circuit),
+    /// Of mean voltages.
+    Means(Box<Circuit>),
+}
+
+impl Deref for Fed<'_> {
+    type Target = Circuit;
+
+    #[inline(always)]
+    fn deref(&self) -> &Circuit {
+        match self {
+            Self::Legs(circuit) => circuit,
+            Self::Means(circuit) => circuit,
+        }
+    }
+}
+
 /// A motor of three phases in motion.
 #[derive(Clone)]
 pub struct PmsmDevice<'a> {
@@ -69,7 +92,7 @@ pub struct PmsmDevice<'a> {
     offset_s: f64,
     start: Start,
     drive: Drive,
-    circuit: Circuit,
+    circuit: Fed<'a>,
     /// The phase whose current is 0 at the anchor, because its diode begins to conduct there.
     begun: [bool; 3],
     hold: Hold,
@@ -78,8 +101,9 @@ pub struct PmsmDevice<'a> {
     series: Series,
     room: Room,
     room_lasts: u32,
-    /// The duration for which a segment's first powers should do.
-    expected_s: f64,
+    /// The edge of the last switching, and the edges from the one before the last two to the next, and to the last.
+    switched: u64,
+    lasted: [u64; 2],
     /// End of the segment as a time after the anchor, its reason, and the first edge that the segment does not reach.
     end_s: f64,
     end: End,
@@ -89,6 +113,7 @@ pub struct PmsmDevice<'a> {
     charge: [Plane; 2],
     initial_j: f64,
     mode_changes: u64,
+    circuit_changes: u64,
     segments: u64,
     /// Segments that began at the present anchor edge, and edges at which there were too many.
     within: u32,
@@ -110,14 +135,15 @@ impl<'a> PmsmDevice<'a> {
             offset_s: 0.0,
             start,
             drive: Drive::Legs([Leg::Open; 3]),
-            circuit: Circuit::of(laws, [Path::Mean; 3]),
+            circuit: Fed::Means(Box::new(Circuit::averaged(laws, [0.0; 3]))),
             begun: [false; 3],
             hold: Hold::Slip(0.0),
             told: (0, angle_rad, 0.0),
             series: Series::new(laws),
             room: Room::NONE,
             room_lasts: 0,
-            expected_s: 0.0,
+            switched: 0,
+            lasted: [0; 2],
             end_s: 0.0,
             end: End::Worn,
             end_edge: 0,
@@ -125,6 +151,7 @@ impl<'a> PmsmDevice<'a> {
             charge: [[0.0; 2]; 2],
             initial_j: laws.stored_j(&x, &[0.0; 4]),
             mode_changes: 0,
+            circuit_changes: 0,
             segments: 0,
             within: 0,
             crowded: 0,
@@ -258,7 +285,7 @@ impl<'a> PmsmDevice<'a> {
     /// Returns the charges that flowed into the three phases until an edge, in A·s.
     pub fn charges(&self, edge: u64) -> [f64; 3] {
         self.on(edge, |then| {
-            let passed = Passed::of(&then.series, &then.circuit, then.time_s(edge));
+            let passed = Passed::of(&then.series, then.laws, &then.circuit, then.time_s(edge));
             let [done, rest] = then.charge;
             PHASES.map(|u| dot(u, done) + dot(u, [rest[0] + passed.states[ALPHA], rest[1] + passed.states[BETA]]))
         })
@@ -363,9 +390,10 @@ impl<'a> PmsmDevice<'a> {
         self.reach(edge);
         self.pass(edge, Some(edge));
         let t = self.time_s(edge);
-        self.expected_s = (0.9 * self.expected_s).max(1.1 * t);
         let x = self.account(t);
         self.drive = drive;
+        let lasted = edge - self.switched;
+        (self.switched, self.lasted) = (edge, [self.lasted[1], lasted]);
         self.begin(edge, 0.0, x, Begin::Legs);
     }
 
@@ -464,20 +492,19 @@ impl<'a> PmsmDevice<'a> {
     /// Returns the energy exchanged until `edge`.
     pub fn energy(&self, edge: u64) -> Energy {
         self.on(edge, |then| {
-            let mut energy = then.energy;
-            then.tally(&mut energy, then.time_s(edge));
+            let (mut energy, t) = (then.energy, then.time_s(edge));
+            let (passed, turned, _) = then.passed(t);
+            energy::take(&mut energy, then.laws, (&then.circuit, then.hold), &then.start, &passed, (t, turned));
             energy
         })
     }
 
-    /// Adds the energies of the first `t` of the segment, and returns its integrals and the state there.
+    /// Returns the integrals of the first `t` of the segment, the angle turned, and the state there.
     #[inline(always)]
-    fn tally(&self, energy: &mut Energy, t: f64) -> (Passed, (Lanes, Lanes)) {
+    fn passed(&self, t: f64) -> (Passed, f64, (Lanes, Lanes)) {
         let (x, low) = self.sum(t);
         let turned = (x[ANGLE] - self.start.x[ANGLE]) + (low[ANGLE] - self.start.low[ANGLE]);
-        let passed = Passed::of(&self.series, &self.circuit, t);
-        energy::take(energy, self.laws, (&self.circuit, self.hold), &self.start, &passed, (t, turned));
-        (passed, (x, low))
+        (Passed::of(&self.series, self.laws, &self.circuit, t), turned, (x, low))
     }
 
     /// Accounts for the first `t` after the anchor and returns the state there.
@@ -486,9 +513,8 @@ impl<'a> PmsmDevice<'a> {
         if t == 0.0 {
             return (self.start.x, self.start.low);
         }
-        let mut energy = self.energy;
-        let (passed, x) = self.tally(&mut energy, t);
-        self.energy = energy;
+        let (passed, turned, x) = self.passed(t);
+        energy::take(&mut self.energy, self.laws, (&self.circuit, self.hold), &self.start, &passed, (t, turned));
         let [done, rest] = &mut self.charge;
         for axis in 0..2 {
             let more = passed.states[axis];
@@ -511,6 +537,11 @@ impl<'a> PmsmDevice<'a> {
     /// Returns how often friction or a diode has begun or ceased to hold.
     pub fn mode_changes(&self) -> u64 {
         self.mode_changes
+    }
+
+    /// Returns how often a diode has begun or ceased to conduct while no leg was switched.
+    pub fn circuit_changes(&self) -> u64 {
+        self.circuit_changes
     }
 
     /// Returns the number of segments computed so far.
@@ -567,6 +598,7 @@ impl<'a> PmsmDevice<'a> {
             Begin::Legs => self.connect(None),
             Begin::Circuit(change) => {
                 self.mode_changes += 1;
+                self.circuit_changes += 1;
                 self.connect(Some(change));
             }
             Begin::Onward | Begin::Break(_) => {}
@@ -583,8 +615,11 @@ impl<'a> PmsmDevice<'a> {
             self.room_lasts = ROOM_LASTS;
         }
         self.room_lasts -= 1;
+        // Short and long times between switchings take turns, as dead times do with the others.
+        let (expected, passed) = (1.1 * self.lasted[0] as f64, (edge - self.switched) as f64);
+        let expected_s = (expected - passed).max(0.25 * expected) * self.laws.edge_s;
         let good_s = &self.room.good_s;
-        let powers = (FEWEST..ORDER).find(|&n| good_s[n] >= self.expected_s).unwrap_or(ORDER);
+        let powers = (FEWEST..ORDER).find(|&n| good_s[n] >= expected_s).unwrap_or(ORDER);
         self.series.powers = 0;
         let driven = Driven { laws: self.laws, circuit: &self.circuit, hold: self.hold };
         Series::write(&mut self.series, &driven, &self.start, powers);
@@ -616,9 +651,12 @@ impl<'a> PmsmDevice<'a> {
         self.circuit = match self.drive {
             Drive::Legs(legs) => {
                 let rotor = (self.start.e, self.start.turning(self.laws));
-                settled(self.laws, legs, (i, resting), rotor, change)
+                Fed::Legs(settled(self.laws, legs, (i, resting), rotor, change))
             }
-            Drive::Averages(shares) => Circuit::averaged(self.laws, shares.map(|share| share.clamp(0.0, 1.0))),
+            Drive::Averages(shares) => {
+                let shares = shares.map(|share| share.clamp(0.0, 1.0));
+                Fed::Means(Box::new(Circuit::averaged(self.laws, shares)))
+            }
             _ => panic!("an inverter is driven by its legs"),
         };
         self.begun = resting;
@@ -682,9 +720,10 @@ impl<'a> PmsmDevice<'a> {
             (self.end_s, self.end) = (self.offset_s + self.laws.edge_s, End::Worn);
         } else {
             self.watch_shaft(from);
-            let (checks, count) = self.circuit.checks(self.laws);
-            for (check, change) in &checks[..count] {
-                self.watch_circuit(check, *change, from);
+            if let Fed::Legs(circuit) = self.circuit {
+                for (check, change) in &circuit.checks {
+                    self.watch_circuit(check, *change, from);
+                }
             }
         }
         let edges = ((self.end_s - self.offset_s) / self.laws.edge_s) as u64;
@@ -773,12 +812,10 @@ impl Course<'_, '_> {
 
     /// Returns the terms of `i_q` and the speed.
     fn terms(&self) -> [[f64; ORDER + 1]; 2] {
-        let Series { x, turned, powers, .. } = &self.0.series;
+        let Series { x, powers, .. } = &self.0.series;
         let mut terms = [[0.0; ORDER + 1]; 2];
         for k in 0..=*powers {
-            for j in 0..=k {
-                terms[0][k] += turned[j][1] * x[k - j][BETA] - turned[j][0] * x[k - j][ALPHA];
-            }
+            terms[0][k] = self.0.series.across_term(k);
             terms[1][k] = x[k][SPEED];
         }
         terms

@@ -61,8 +61,9 @@ impl Room {
         let constant = cogging + motor.coulomb_nm + hand + damping * intent;
         let inertia = motor.inertia_kg_m2;
         // A time in which the motion changes little, and what it changes by then.
-        let rate = ohm / least + drag / inertia + (stiffness / inertia).sqrt() + 2.0 * pairs * speed;
-        let (change_s, long) = (1.0 / (rate + 1.0), 2.0);
+        let order = motor.cogging.iter().map(|harmonic| harmonic.order).fold(motor.pole_pairs, u32::max);
+        let rate = ohm / least + drag / inertia + (stiffness / inertia).sqrt() + f64::from(order) * speed;
+        let (change_s, long) = (0.25 / (rate + 1.0), 1.5);
         let change = (volts + ohm * current + motor.flux_vs * pairs * speed) / least * change_s;
         let current = current + change;
         let torque = 1.5 * pairs * (motor.flux_vs + salience * current) * current + constant + drag * speed;

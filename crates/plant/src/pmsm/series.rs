@@ -74,6 +74,8 @@ pub(super) struct Series {
     crossed: Coefficients,
     /// Sine and cosine of two harmonics of the cogging in each.
     waves: Vec<Coefficients>,
+    /// `i_q` times the flux linkage along the rotor.
+    pub across: [f64; ORDER + 1],
     /// The torque on the shaft without friction.
     pub torque: [f64; ORDER + 1],
     /// Powers in use.
@@ -98,6 +100,7 @@ impl Series {
             along: ZERO,
             crossed: ZERO,
             waves,
+            across: [0.0; ORDER + 1],
             torque: [0.0; ORDER + 1],
             powers: 0,
         }
@@ -119,7 +122,7 @@ impl Series {
         let salience = motor.direct_h - motor.quadrature_h;
         let e = start.e;
         let [aa, ab, bb] = circuit.gain(laws, e);
-        let per_inertia = 1.0 / motor.inertia_kg_m2;
+        let per_inertia = if *hold == Hold::Stuck { 0.0 } else { 1.0 / motor.inertia_kg_m2 };
         let (hand_nm, stiffness, damping) = match laws.hand {
             Hand::Spring(push) => (
                 push.stiffness_nm_per_rad * start.twist_rad + push.damping_nm_s_per_rad * start.intent_rad_per_s,
@@ -129,11 +132,8 @@ impl Series {
             Hand::Torque(torque_nm) => (torque_nm, 0.0, 0.0),
             Hand::Prescribed => (0.0, 0.0, 0.0),
         };
-        let (stuck, rub_nm) = match *hold {
-            Hold::Stuck => (true, 0.0),
-            Hold::Slip(sign) => (false, sign * motor.coulomb_nm),
-        };
-        let Self { x, flux, turned, along, crossed, waves, torque, .. } = series;
+        let rub_nm = if let Hold::Slip(sign) = hold { sign * motor.coulomb_nm } else { 0.0 };
+        let Self { x, flux, turned, along, crossed, waves, across, torque, .. } = series;
         let done = series.powers;
         if done == 0 {
             let i = start.current();
@@ -151,42 +151,53 @@ impl Series {
                 }
             }
         }
+        assert!(powers <= ORDER);
+        let torque_per_flux = 1.5 * pairs;
+        let viscous = motor.viscous_nm_s_per_rad;
+        // What the first powers alone have.
+        let (mut given, mut pull_nm, mut against_nm) = ([0.0; 2], 0.0, 0.0);
+        if done == 0 {
+            (given, pull_nm, against_nm) = (circuit.volts, hand_nm, rub_nm);
+        }
         for k in done..powers {
             let share = SHARES[k + 1];
             let [sine, cosine, ahead, behind] = convolved::<P>(&flux[..=k], &turned[..=k]).state();
-            let (cosine, sine) = (-pairs * share * sine, pairs * share * cosine);
+            let turn = pairs * share;
+            let (cosine, sine) = (-turn * sine, turn * cosine);
             // The shaft.
-            let [.., speed, angle] = x[k];
-            let mut sum = 1.5 * pairs * (ahead - behind);
-            for (wave, pair) in waves.iter().zip(motor.cogging.chunks(2)) {
-                for (lane, harmonic) in pair.iter().enumerate() {
-                    sum -= harmonic.amplitude_nm * wave[k][2 * lane];
+            let [alpha, beta, speed, angle] = x[k];
+            across[k] = ahead - behind;
+            let mut sum = torque_per_flux * across[k] + pull_nm - damping * speed;
+            if stiffness != 0.0 && k > 0 {
+                sum -= stiffness * if k == 1 { angle - start.intent_rad_per_s } else { angle };
+            }
+            for (wave, pair) in waves.iter_mut().zip(&laws.waves) {
+                let (mut turned, mut cogging) = (P::all(0.0), P::lanes(&pair.amplitudes_nm) * P::lanes(&wave[k]));
+                for (x, wave) in x[..=k].iter().zip(wave[..=k].iter().rev()) {
+                    turned = turned + P::all(x[SPEED]) * P::lanes(wave);
                 }
+                cogging = cogging * P::all(-1.0);
+                let (cogging, turned) = (cogging.state(), (turned * P::all(share)).state());
+                sum += cogging[0] + cogging[2];
+                let [one, other] = pair.orders;
+                wave[k + 1] = [one * turned[1], -one * turned[0], other * turned[3], -other * turned[2]];
             }
-            sum += match k {
-                0 => hand_nm,
-                1 => stiffness * (start.intent_rad_per_s - angle),
-                _ => -stiffness * angle,
-            };
-            torque[k] = sum - damping * speed;
-            let mut rest = torque[k] - motor.viscous_nm_s_per_rad * speed;
+            torque[k] = sum;
+            let mut next = (sum - viscous * speed - against_nm) * (per_inertia * share);
             if k == 0 {
-                rest -= rub_nm;
-            }
-            let mut next = if stuck { 0.0 } else { rest * per_inertia * share };
-            if let Hold::Slip(sign) = hold
-                && k == 0
-                && speed == 0.0
-                && sign * next < 0.0
-            {
-                // Rounding must not make a shaft that begins to slip go back.
-                next = 0.0;
+                if let Hold::Slip(sign) = hold
+                    && speed == 0.0
+                    && sign * next < 0.0
+                {
+                    // Rounding must not make a shaft that begins to slip go back.
+                    next = 0.0;
+                }
+                (pull_nm, against_nm) = (0.0, 0.0);
             }
             // The winding.
-            let i = [x[k][ALPHA], x[k][BETA]];
-            let resistive = circuit.resistive(i);
-            let given = if k == 0 { circuit.volts } else { [0.0; 2] };
+            let resistive = circuit.resistive([alpha, beta]);
             let rise = [(given[0] - resistive[0]) * share, (given[1] - resistive[1]) * share];
+            given = [0.0; 2];
             let (current, part);
             if salience == 0.0 {
                 part = [motor.flux_vs * cosine, motor.flux_vs * sine];
@@ -196,35 +207,27 @@ impl Series {
                 let [one, other, first, second] = convolved::<P>(&along[1..=k], &crossed[1..=k]).state();
                 let known = one + other + cosine * x[0][ALPHA] + sine * x[0][BETA];
                 let active = along[0][2];
-                let mut bent = [active * cosine + first, active * sine + second];
+                let bent = [active * cosine + first, active * sine + second];
                 let pull = salience * known;
                 let rest = [rise[0] - bent[0] - pull * e[0], rise[1] - bent[1] - pull * e[1]];
                 current = [aa * rest[0] + ab * rest[1], ab * rest[0] + bb * rest[1]];
-                let direct = known + dot(e, current);
-                let pull = salience * direct;
-                bent = [bent[0] + pull * e[0], bent[1] + pull * e[1]];
-                part = bent;
+                let pull = salience * (known + dot(e, current));
+                part = [bent[0] + pull * e[0], bent[1] + pull * e[1]];
                 along[k + 1] = [cosine, sine, pull, pull];
                 crossed[k + 1] = [current[0], current[1], cosine, sine];
             }
             x[k + 1] = [current[0], current[1], next, speed * share];
             turned[k + 1] = [sine, cosine, current[1], current[0]];
-            for (wave, pair) in waves.iter_mut().zip(motor.cogging.chunks(2)) {
-                let mut turned = P::all(0.0);
-                for (x, wave) in x[..=k].iter().zip(wave[..=k].iter().rev()) {
-                    turned = turned + P::all(x[SPEED]) * P::lanes(wave);
-                }
-                let turned = turned.state();
-                wave[k + 1] = [0.0; 4];
-                for (lane, harmonic) in pair.iter().enumerate() {
-                    let order = f64::from(harmonic.order) * share;
-                    wave[k + 1][2 * lane] = order * turned[2 * lane + 1];
-                    wave[k + 1][2 * lane + 1] = -order * turned[2 * lane];
-                }
-            }
             flux[k + 1] = [next, next, part[0], part[1]];
         }
         series.powers = powers;
+    }
+
+    /// Returns the term of power `k` of `i_q`.
+    #[inline(always)]
+    pub fn across_term(&self, k: usize) -> f64 {
+        let terms = self.turned[..=k].iter().zip(self.x[..=k].iter().rev());
+        terms.map(|(turned, x)| turned[1] * x[BETA] - turned[0] * x[ALPHA]).sum()
     }
 
     /// Returns the term of power `k` of the rate of the flux linkage; the last power in use is not known.
