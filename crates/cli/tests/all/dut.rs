@@ -87,12 +87,15 @@ fn faults_of_a_design_around_three_phases_are_told() {
     let fast = json(&foc(&["--set", "clock.frequency=200 MHz", "--json"]));
     assert_eq!((&fast["frames"][0]["wrong"], &fast["frames"][0]["fast"]), (&0.into(), &fast["frames"][0]["frames"]));
     assert!(fast["frames"][0]["frames"].as_u64().expect("a count") > 100, "{}", fast["frames"]);
-    // A wrong zero of the angle: the current is along the magnets, and the wall gives no torque.
-    let zero = (16384.0 / 4.0 / 7.0f64).round().to_string();
-    let zero = format!("dut.parameters.ZERO={zero}");
-    let path = ["--set", "run.duration=250 ms", "--set", "hand.path=[[0, 0], [0.1, 0.6]]", "--json"];
-    let aside = json(&foc(&[&["--set", &zero][..], &path].concat()));
-    assert_eq!(aside["outcome"]["kind"], "no_wall_torque");
+    // A zero of the angle that is wrong by 45 electrical degrees leaves the cosine of the torque.
+    let quick = ["--set", "run.duration=250 ms", "--set", "hand.path=[[0, 0], [0.1, 0.6]]", "--json"];
+    let stiffness = |zero: f64| {
+        let zero = format!("dut.parameters.ZERO={}", (zero / 360.0 * 16384.0 / 7.0).round());
+        let value = json(&run(&[&["run", "testbench/dut/foc.toml", "--set", &zero][..], &quick].concat()));
+        number(&value["displayed_stiffness"])
+    };
+    let share = stiffness(45.0) / stiffness(0.0);
+    assert!((share - 0.5f64.sqrt()).abs() < 0.02, "{share}");
 }
 
 #[test]

@@ -526,18 +526,23 @@ fn values_of_parameters_are_those_of_verilator() {
     }
 }
 
-/// The two designs whose counters are no plain ones: an eye on what `auto` does with them.
+/// The two designs whose counters are no plain ones: an eye on what `auto` does with them. Verilator, another process, is
+/// asked at each change of an output; in the wall that of the sigma-delta modulator changes at most edges.
 #[test]
-fn designs_that_do_not_leap_well_run_in_verilator() {
-    for (name, why) in [("sigma", "register `lfsr` changes at every edge"), ("prescaled", "every few edges")] {
+fn designs_that_do_not_leap_well_run_in_verilator_unless_it_is_asked_too_often() {
+    let (far, near) = ("position = \"1.5 rad\"", "position = \"0.1 rad\"");
+    for (name, wall, starts, why) in [
+        ("sigma", far, "Verilator", "register `lfsr` changes at every edge"),
+        ("sigma", near, "hpu's leaps", "0.0 % of the clock edges leapt over"),
+        ("prescaled", near, "Verilator", "every few edges"),
+    ] {
         let brief =
             [("run = { duration = \"1 s\" }", "run = { duration = \"30 ms\" }"), ("1.4]", "1.6]"), ("150 ms", "20 ms")];
-        let near = [("position = \"1.5 rad\"", "position = \"0.1 rad\"")];
-        let changes = [&brief[..], &near[..]].concat();
+        let changes = [&brief[..], &[(far, wall)]].concat();
         let ((one, by_auto, engine), (other, by_verilator, _)) =
             (ran(&scene(name, &changes, "auto")), ran(&scene(name, &changes, "verilator")));
-        assert!(engine.starts_with("Verilator") && engine.contains(why), "{name}: {engine}");
-        assert!(one == other && one.0.len() > 1000, "{name}: {} changes", one.0.len());
+        assert!(engine.starts_with(starts) && engine.contains(why), "{name}: {engine}");
+        assert!(one == other && one.0.len() > 400, "{name}: {} changes", one.0.len());
         assert_eq!(by_auto.energy, by_verilator.energy, "{name}");
     }
 }
