@@ -186,8 +186,9 @@ keys! { sensor: "device.sensors.SENSOR" of [];
     span: Quantity = Quantity::along(|axis| axis.position, Positive, Said("a turn"));
     /// Corner of a first-order lag of an absolute encoder that is analog.
     corner: Quantity = Quantity::new(&q::FREQUENCY, Positive, Said("none"));
-    /// Volts at the converter for one ampere; required of a current.
-    gain: Quantity = Quantity::new(&q::CURRENT_GAIN, Positive, Said("none"));
+    /// Volts at the converter for one ampere; required of a current. Below 0 where the shunt's amplifier inverts, or
+    /// where the shunt sees the current out of the motor.
+    gain: Quantity = Quantity::new(&q::CURRENT_GAIN, Any, Said("none"));
     /// Volts of all words of a current, half of them below 0 A; required of a current. A converter clamps. A modulator
     /// gives ones alone at the upper end.
     range: Quantity = Quantity::new(&q::VOLTAGE, Positive, Said("none"));
@@ -195,6 +196,8 @@ keys! { sensor: "device.sensors.SENSOR" of [];
     offset: Quantity = Quantity::new(&q::CURRENT, Any, Is(0.0));
     /// Readings without current before the run, whose mean is taken off every word of a current.
     calibrated_zero: Whole<u32> = Whole::new(1, 1 << 16, Said("none"));
+    /// Whether the words of a current begin at 0, with 0 A in the middle, in the place of two's complement.
+    offset_binary: Flag = Flag(false);
     /// Standard deviation of the noise in counts of the word, by `run.seed`: the sum of four equal random numbers.
     noise: Quantity = Quantity::new(&q::RATIO, NotNegative, Is(0.0));
     /// Errors in counts of the word at places equally far apart over all words, straight between two: 2^n of an

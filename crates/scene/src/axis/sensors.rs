@@ -115,6 +115,8 @@ pub struct Sampled {
     pub noise: u64,
     /// The number of readings whose mean is taken off.
     pub zero_of: u32,
+    /// Whether the words of a current begin at 0, with no current in the middle.
+    pub offset_binary: bool,
     /// Of a chip on a bus the least clocks of a period of the bus; `None` if the design sees the word.
     pub chip: Option<u64>,
 }
@@ -139,7 +141,8 @@ impl Sampled {
             return (sum >> FRACTION) & ((1 << self.bits) - 1);
         }
         let clamped = |word: i64| word.clamp(-(half >> FRACTION), (half >> FRACTION) - 1);
-        clamped(clamped((sum - half) >> FRACTION) - zero)
+        let word = clamped(clamped((sum - half) >> FRACTION) - zero);
+        if self.offset_binary { word + (half >> FRACTION) } else { word }
     }
 
     /// Returns the error of a place among all words, both in 2^-16 counts.
@@ -163,8 +166,9 @@ impl Sensor {
             SensorKind::Encoder(..) => vec![("a", Format::BIT), ("b", Format::BIT)],
             SensorKind::Hall(_) => ["a", "b", "c"].map(|pin| (pin, Format::BIT)).into(),
             SensorKind::Sampled(Sampled { chip: Some(_), .. }) => vec![("miso", Format::BIT)],
-            SensorKind::Sampled(Sampled { reading, bits, .. }) => {
-                let word = if reading.is_round() { Format::unsigned(*bits) } else { Format::signed(*bits) };
+            SensorKind::Sampled(Sampled { reading, bits, offset_binary, .. }) => {
+                let word =
+                    if reading.is_round() || *offset_binary { Format::unsigned(*bits) } else { Format::signed(*bits) };
                 vec![("word", word), ("valid", Format::BIT)]
             }
             SensorKind::Modulator(_) => vec![("bit", Format::BIT), ("valid", Format::BIT)],
@@ -241,6 +245,7 @@ const KEYS: [(&str, &[&str]); 5] = [
             "range",
             "offset",
             "calibrated_zero",
+            "offset_binary",
             "noise",
             "inl",
         ],
@@ -270,11 +275,21 @@ fn rate(s: &Section, clock: Clock) -> Result<(f64, u64), SceneError> {
     Ok((rate_hz, clock.edges(1.0 / rate_hz)))
 }
 
+/// Reads the gain of a current's sensor.
+fn gain(s: &Section) -> Result<f64, SceneError> {
+    let gain = s.read(&keys::sensor::gain)?;
+    if gain == 0.0 {
+        Err(s.error("gain", "0, so that no word shows a current; write another number"))
+    } else {
+        Ok(gain)
+    }
+}
+
 /// Reads a modulator of the current, of a motor with three phases of one of theirs.
 fn modulator(s: &Section, phases: bool, clock: Clock) -> Result<Modulator, SceneError> {
     use keys::sensor as key;
     let (_, period) = rate(s, clock)?;
-    let full_a = 0.5 * s.read(&key::range)? / s.read(&key::gain)?;
+    let full_a = 0.5 * s.read(&key::range)? / gain(s)?;
     let charge_as = full_a * period as f64 * clock.period_s();
     let winding = if phases { Some(s.read(&key::winding)?) } else { None };
     Ok(Modulator { period, phase: clock.edges(s.read(&key::phase)?), charge_as, winding })
@@ -311,7 +326,7 @@ fn sampled(s: &Section, reading: Reading, slides: bool, clock: Clock) -> Result<
     }
     let counts = f64::from(bits).exp2();
     let scale = if !is_round {
-        counts * s.read(&key::gain)? / s.read(&key::range)?
+        counts * gain(s)? / s.read(&key::range)?
     } else if slides && !s.has("span") {
         return Err(s.error("span", "missing; write the length of all words"));
     } else {
@@ -338,6 +353,7 @@ fn sampled(s: &Section, reading: Reading, slides: bool, clock: Clock) -> Result<
         // The variance of four numbers, each one of n, is (n^2 - 1) / 3.
         noise: fine(noise * 3f64.sqrt()).unsigned_abs().max(1),
         zero_of: s.given(&key::calibrated_zero)?.unwrap_or(0),
+        offset_binary: s.read(&key::offset_binary)?,
         chip: s.given(&key::chip)?.map(|least_s| clock.first_edge_at((least_s * 1e12) as u64).0),
     })
 }

@@ -82,8 +82,11 @@ fn method(s: &Section, compound: &Compound) -> Result<PaddleMethod, SceneError> 
         _ => None,
     };
     let current = one_of(s, &key::current, "sensor", &names)?;
-    if sampled(current).is_none_or(|sampled| sampled.reading != Reading::Current) {
-        let reason = format!("{} reads no current by words; write a sensor of kind \"current\"", names[current]);
+    if sampled(current).is_none_or(|it| it.reading != Reading::Current || it.offset_binary) {
+        let reason = format!(
+            "{} reads no current by words in two's complement; write a sensor of kind \"current\"",
+            names[current]
+        );
         return Err(s.error(key::current.name, reason));
     }
     let position = match s.given(&method_network::position)? {
