@@ -191,7 +191,7 @@ fn dut_motion<'a>(
         command,
         told_in: (scene.device.units(), 1.0),
         body: None,
-        wheel_ratio: motion::wheel_ratio(&scene.device),
+        wheel_ratio: motion::wheel_ratio(&scene.device).filter(|_| scene.pmsm.is_none()),
         hand: &scene.hand,
         duration_s: scene.run.duration_s,
         motion_s: summary.motion_s,

@@ -221,6 +221,13 @@ pub const COMMANDS: &[(&str, Form)] = &[
         ),
     ),
     (
+        "hpu run testbench/dut/foc.toml",
+        short(
+            "hpu run testbench/dut/foc.toml --edges 500000",
+            "thirty million clock edges take seconds; the tests of designs run them",
+        ),
+    ),
+    (
         "hpu run testbench/dut/knee.toml --compare",
         short(
             "hpu run testbench/dut/knee.toml --compare --edges 1000000",
