@@ -1,6 +1,7 @@
 //! The catalogue of all blocks.
 
 use crate::base::listed::{Configured, Given, Listed};
+use crate::foc::{Clarke, FocLoop, InversePark, Park, Sinc3, SpaceVector, SpiMaster, SsiMaster, ThreePhasePwm};
 use crate::gimbal::{
     ControlSwitch, CrankTable, GimbalInverse, GimbalLoop, GimbalShearLoop, ImpedanceControl, ServoControl,
 };
@@ -73,7 +74,8 @@ macro_rules! around_laws {
             PhantomForward, CubeRoom, PhantomTorque, CommandScaler, CommandRegister, PhantomEngine, PhantomLoop,
             PhantomSharedLoop, PhantomIo, GimbalInverse, CrankTable, ServoControl, ImpedanceControl, ControlSwitch,
             FractionalDifference, SampleTimer, GimbalLoop, GimbalShearLoop, WindowSum, FilteredPid, AngleSelect,
-            TimerPwm, EpflPaddleLoop,
+            TimerPwm, EpflPaddleLoop, Clarke, Park, InversePark, SpaceVector,
+            ThreePhasePwm, Sinc3, SpiMaster, SsiMaster, FocLoop,
         }
     };
 }

@@ -27,6 +27,7 @@ mod trig;
 mod velocity;
 
 mod distinct;
+pub mod foc;
 pub mod gimbal;
 pub mod paddle;
 pub mod phantom;

@@ -171,7 +171,7 @@ fn mathml_is_well_formed_and_no_markdown() {
 }
 
 /// Runs that stay text: the block, the begin of the run, and the reason.
-const TEXT: [(&str, &str, &str); 32] = [
+const TEXT: [(&str, &str, &str); 36] = [
     ("axis_front", "a_pin, b_pin -> sync", "a drawing"),
     ("butterworth_difference", "position -+-> hold", "a drawing"),
     ("conventional_loop", "pins -> sync", "a drawing"),
@@ -185,6 +185,7 @@ const TEXT: [(&str, &str, &str); 32] = [
     ("position_pid_loop", "pins -> front", "a drawing"),
     ("torque_table_loop", "pins -> front", "a drawing"),
     ("virtual_coupling_loop", "pins -> front", "a drawing"),
+    ("foc_loop", "pins -> sync", "a drawing"),
     ("gimbal_loop", "timer -> sample -> inverse", "a drawing"),
     ("gimbal_shear_loop", "timer -> sample -> shear", "a drawing"),
     ("hybrid_loop", "pins -> sync", "a drawing"),
@@ -199,6 +200,9 @@ const TEXT: [(&str, &str, &str); 32] = [
     ("quadrature_decoder", "(a b)  00 -> 01", "a table of the transitions"),
     ("sampled_wall", "contact, penetration -> hold", "a drawing"),
     ("sampled_wall", "ESTIMATOR 0  velocity_register", "a table of the estimators"),
+    ("spi_master", "0 clocks", "a table of times"),
+    ("ssi_master", "0 clocks", "a table of times"),
+    ("three_phase_pwm", "1. at phase 0", "a numbered list with a table"),
     ("timer_pwm", "B high, A low", "a table of the gates"),
     ("trig_interpolated", "quarter(q): g = f when q is even", "a list of steps"),
     ("trig_quarter", "wave(a), with q the upper 2 bits", "a table of the quarters"),

@@ -56,23 +56,27 @@ crate::base::listed::configuration! {
 
 /// The state that a leg of the bridge is asked to have.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-enum State {
+pub(crate) enum State {
     Off,
     Low,
     High,
 }
 
+/// A leg with its dead time. The modulators of two and of three legs have it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-struct Leg {
-    state: State,
-    wait: u64,
+pub(crate) struct Leg {
+    /// The state that the leg is asked to have.
+    pub(crate) state: State,
+    /// Clocks before its gate turns on.
+    pub(crate) wait: u64,
 }
 
 impl Leg {
-    const RESET: Self = Self { state: State::Off, wait: 0 };
+    pub(crate) const RESET: Self = Self { state: State::Off, wait: 0 };
 
+    /// Ticks one edge, at which the leg is asked for a state.
     #[inline]
-    fn tick(&mut self, wanted: State, dead_time: u64) {
+    pub(crate) fn tick(&mut self, wanted: State, dead_time: u64) {
         if wanted == self.state {
             self.wait = self.wait.saturating_sub(1);
         } else {
@@ -80,14 +84,15 @@ impl Leg {
         }
     }
 
+    /// Returns the gate on the side of a state.
     #[inline]
-    fn gate(&self, state: State) -> i64 {
+    pub(crate) fn gate(&self, state: State) -> i64 {
         i64::from(self.state == state && self.wait == 0)
     }
 
     /// Returns the number of edges before a gate turns on at the end of a dead time.
     #[inline]
-    fn quiet(&self) -> u64 {
+    pub(crate) fn quiet(&self) -> u64 {
         if self.state == State::Off || self.wait == 0 { u64::MAX } else { self.wait - 1 }
     }
 }

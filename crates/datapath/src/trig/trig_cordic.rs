@@ -106,6 +106,8 @@ impl Wave for Rotations {
     }
 }
 
+crate::circuit::part::registers!(TrigCordic);
+
 impl Configured for TrigCordic {
     fn of_generics(given: &Given) -> Result<Self, ConfigError> {
         Self::new(Phase::given(given)?, given.natural("ITERATIONS")?, given.natural("GUARD")?)

@@ -173,6 +173,14 @@ const ERRORS: &[Sown] = &[
     ("servo_control", "window_4", "before(j - 1)", "before(1)", "before"),
     ("sample_timer", "6_bit", "countdown - 1", "countdown - 2", "countdown'"),
     ("control_switch", "narrow", "to_signed(2**DECAY - 1,", "to_signed(2**DECAY,", "offset'"),
+    ("clarke", "narrow_three", "extended(a), 1) - extended(b)", "extended(a), 1) + extended(b)", "alpha"),
+    ("park", "narrow", "- alpha_sine", "+ alpha_sine", "q"),
+    ("inverse_park", "narrow", "+ q_cosine", "- q_cosine", "beta"),
+    ("space_vector", "narrow", "WHOLE > MOST", "WHOLE >= MOST - 1", "duty_"),
+    ("three_phase_pwm", "short", "leg.dead - 1", "0", "leg_"),
+    ("sinc3", "4_bits", "last2  := first;", "last2  := second;", "last2'"),
+    ("spi_master", "mode_1", "incoming(WIDTH - 2 downto 0) & miso", "incoming(WIDTH - 2 downto 0) & '0'", "incoming'"),
+    ("ssi_master", "short", "timer := PAUSE - 1", "timer := PAUSE", "timer'"),
 ];
 
 /// The same in larger blocks.
@@ -274,6 +282,7 @@ fn every_wiring_equals_its_vhdl_in_every_listed_configuration() {
             "conventional_loop",
             "energy_bounding_loop",
             "epfl_paddle_loop",
+            "foc_loop",
             "gimbal_loop",
             "gimbal_shear_loop",
             "hybrid_loop",
@@ -398,6 +407,21 @@ fn an_error_in_a_wiring_is_refuted_at_its_place() {
             "period => \"01\"",
             "period => \"10\"",
             "instance hold, port period: at '01' here, at '10' in the VHDL",
+        ),
+        // A controller is given the other's current; a time stands in another's place.
+        (
+            "foc_loop",
+            "short",
+            "measured     => d,",
+            "measured     => q,",
+            "instance control_d, port measured: at d, driven by rotor.d here, at rotor.q in the VHDL",
+        ),
+        (
+            "foc_loop",
+            "all_distinct",
+            "DEAD_TIME    => DEAD_TIME,",
+            "DEAD_TIME    => MIN_PULSE,",
+            "instance modulator: DEAD_TIME 11 here, 14 in the VHDL",
         ),
         // An output is left open.
         (

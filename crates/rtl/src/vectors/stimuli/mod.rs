@@ -1,5 +1,6 @@
 //! Stimuli for any block: corner cases, random words from a seed, and products in strata.
 
+mod foc;
 mod gimbal;
 pub(crate) mod postures;
 mod sequences;
@@ -39,6 +40,9 @@ fn generic(block: &dyn AnyBlock, name: &str) -> Option<i64> {
 
 /// Returns the most edges from a start to its result, of a block that begins with `start`.
 fn latency(block: &dyn AnyBlock) -> i64 {
+    if let Some(edges) = foc::frame(block) {
+        return edges;
+    }
     match (generic(block, "ROTATIONS"), generic(block, "LENGTH_WIDTH")) {
         (Some(rotations), Some(width)) => 3 * rotations + width + 13,
         (Some(rotations), None) => rotations + 1,
@@ -77,6 +81,9 @@ pub fn directed(block: &dyn AnyBlock) -> Vec<Stimulus> {
     let rows = match block.name() {
         "synchronizer" | "quadrature_decoder" => transitions(generic(block, "SETTLE").unwrap_or(2).min(LONGEST)),
         "pwm" | "timer_pwm" => modulation(inputs[0].format, generic(block, "DEAD_TIME").unwrap_or(0)),
+        "three_phase_pwm" => foc::carriers(block, &inputs),
+        "sinc3" => foc::streams(block),
+        "spi_master" | "ssi_master" => foc::frames(block, &inputs),
         _ if !block.clocked() => combinations(&inputs),
         "input_shaper" => [walls::steps(&inputs), samples(&inputs)].concat(),
         "energy_bounding" => [walls::motions(&inputs), walls::haul(block, &inputs)].concat(),
@@ -341,6 +348,8 @@ pub fn random(block: &dyn AnyBlock, seed: u64, rows: usize) -> Vec<Stimulus> {
                 _ if is_loop => 500,
                 _ if walker.is_some() => 150,
                 "command" | "period" => 40,
+                // Long enough for a dead time to pass.
+                "enable" => 120,
                 "start" => 1,
                 _ if block.first_shown().is_some() => 200,
                 _ => 3,
