@@ -67,6 +67,16 @@ fn two_designs_turn_a_motor_with_three_phases_and_settle_on_their_wall() {
     }
 }
 
+/// The project's own loop for three phases as a foreign design; the scene says which angle its current holds.
+#[test]
+fn our_own_current_loops_hold_a_torque_as_a_foreign_design() {
+    let value = json(&run(&["run", "testbench/dut/foc-loop.toml", "--json"]));
+    let expected = value["expected"].as_array().expect("expectations");
+    assert!(expected.len() == 2 && expected.iter().all(|one| one["met"] == true), "{expected:?}");
+    let engine = value["dut"]["engine"].as_str().expect("a text");
+    assert!(engine.starts_with("hpu's leaps"), "{engine}");
+}
+
 #[test]
 fn faults_of_a_design_around_three_phases_are_told() {
     let foc = |more: &[&str]| {
