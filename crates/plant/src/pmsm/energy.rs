@@ -33,15 +33,15 @@ impl Passed {
     #[inline(always)]
     fn of_with<P: Product>(series: &Series, laws: &Pmsm, circuit: &Circuit, t: f64) -> Passed {
         let powers = series.powers;
-        let x = &series.x[..powers];
-        let mut drops = [[0.0; 4]; ORDER];
+        let x = &series.x[..=powers];
+        let mut drops = [[0.0; 4]; ORDER + 1];
         for (drop, x) in drops.iter_mut().zip(x) {
             let [one, other] = circuit.resistive([x[ALPHA], x[BETA]]);
             *drop = [one, other, x[SPEED], 0.0];
         }
         let (mut states, mut products) = (P::all(0.0), P::all(0.0));
         let step = P::all(t);
-        for k in (0..powers).rev() {
+        for k in (0..=powers).rev() {
             let share = P::all(1.0 / (k + 1) as f64);
             states = states * step + P::lanes(&x[k]) * share;
             // The resistances are a symmetric matrix: both halves of the sum are alike.
@@ -66,14 +66,16 @@ impl Passed {
 #[inline(always)]
 fn across(series: &Series, laws: &Pmsm, t: f64) -> f64 {
     let motor = &laws.motor;
+    let powers = series.powers;
     let mut sum = 0.0;
     if motor.direct_h == motor.quadrature_h && motor.flux_vs > 0.0 {
-        for k in (0..series.powers).rev() {
+        sum = motor.flux_vs * series.across_term(powers) / (powers + 1) as f64;
+        for k in (0..powers).rev() {
             sum = sum * t + series.across[k] / (k + 1) as f64;
         }
         return sum * t / motor.flux_vs;
     }
-    for k in (0..series.powers).rev() {
+    for k in (0..=powers).rev() {
         sum = sum * t + series.across_term(k) / (k + 1) as f64;
     }
     sum * t

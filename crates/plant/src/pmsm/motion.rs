@@ -610,14 +610,14 @@ impl<'a> PmsmDevice<'a> {
         let is_sprung = matches!(self.laws.hand, Hand::Spring(_));
         let stretch = if is_sprung { [self.start.twist_rad.abs(), speed_rad_per_s.abs()] } else { [0.0; 2] };
         let bounds = [a.abs() + b.abs(), speed.abs(), stretch[0], stretch[1]];
+        // Short and long times between switchings take turns, as dead times do with the others.
+        let (expected, passed) = (1.1 * self.lasted[0] as f64, (edge - self.switched) as f64);
+        let expected_s = (expected - passed).max(0.25 * expected.max(passed)) * self.laws.edge_s;
         if self.room_lasts == 0 || !self.room.takes(bounds) {
-            self.room = Room::around(self.laws, bounds);
+            self.room = Room::around(self.laws, bounds, expected_s);
             self.room_lasts = ROOM_LASTS;
         }
         self.room_lasts -= 1;
-        // Short and long times between switchings take turns, as dead times do with the others.
-        let (expected, passed) = (1.1 * self.lasted[0] as f64, (edge - self.switched) as f64);
-        let expected_s = (expected - passed).max(0.25 * expected) * self.laws.edge_s;
         let good_s = &self.room.good_s;
         let powers = (FEWEST..ORDER).find(|&n| good_s[n] >= expected_s).unwrap_or(ORDER);
         self.series.powers = 0;

@@ -114,6 +114,12 @@ impl Series {
         )
     }
 
+    /// Writes the series in the lanes of any processor.
+    #[cfg(test)]
+    pub fn write_anywhere(series: &mut Series, driven: &Driven, start: &Start, powers: usize) {
+        Self::write_with::<crate::flow::double::Native>(series, driven, start, powers);
+    }
+
     #[inline(always)]
     fn write_with<P: Product>(series: &mut Series, driven: &Driven, start: &Start, powers: usize) {
         let Driven { laws, circuit, hold } = driven;
