@@ -194,6 +194,71 @@ fn no_energy_is_lost() {
     }
 }
 
+/// A motor, an inverter and a hand at random, over several decades; without a diode's drop, without friction and so on in
+/// some.
+fn anything(random: &mut Random) -> Pmsm {
+    let mut log = |low: f64, high: f64| low * (high / low).powf(random.next());
+    let (quadrature_h, coulomb_nm, cogging_nm) = (log(2e-5, 5e-3), log(1e-5, 0.1), log(1e-4, 1e-2));
+    let [salient, rubs, cogs, feeds, resists, drops, sprung] = [0; 7].map(|_| log(0.5, 2.0) > 1.0);
+    let wave = |order, share: f64| Harmonic { order, amplitude_nm: share * cogging_nm, phase_rad: share };
+    let motor = PmsmMotor {
+        pole_pairs: log(1.0, 22.0) as u32,
+        resistance_ohm: log(0.02, 20.0),
+        direct_h: quadrature_h * if salient { log(0.3, 3.0) } else { 1.0 },
+        quadrature_h,
+        flux_vs: log(5e-4, 0.1),
+        inertia_kg_m2: log(1e-7, 1e-3),
+        viscous_nm_s_per_rad: log(1e-7, 1e-3),
+        coulomb_nm: if rubs { coulomb_nm } else { 0.0 },
+        stiction_nm: if rubs { coulomb_nm * log(1.0, 3.0) } else { 0.0 },
+        cogging: if cogs { vec![wave(12, 1.0), wave(36, 0.3)] } else { Vec::new() },
+    };
+    let inverter = Inverter {
+        supply_v: log(5.0, 80.0),
+        supply_ohm: if feeds { log(1e-3, 1.0) } else { 0.0 },
+        on_resistance_ohm: if resists { log(1e-3, 1.0) } else { 0.0 },
+        diode_drop_v: if drops { log(0.05, 2.0) } else { 0.0 },
+    };
+    let push = Push { stiffness_nm_per_rad: log(1e-2, 10.0), damping_nm_s_per_rad: log(1e-5, 1e-2) };
+    let hand = if sprung { Hand::Spring(push) } else { Hand::Torque(1e-3) };
+    Pmsm::new(motor, inverter, hand, EDGE_S).unwrap()
+}
+
+/// Random motors under random legs: leaps end in the bits of single calls, no energy is lost, and no edge has more
+/// changes than are followed.
+#[test]
+fn random_motors_keep_energy_and_bits() {
+    for seed in 0..60 {
+        let mut random = Random(1000 + seed);
+        let laws = anything(&mut random);
+        let dq = [0; 2].map(|_| random.between(-3.0, 3.0));
+        let mut leaping = PmsmDevice::new(&laws, dq, random.between(-100.0, 100.0), 0.1);
+        let mut called = leaping.clone();
+        let mut edge = 0;
+        for index in 0..120 {
+            let to = edge + 1 + if index % 40 == 39 { 200_000 } else { random.below(1 << (index % 15)) };
+            while let Some(event) = leaping.next_event(edge, to, ANYWHERE) {
+                edge = event.0;
+                leaping.arrive(event);
+            }
+            edge = to;
+            called.step(to);
+            let legs = [0; 3].map(|_| [High, Low, Open][random.below(3) as usize]);
+            for device in [&mut leaping, &mut called] {
+                device.driven(to, Drive::Legs(legs));
+                if index % 30 == 5 {
+                    device.intend(to, 0.2, -1.0);
+                }
+            }
+        }
+        assert_eq!(leaping.state(edge).map(f64::to_bits), called.state(edge).map(f64::to_bits), "{seed}");
+        let energy = leaping.energy(edge);
+        let rest = energy.supplied_j() - energy.dissipated_j() - leaping.stored_j(edge);
+        assert!(rest.abs() <= 1e-12 * energy.exchanged_j(), "{seed}: {rest:e} of {:e}", energy.exchanged_j());
+        assert_eq!(leaping.crowded_edges(), 0, "{seed}");
+    }
+}
+
 /// While a leg is open its terminal is a diode's drop below ground for a current out of it, a drop above the rail for a
 /// current into it, and in between without a current.
 #[test]
