@@ -41,10 +41,14 @@ pub(crate) enum Other<'p> {
 pub(crate) struct Phased<'p> {
     body: PmsmDevice<'p>,
     watched: Vec<(usize, (f64, f64))>,
+    /// A page has no design of a user's own, so it has no such motor, and loads no code for one.
+    #[cfg(target_family = "wasm")]
+    never: std::convert::Infallible,
 }
 
 impl<'p> Phased<'p> {
     /// Creates a motor that no further encoder watches.
+    #[cfg(not(target_family = "wasm"))]
     pub(crate) fn new(body: PmsmDevice<'p>) -> Self {
         Self { body, watched: Vec::new() }
     }

@@ -9,6 +9,7 @@ use std::marker::PhantomData;
 use hpu_datapath::paddle::PaddleIn;
 use hpu_datapath::{LoopIn, LoopOut, Repeat};
 use hpu_plant::network::NetworkDevice;
+#[cfg(not(target_family = "wasm"))]
 use hpu_plant::pmsm::PmsmDevice;
 use hpu_plant::{Band, Device, Drive, Event, Gates, Leg, Pace, Pulses, REALS};
 use hpu_signal::{Cycle, Observe, Ports, Real};
@@ -19,7 +20,9 @@ use crate::result::forever::Rest;
 use crate::result::stays::{Sums, Tally};
 use crate::result::summary::{EnergyAudit, Summary, Unheld};
 use crate::world::actuator::{Actuator, Latch, Shaping};
-use crate::world::any_device::{AnyDevice, Other, Phased};
+#[cfg(not(target_family = "wasm"))]
+use crate::world::any_device::Phased;
+use crate::world::any_device::{AnyDevice, Other};
 use crate::world::encoder::{Encoder, Pins};
 use crate::world::faults::FaultState;
 use crate::world::plant::{AnyLaws, Kind, Plant};
@@ -216,6 +219,7 @@ impl<'p, I> AxisWorld<'p, I> {
             world.device = Some(device);
             world.begin(*angle_rad);
         }
+        #[cfg(not(target_family = "wasm"))]
         if let Kind::Pmsm { laws, start, sensors, seed, .. } = &plant.kind {
             let mut device = AnyDevice::Other(Box::new(Other::Pmsm(Phased::new(PmsmDevice::new(
                 laws, [0.0; 2], start[1], start[0],

@@ -192,7 +192,7 @@ impl Plant {
             hpu_scene::Hand::None | hpu_scene::Hand::Capture { .. } => (Hand::Torque(0.0), &[][..]),
         };
         let rubs = friction != Friction::None;
-        if let Some(motor) = around.pmsm {
+        if let Some(motor) = around.pmsm.filter(|_| !cfg!(target_family = "wasm")) {
             let laws = pmsm(motor, bridge, (hand, rubs), edge_s)?;
             let (sensors, seed) = (motor.sensors.clone(), around.seed);
             let kind = Kind::Pmsm {

@@ -7,6 +7,9 @@ use crate::Leg;
 pub(super) type Plane = [f64; 2];
 
 const HALF_ROOT_3: f64 = 0.866_025_403_784_438_6;
+/// The share of the supply by which an open terminal leaves its range before a diode opens. Where both choices are
+/// right, as at a rotor at rest with diodes without a drop, rounding must not open and close a diode in turns.
+const SLACK: f64 = 1.0 / (1u64 << 44) as f64;
 /// Directions of the phases.
 pub(super) const PHASES: [Plane; 3] = [[1.0, 0.0], [-0.5, HALF_ROOT_3], [-0.5, -HALF_ROOT_3]];
 
@@ -250,13 +253,14 @@ impl Circuit {
     /// Lists what stays positive while the circuit lasts.
     fn list(&mut self, laws: &Pmsm) {
         let Inverter { supply_v, supply_ohm, diode_drop_v, .. } = laws.inverter;
+        let slack_v = SLACK * (supply_v + diode_drop_v);
         let mut checks = Vec::new();
         let mut push = |check: Affine, change: Change| checks.push((check, change));
         let rail = Affine { constant: supply_v, current: self.rail.map(|h| -supply_ohm * h), ..Affine::default() };
         if self.paths == [Path::Floating; 3] {
             for (x, y) in [(0, 1), (0, 2), (1, 0), (1, 2), (2, 0), (2, 1)] {
                 let apart = self.terminals[y].plus(-1.0, &self.terminals[x]);
-                push(apart.raised(supply_v + 2.0 * diode_drop_v), Change::Both(x, y));
+                push(apart.raised(supply_v + 2.0 * diode_drop_v + slack_v), Change::Both(x, y));
             }
             self.checks = checks;
             return;
@@ -267,8 +271,8 @@ impl Circuit {
                 Path::Lower => push(Affine { current: [u, v], ..Affine::default() }, Change::Zero(x)),
                 Path::Upper => push(Affine { current: [-u, -v], ..Affine::default() }, Change::Zero(x)),
                 Path::Floating => {
-                    push(terminal.raised(diode_drop_v), Change::Opens(x, Path::Lower));
-                    push(rail.plus(-1.0, terminal).raised(diode_drop_v), Change::Opens(x, Path::Upper));
+                    push(terminal.raised(diode_drop_v + slack_v), Change::Opens(x, Path::Lower));
+                    push(rail.plus(-1.0, terminal).raised(diode_drop_v + slack_v), Change::Opens(x, Path::Upper));
                 }
                 _ => {}
             }
@@ -287,13 +291,13 @@ impl Pmsm {
 
 /// Returns the circuit of these legs where the current is `i` and the rotor has direction `e`, which changes by
 /// `turning`. Phases that are `resting` carry no current; `begins` is what begins here.
-pub(super) fn settled<'l>(
-    laws: &'l Pmsm,
+pub(super) fn settled(
+    laws: &Pmsm,
     legs: [Leg; 3],
     (i, resting): (Plane, [bool; 3]),
     (e, turning): (Plane, Plane),
     begins: Option<Change>,
-) -> &'l Circuit {
+) -> &Circuit {
     let mut paths = [Path::Floating; 3];
     let mut chosen = [true; 3];
     for x in 0..3 {

@@ -2,81 +2,109 @@
 
 use super::Pmsm;
 use super::circuit::{Circuit, Plane, dot};
-use super::series::{ALPHA, ANGLE, BETA, Hold, SPEED, Series, Start};
+use super::series::{ALPHA, ANGLE, BETA, Hold, SHARES, SPEED, Series, Start};
 use crate::Hand;
 use crate::energy::Energy;
 use crate::flow::double::{Product, versions};
 use crate::flow::lanes::Lanes as _;
 use crate::flow::matrix::State;
-use crate::flow::polynomial::{Lanes, ORDER};
+use crate::flow::polynomial::Lanes;
+
+/// Nodes and weights of Gauss and Legendre on [0, 1], with 3 to 9 nodes, one list after another.
+const NODES: [(f64, f64); 42] = [
+    (0.112_701_665_379_258_31, 0.277_777_777_777_777_8),
+    (0.5, 0.444_444_444_444_444_4),
+    (0.887_298_334_620_741_7, 0.277_777_777_777_777_8),
+    (0.069_431_844_202_973_71, 0.173_927_422_568_726_92),
+    (0.330_009_478_207_571_87, 0.326_072_577_431_273_05),
+    (0.669_990_521_792_428_1, 0.326_072_577_431_273_05),
+    (0.930_568_155_797_026_3, 0.173_927_422_568_726_92),
+    (0.046_910_077_030_668_004, 0.118_463_442_528_094_54),
+    (0.230_765_344_947_158_45, 0.239_314_335_249_683_24),
+    (0.5, 0.284_444_444_444_444_44),
+    (0.769_234_655_052_841_5, 0.239_314_335_249_683_24),
+    (0.953_089_922_969_332, 0.118_463_442_528_094_54),
+    (0.033_765_242_898_423_99, 0.085_662_246_189_585_18),
+    (0.169_395_306_766_867_73, 0.180_380_786_524_069_3),
+    (0.380_690_406_958_401_56, 0.233_956_967_286_345_52),
+    (0.619_309_593_041_598_5, 0.233_956_967_286_345_52),
+    (0.830_604_693_233_132_2, 0.180_380_786_524_069_3),
+    (0.966_234_757_101_576, 0.085_662_246_189_585_18),
+    (0.025_446_043_828_620_736, 0.064_742_483_084_434_85),
+    (0.129_234_407_200_302_77, 0.139_852_695_744_638_32),
+    (0.297_077_424_311_301_4, 0.190_915_025_252_559_46),
+    (0.5, 0.208_979_591_836_734_7),
+    (0.702_922_575_688_698_5, 0.190_915_025_252_559_46),
+    (0.870_765_592_799_697_2, 0.139_852_695_744_638_32),
+    (0.974_553_956_171_379_3, 0.064_742_483_084_434_85),
+    (0.019_855_071_751_231_884, 0.050_614_268_145_188_13),
+    (0.101_666_761_293_186_64, 0.111_190_517_226_687_24),
+    (0.237_233_795_041_835_5, 0.156_853_322_938_943_63),
+    (0.408_282_678_752_175_1, 0.181_341_891_689_181),
+    (0.591_717_321_247_825, 0.181_341_891_689_181),
+    (0.762_766_204_958_164_5, 0.156_853_322_938_943_63),
+    (0.898_333_238_706_813_4, 0.111_190_517_226_687_24),
+    (0.980_144_928_248_768_1, 0.050_614_268_145_188_13),
+    (0.015_919_880_246_186_954, 0.040_637_194_180_787_206),
+    (0.081_984_446_336_682_1, 0.090_324_080_347_428_7),
+    (0.193_314_283_649_704_8, 0.130_305_348_201_467_72),
+    (0.337_873_288_298_095_54, 0.156_173_538_520_001_43),
+    (0.5, 0.165_119_677_500_629_9),
+    (0.662_126_711_701_904_5, 0.156_173_538_520_001_43),
+    (0.806_685_716_350_295_2, 0.130_305_348_201_467_72),
+    (0.918_015_553_663_317_9, 0.090_324_080_347_428_7),
+    (0.984_080_119_753_813, 0.040_637_194_180_787_206),
+];
 
 /// What is integrated over a part of a segment.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Passed {
     /// Integrals of the currents, the speed, and the angle since the start.
     pub states: Lanes,
-    /// Integrals of the voltage on resistances times the current, in both directions of the stator, of the square of
-    /// the speed, and of nothing. Of the first two only the sum counts.
-    products: Lanes,
+    /// Integral of the voltage on resistances times the current.
+    heat: f64,
+    /// Integral of the square of the speed.
+    squared: f64,
     /// Integral of `i_q`.
-    pub torque_as: f64,
+    across_as: f64,
 }
 
 impl Passed {
     versions! {
-        /// Integrates the first `t` seconds of a series.
-        pub(super) fn of[of_fused, of_native, of_with](
-            series: &Series, laws: &Pmsm, circuit: &Circuit, t: f64
-        ) -> Passed
+        /// Integrates the first `t` seconds of a series: the states term by term, products of two series of power `N`
+        /// by Gauss's rule, which is exact up to the power `N` at least.
+        pub(super) fn of[of_fused, of_native, of_with](series: &Series, circuit: &Circuit, t: f64) -> Passed
     }
 
     #[inline(always)]
-    fn of_with<P: Product>(series: &Series, laws: &Pmsm, circuit: &Circuit, t: f64) -> Passed {
+    fn of_with<P: Product>(series: &Series, circuit: &Circuit, t: f64) -> Passed {
         let powers = series.powers;
-        let x = &series.x[..powers];
-        let mut drops = [[0.0; 4]; ORDER];
-        for (drop, x) in drops.iter_mut().zip(x) {
-            let [one, other] = circuit.resistive([x[ALPHA], x[BETA]]);
-            *drop = [one, other, x[SPEED], 0.0];
-        }
-        let (mut states, mut products) = (P::all(0.0), P::all(0.0));
+        let (x, turned) = (&series.x[..=powers], &series.turned[..=powers]);
+        let mut states = P::all(0.0);
         let step = P::all(t);
-        for k in (0..powers).rev() {
-            let share = P::all(1.0 / (k + 1) as f64);
-            states = states * step + P::lanes(&x[k]) * share;
-            // The resistances are a symmetric matrix: both halves of the sum are alike.
-            let half = k.div_ceil(2);
-            let mut sum = P::all(0.0);
-            for (drop, x) in drops[..half].iter().zip(x[..=k].iter().rev()) {
-                sum = sum + P::lanes(drop) * P::lanes(x);
-            }
-            sum = sum + sum;
-            if k % 2 == 0 {
-                sum = sum + P::lanes(&drops[half]) * P::lanes(&x[half]);
-            }
-            products = products * step + sum * share;
+        for (x, share) in x.iter().zip(&SHARES[1..]).rev() {
+            states = states * step + P::lanes(x) * P::all(*share);
         }
-        let (mut states, products) = ((states * step).state(), (products * step).state());
+        let mut states = (states * step).state();
         states[ANGLE] -= x[0][ANGLE] * t;
-        Passed { states, products, torque_as: across(series, laws, t) }
-    }
-}
-
-/// Returns the integral of `i_q` over the first `t` seconds.
-#[inline(always)]
-fn across(series: &Series, laws: &Pmsm, t: f64) -> f64 {
-    let motor = &laws.motor;
-    let mut sum = 0.0;
-    if motor.direct_h == motor.quadrature_h && motor.flux_vs > 0.0 {
-        for k in (0..series.powers).rev() {
-            sum = sum * t + series.across[k] / (k + 1) as f64;
+        let count = powers / 2 + 1;
+        let first = count * (count - 1) / 2 - 3;
+        let [mut heat, mut squared, mut across] = [0.0; 3];
+        for (node, weight) in &NODES[first..first + count] {
+            let step = P::all(node * t);
+            let (mut point, mut speed) = (P::all(0.0), 0.0);
+            for (turned, x) in turned.iter().zip(x).rev() {
+                point = point * step + P::lanes(turned);
+                speed = speed * (node * t) + x[SPEED];
+            }
+            let [sine, cosine, beta, alpha] = point.state();
+            let [one, other] = circuit.resistive([alpha, beta]);
+            heat += weight * (one * alpha + other * beta);
+            squared += weight * (speed * speed);
+            across += weight * (cosine * beta - sine * alpha);
         }
-        return sum * t / motor.flux_vs;
+        Passed { states, heat: heat * t, squared: squared * t, across_as: across * t }
     }
-    for k in (0..series.powers).rev() {
-        sum = sum * t + series.across_term(k) / (k + 1) as f64;
-    }
-    sum * t
 }
 
 /// Adds the flows of the first `t` seconds of a series, through which the shaft turned by `turned`.
@@ -91,9 +119,9 @@ pub(super) fn take(
     let (motor, inverter) = (&laws.motor, &laws.inverter);
     let charge: Plane = [passed.states[ALPHA], passed.states[BETA]];
     let source = inverter.supply_v * dot(circuit.rail, charge);
-    let copper = 1.5 * (passed.products[0] + passed.products[1]);
+    let copper = 1.5 * passed.heat;
     let diodes = inverter.diode_drop_v * dot(circuit.diodes, charge);
-    let squared = passed.products[2];
+    let squared = passed.squared;
     let viscous = motor.viscous_nm_s_per_rad * squared;
     let coulomb = if let Hold::Slip(sign) = hold { sign * motor.coulomb_nm * turned } else { 0.0 };
     let v = start.intent_rad_per_s;
@@ -111,7 +139,7 @@ pub(super) fn take(
     };
     let angle = start.x[ANGLE] * t + passed.states[ANGLE];
     let intent = angle_of_intent(start) * t + 0.5 * v * t * t;
-    let states: State = [passed.torque_as, turned, angle, intent];
+    let states: State = [passed.across_as, turned, angle, intent];
     energy.passed(&states, [source, hand, copper, diodes, viscous, coulomb]);
 }
 

@@ -29,6 +29,8 @@ const SHORTEST_S: f64 = 1e-9;
 const ONWARD_S: f64 = 1e-12;
 /// The fewest powers of a series.
 const FEWEST: usize = 4;
+/// The switchings in a period of three legs with dead time.
+const PATTERN: usize = 12;
 /// The most segments that begin within one edge; more would be a fault of rounding.
 const MOST_WITHIN: u32 = 64;
 /// The segments after which the room of the motion is made anew.
@@ -101,9 +103,10 @@ pub struct PmsmDevice<'a> {
     series: Series,
     room: Room,
     room_lasts: u32,
-    /// The edge of the last switching, and the edges from the one before the last two to the next, and to the last.
+    /// The edge of the last switching, the edges between the last switchings, and the place of the oldest.
     switched: u64,
-    lasted: [u64; 2],
+    lasted: [u64; PATTERN],
+    turn: usize,
     /// End of the segment as a time after the anchor, its reason, and the first edge that the segment does not reach.
     end_s: f64,
     end: End,
@@ -143,7 +146,8 @@ impl<'a> PmsmDevice<'a> {
             room: Room::NONE,
             room_lasts: 0,
             switched: 0,
-            lasted: [0; 2],
+            lasted: [0; PATTERN],
+            turn: 0,
             end_s: 0.0,
             end: End::Worn,
             end_edge: 0,
@@ -285,7 +289,7 @@ impl<'a> PmsmDevice<'a> {
     /// Returns the charges that flowed into the three phases until an edge, in A·s.
     pub fn charges(&self, edge: u64) -> [f64; 3] {
         self.on(edge, |then| {
-            let passed = Passed::of(&then.series, then.laws, &then.circuit, then.time_s(edge));
+            let passed = Passed::of(&then.series, &then.circuit, then.time_s(edge));
             let [done, rest] = then.charge;
             PHASES.map(|u| dot(u, done) + dot(u, [rest[0] + passed.states[ALPHA], rest[1] + passed.states[BETA]]))
         })
@@ -393,7 +397,9 @@ impl<'a> PmsmDevice<'a> {
         let x = self.account(t);
         self.drive = drive;
         let lasted = edge - self.switched;
-        (self.switched, self.lasted) = (edge, [self.lasted[1], lasted]);
+        self.switched = edge;
+        self.lasted[self.turn] = lasted;
+        self.turn = (self.turn + 1) % PATTERN;
         self.begin(edge, 0.0, x, Begin::Legs);
     }
 
@@ -415,12 +421,12 @@ impl<'a> PmsmDevice<'a> {
         let (low, high) = band;
         let edge_s = self.laws.edge_s;
         let t = self.time_s(last);
-        let angle = self.start.x[ANGLE];
-        let fastest = self.start.x[SPEED].abs() + self.room.acceleration * t;
-        // A bound of the rounding of the angle's value, and of its way from the anchor.
-        let noise = 4.0 * f64::EPSILON * (angle.abs() + fastest * t);
-        let way = fastest * t + noise;
-        if angle - way > low && angle + way < high {
+        let [.., speed, angle] = self.start.x;
+        // Bounds of what the acceleration moves, and of the rounding of the angle's value and of its way.
+        let bend = 0.5 * self.room.acceleration * t * t;
+        let noise = 4.0 * f64::EPSILON * (angle.abs() + speed.abs() * t + bend);
+        let (back, ahead) = ((speed * t).min(0.0) - bend - noise, (speed * t).max(0.0) + bend + noise);
+        if angle + back > low && angle + ahead < high {
             return None;
         }
         let terms = &self.series.x[..=self.series.powers];
@@ -504,7 +510,7 @@ impl<'a> PmsmDevice<'a> {
     fn passed(&self, t: f64) -> (Passed, f64, (Lanes, Lanes)) {
         let (x, low) = self.sum(t);
         let turned = (x[ANGLE] - self.start.x[ANGLE]) + (low[ANGLE] - self.start.low[ANGLE]);
-        (Passed::of(&self.series, self.laws, &self.circuit, t), turned, (x, low))
+        (Passed::of(&self.series, &self.circuit, t), turned, (x, low))
     }
 
     /// Accounts for the first `t` after the anchor and returns the state there.
@@ -610,14 +616,14 @@ impl<'a> PmsmDevice<'a> {
         let is_sprung = matches!(self.laws.hand, Hand::Spring(_));
         let stretch = if is_sprung { [self.start.twist_rad.abs(), speed_rad_per_s.abs()] } else { [0.0; 2] };
         let bounds = [a.abs() + b.abs(), speed.abs(), stretch[0], stretch[1]];
+        // The times between switchings are much as a period before.
+        let (expected, passed) = (1.1 * self.lasted[self.turn] as f64, (edge - self.switched) as f64);
+        let expected_s = (expected - passed).max(0.25 * expected.max(passed)) * self.laws.edge_s;
         if self.room_lasts == 0 || !self.room.takes(bounds) {
-            self.room = Room::around(self.laws, bounds);
+            self.room = Room::around(self.laws, bounds, expected_s);
             self.room_lasts = ROOM_LASTS;
         }
         self.room_lasts -= 1;
-        // Short and long times between switchings take turns, as dead times do with the others.
-        let (expected, passed) = (1.1 * self.lasted[0] as f64, (edge - self.switched) as f64);
-        let expected_s = (expected - passed).max(0.25 * expected) * self.laws.edge_s;
         let good_s = &self.room.good_s;
         let powers = (FEWEST..ORDER).find(|&n| good_s[n] >= expected_s).unwrap_or(ORDER);
         self.series.powers = 0;
@@ -709,7 +715,8 @@ impl<'a> PmsmDevice<'a> {
     /// Finds the end of the segment, which lasts until `from` at least.
     fn look_ahead(&mut self, from: f64) {
         let powers = self.series.powers;
-        if self.series.x[1] == [0.0; 4] && self.is_still() {
+        if self.series.x[1] == [0.0; 4] && self.is_still() || self.series.x[1][ANGLE].is_nan() {
+            // At rest, or beyond all numbers: the state does not change any more.
             self.end_edge = u64::MAX;
             return;
         }

@@ -14,7 +14,7 @@ pub(super) const SPEED: usize = 2;
 pub(super) const ANGLE: usize = 3;
 
 /// `1 / k`.
-const SHARES: [f64; ORDER + 2] = {
+pub(super) const SHARES: [f64; ORDER + 2] = {
     let mut shares = [0.0; ORDER + 2];
     let mut k = 1;
     while k < ORDER + 2 {
@@ -74,8 +74,6 @@ pub(super) struct Series {
     crossed: Coefficients,
     /// Sine and cosine of two harmonics of the cogging in each.
     waves: Vec<Coefficients>,
-    /// `i_q` times the flux linkage along the rotor.
-    pub across: [f64; ORDER + 1],
     /// The torque on the shaft without friction.
     pub torque: [f64; ORDER + 1],
     /// Powers in use.
@@ -100,7 +98,6 @@ impl Series {
             along: ZERO,
             crossed: ZERO,
             waves,
-            across: [0.0; ORDER + 1],
             torque: [0.0; ORDER + 1],
             powers: 0,
         }
@@ -112,6 +109,12 @@ impl Series {
         pub(super) fn write[write_fused, write_native, write_with](
             series: &mut Series, driven: &Driven, start: &Start, powers: usize
         )
+    }
+
+    /// Writes the series in the lanes of any processor.
+    #[cfg(test)]
+    pub fn write_anywhere(series: &mut Series, driven: &Driven, start: &Start, powers: usize) {
+        Self::write_with::<crate::flow::double::Native>(series, driven, start, powers);
     }
 
     #[inline(always)]
@@ -133,7 +136,7 @@ impl Series {
             Hand::Prescribed => (0.0, 0.0, 0.0),
         };
         let rub_nm = if let Hold::Slip(sign) = hold { sign * motor.coulomb_nm } else { 0.0 };
-        let Self { x, flux, turned, along, crossed, waves, across, torque, .. } = series;
+        let Self { x, flux, turned, along, crossed, waves, torque, .. } = series;
         let done = series.powers;
         if done == 0 {
             let i = start.current();
@@ -166,8 +169,7 @@ impl Series {
             let (cosine, sine) = (-turn * sine, turn * cosine);
             // The shaft.
             let [alpha, beta, speed, angle] = x[k];
-            across[k] = ahead - behind;
-            let mut sum = torque_per_flux * across[k] + pull_nm - damping * speed;
+            let mut sum = torque_per_flux * (ahead - behind) + pull_nm - damping * speed;
             if stiffness != 0.0 && k > 0 {
                 sum -= stiffness * if k == 1 { angle - start.intent_rad_per_s } else { angle };
             }

@@ -1,6 +1,6 @@
 //! A motor of three phases against closed forms.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
 use hpu_plant::pmsm::{Harmonic, Inverter, Pmsm, PmsmDevice, PmsmMotor};
 use hpu_plant::{Drive, Hand, Leg, Push};
@@ -180,7 +180,7 @@ fn a_rotor_in_its_cogging_is_a_pendulum() {
     let laws = laws(swinging, INVERTER, period_s / edges as f64);
     let mut device = PmsmDevice::new(&laws, [0.0; 2], 0.0, start);
     let mut edge = 0;
-    for swing in 1..=200u64 {
+    for swing in 1..=20u64 {
         leap(&mut device, edge, swing * edges);
         edge = swing * edges;
         let [_, speed, angle, _] = device.state(edge);
@@ -188,12 +188,9 @@ fn a_rotor_in_its_cogging_is_a_pendulum() {
         // The greatest speed is below 10 rad/s; the period is known to rounding.
         close(speed, 0.0, 1e-11);
         close(device.stored_j(edge), 0.0, 1e-15 * amplitude);
-        let [_, _, half, _] = {
-            let mut then = device.clone();
-            leap(&mut then, edge, edge + edges / 2);
-            then.state(edge + edges / 2)
-        };
-        close(half, -start, 1e-13);
+        let mut then = device.clone();
+        leap(&mut then, edge, edge + edges / 2);
+        close(then.state(edge + edges / 2)[2], -start, 1e-13);
     }
 }
 
@@ -224,5 +221,4 @@ fn a_hand_pulls_the_rotor_to_its_moving_intention() {
         let rest = energy.hand_j() - device.stored_j(to);
         assert!(rest.abs() <= 1e-13 * energy.exchanged_j().max(1e-9), "{rest:e} of {:e}", energy.exchanged_j());
     }
-    assert!(PI > 3.0);
 }

@@ -31,6 +31,9 @@ use shipped::shipped_file;
 /// The reason why a three-phase motor without a design is refused.
 const NO_LOOP: &str = "missing; a motor with three phases is driven by a design of yours; write [dut]";
 
+/// The reason why a page refuses such a motor.
+const NOT_IN_A_PAGE: &str = "a page in a browser has no design of yours, which drives a pmsm; use hpu itself";
+
 macro_rules! experiment {
     (($d:tt) $(#[doc = $meaning:literal] $Device:ident: $module:ident, $Scene:ident, $Simulation:ident;)*) => {
         /// Any experiment.
@@ -53,6 +56,9 @@ macro_rules! experiment {
                     DeviceKind::Motor => Kind::Motor,
                     DeviceKind::Mass => Kind::Mass,
                     DeviceKind::Network => Kind::Network,
+                    DeviceKind::Pmsm if cfg!(target_family = "wasm") => {
+                        return Err(Section::root(source).section("device")?.error("kind", NOT_IN_A_PAGE));
+                    }
                     DeviceKind::Pmsm => Kind::Pmsm,
                 };
                 if Section::root(source).has("dut") {
