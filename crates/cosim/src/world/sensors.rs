@@ -98,6 +98,7 @@ impl<'p> Sensors<'p> {
                     if current == Some(sensor) && of.latency == 0 {
                         sensors.converter = Some(sensors.samplers.len());
                     }
+                    #[cfg(not(target_family = "wasm"))]
                     if let Some(least) = of.chip {
                         sensors.chips.push((sensor, SpiChip::new(least)));
                     }

@@ -62,6 +62,9 @@ pub(crate) struct SpiChip {
     level: bool,
     due: Option<u64>,
     frames: Frames,
+    /// Such a chip is on a motor that a page has not.
+    #[cfg(target_family = "wasm")]
+    never: std::convert::Infallible,
 }
 
 /// Returns a word with its bit 15 such that the number of ones is even.
@@ -72,6 +75,7 @@ fn even(word: u16) -> u16 {
 
 impl SpiChip {
     /// Creates a chip that is not selected, whose `sck` has a period of this number of clocks at least.
+    #[cfg(not(target_family = "wasm"))]
     pub(crate) fn new(least: u64) -> Self {
         Self {
             least,

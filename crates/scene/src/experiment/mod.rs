@@ -31,9 +31,6 @@ use shipped::shipped_file;
 /// The reason why a three-phase motor without a design is refused.
 const NO_LOOP: &str = "missing; a motor with three phases is driven by a design of yours; write [dut]";
 
-/// The reason why a page refuses such a motor.
-const NOT_IN_A_PAGE: &str = "a page in a browser has no design of yours, which drives a pmsm; use hpu itself";
-
 macro_rules! experiment {
     (($d:tt) $(#[doc = $meaning:literal] $Device:ident: $module:ident, $Scene:ident, $Simulation:ident;)*) => {
         /// Any experiment.
@@ -56,12 +53,14 @@ macro_rules! experiment {
                     DeviceKind::Motor => Kind::Motor,
                     DeviceKind::Mass => Kind::Mass,
                     DeviceKind::Network => Kind::Network,
-                    DeviceKind::Pmsm if cfg!(target_family = "wasm") => {
-                        return Err(Section::root(source).section("device")?.error("kind", NOT_IN_A_PAGE));
-                    }
                     DeviceKind::Pmsm => Kind::Pmsm,
                 };
                 if Section::root(source).has("dut") {
+                    // A page loads all code, so it does not read what it cannot run.
+                    if cfg!(target_family = "wasm") {
+                        let reason = "a design of your own needs its simulator, which a page has not";
+                        return Err(Section::root(source).error("dut", reason));
+                    }
                     return dut::read::scene(name, source, kind, load).map(Self::Dut);
                 }
                 match kind {
