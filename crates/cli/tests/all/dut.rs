@@ -97,6 +97,16 @@ fn faults_of_a_design_around_three_phases_are_told() {
     let fast = json(&foc(&["--set", "clock.frequency=200 MHz", "--json"]));
     assert_eq!((&fast["frames"][0]["wrong"], &fast["frames"][0]["fast"]), (&0.into(), &fast["frames"][0]["frames"]));
     assert!(fast["frames"][0]["frames"].as_u64().expect("a count") > 100, "{}", fast["frames"]);
+    // The design samples while all low switches are closed, so shunts below them show the same currents.
+    let brief =
+        ["--set", "run.duration=40 ms", "--set", "wall.position=2 mrad", "--set", "hand.path=[[0, 0], [0.02, 0.3]]"];
+    let energy = |shunt: &str| {
+        let shunts = [format!("device.sensors.ia.shunt={shunt}"), format!("device.sensors.ib.shunt={shunt}")];
+        let sets = ["--set", &shunts[0], "--set", &shunts[1], "--set", "expect={}", "--json"];
+        json(&run(&[&["run", "testbench/dut/foc.toml"][..], &brief, &sets].concat()))["energy"].clone()
+    };
+    assert_eq!(energy("in_line"), energy("low_side"));
+    assert!(number(&energy("low_side")["copper_j"]) > 1e-3);
     // A zero of the angle that is wrong by 45 electrical degrees leaves the cosine of the torque.
     let quick = ["--set", "run.duration=250 ms", "--set", "hand.path=[[0, 0], [0.1, 0.6]]", "--json"];
     let stiffness = |zero: f64| {

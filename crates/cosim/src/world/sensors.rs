@@ -323,3 +323,17 @@ impl<'p> Sampler<'p> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::hall;
+
+    #[test]
+    fn hall_switches_close_for_half_a_turn_each_a_third_of_a_turn_after_the_one_before() {
+        // Levels of a, b and c in the six sixths of an electrical turn: Gray codes, of which 000 and 111 are none.
+        let turn = [[1, 0, 1], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 1, 1], [0, 0, 1]];
+        for sixth in -12..12 {
+            assert_eq!(hall(sixth), turn[sixth.rem_euclid(6) as usize], "{sixth}");
+        }
+    }
+}

@@ -446,6 +446,9 @@ pub(crate) fn sensors(
             return Err(s.error("chip", format!("accepted: {MOST_CHIPS} chips on buses at most")));
         }
         let corner_hz = s.given(&key::corner)?;
+        if corner_hz.is_some() && phases {
+            return Err(s.error("corner", "an analog angle is one of a network; leave this out"));
+        }
         if corner_hz.is_some_and(|hz| hz > clock.frequency_hz() as f64) {
             return Err(s.error("corner", "beyond the clock; leave the lag out"));
         }

@@ -1,5 +1,7 @@
 //! Scenes of a motor with three phases: what they come to in SI units, and what is refused at which key.
 
+use hpu_signal::Format;
+
 use hpu_scene::{Connection, Driving, DutScene, Experiment, Phase, Reading, SensorKind, SensorPin};
 
 const WHEEL: &str = r#"about = "A wheel behind field-oriented control."
@@ -103,6 +105,15 @@ fn sensors_read_phases_and_designs_start_them() {
     let Connection::Sensor(pin) = start.connection else { panic!("{start:?}") };
     assert_eq!((pin.sensor, pin.pin), (SensorPin::ALL, SensorPin::START));
     assert!(start.connection.drives());
+    // In offset binary no current is the middle of 12 bits; half of 3.3 V is the end of either side.
+    let aside = changed("shunt = \"low_side\", rate", "shunt = \"low_side\", offset_binary = true, rate").unwrap();
+    let SensorKind::Sampled(ic) = &aside.sensors()[1].kind else { panic!("a word") };
+    let word = |volts: f64| ic.word((volts * ic.scale).floor() as i64, 0, |_| 0);
+    assert_eq!([-2.0, -1.65, 0.0, 0.825, 2.0].map(word), [0, 0, 2048, 3072, 4095]);
+    assert_eq!(aside.sensors()[1].pins()[0].1, Format::unsigned(12));
+    let inverted = changed("bits = 12, gain = 1,", "bits = 12, gain = -1,").unwrap();
+    let SensorKind::Sampled(ic) = &inverted.sensors()[1].kind else { panic!("a word") };
+    assert_eq!(ic.word((1.0 * ic.scale).floor() as i64, 0, |_| 0), -1242, "1 V is 1241.2 words");
     let own = changed("start = \"sensor.start\"", "start = \"sensor.ia.start\"").unwrap();
     let start = own.dut.ports.iter().find(|port| port.port == "start").unwrap();
     assert!(matches!(start.connection, Connection::Sensor(pin) if pin.sensor == 0 && pin.pin == SensorPin::START));
@@ -168,6 +179,22 @@ fn legs_and_sensors_that_cannot_be_are_refused_at_their_port() {
     );
     refused("start = \"sensor.start\"", "start = \"sensor.ic.start\"", "no pin \"ic.start\" of a sensor");
     refused("start = \"sensor.start\"", "start = \"sensor.start\"\nmore = \"sensor.ia.start\"", "two drivers");
+    refused(
+        "kind = \"absolute\", rate",
+        "kind = \"absolute\", corner = 1e3, rate",
+        "corner: an analog angle is one of a network",
+    );
+    refused(
+        "kind = \"absolute\", rate",
+        "kind = \"absolute\", chip = \"as5047p\", span = 1, rate",
+        "chip: its word is a turn in 14 bits",
+    );
+    refused("gain = \"100 mV/A\"", "gain = 0", "gain: 0, so that no word shows a current");
+    refused(
+        "device.sensors",
+        "device.sensors.h]\nkind = \"hall\"\nlines = 3\n[device.sensors",
+        "h.lines: not of a sensor of kind",
+    );
     let network = WHEEL.replacen("kind = \"pmsm\"", "kind = \"network\"", 1);
     assert!(parse(&network).is_err());
 }
