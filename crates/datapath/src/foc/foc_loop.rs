@@ -10,9 +10,9 @@
 //! - **Angle**: `POLE_PAIRS` turns of the field per `COUNTS` counts from `offset` on. The counter wraps at
 //!   `2^POSITION_WIDTH` counts: where these are no whole number of turns, the angle is wrong from there on. The step of
 //!   a count is the nearest of `2^PHASE_WIDTH` in a turn of the field.
-//! - **Controllers**: [`filtered_pid`](crate::paddle::filtered_pid) and not [`pid`](crate::pid), because an
-//!   input tells it when to sample; `pid` counts a period of its own, which knows nothing of the modulator. Its filter
-//!   passes 65535 parts in 65536 of a change at once. The sum is limited to `LIMIT` by itself, as the voltage is.
+//! - **Controllers**: [`filtered_pid`] and not [`pid`](crate::pid), because an input tells it when to sample; `pid`
+//!   counts a period of its own, which knows nothing of the modulator. Its filter passes 65535 parts in 65536 of a
+//!   change at once. The sum is limited to `LIMIT` by itself, as the voltage is.
 //! - **Ports**: `a_pin`, `b_pin` (0,1,0), `offset` (0,POSITION_WIDTH,0), `i_a`, `i_b` (1,CODE_WIDTH-1,0), `target`
 //!   (1,CODE_WIDTH,FRAC) in codes, `proportional`, `integral` (0,GAIN_WIDTH-GAIN_FRAC,GAIN_FRAC) in parts of the
 //!   voltage for `2^-FRAC` codes, of a sample, `enable` (0,1,0) in; `a_high`, `a_low`, `b_high`, `b_low`, `c_high`,

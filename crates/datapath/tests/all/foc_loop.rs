@@ -39,11 +39,11 @@ fn small(peak: bool) -> FocConfig {
 fn the_loop_is_its_parts_and_leaps_as_it_ticks() {
     for peak in [false, true] {
         let mut wiring = FocLoop::new(small(peak)).unwrap();
-        let (mut netlist, mut leaper) = (Netlist::new(&wiring), wiring.clone());
+        let (mut netlist, mut leaper, mut engine) = (Netlist::new(&wiring), wiring.clone(), wiring.clone());
         let formats: Vec<_> = AnyBlock::inputs(&wiring).iter().map(|port| port.format).collect();
         let (mut words, mut state, mut place, mut gates) = (vec![0; formats.len()], 5u64, 0usize, 0u64);
         words[8] = 1;
-        let (mut edges, mut quiet) = (0, 0);
+        let (mut edges, mut quiet, mut stretches) = (0, 0, 0);
         while edges < 60_000 {
             let random = draw(&mut state, Format::unsigned(16));
             if random % 3 == 0 {
@@ -55,8 +55,9 @@ fn the_loop_is_its_parts_and_leaps_as_it_ticks() {
                 words[port] = draw(&mut state, formats[port]);
             }
             words[8] = i64::from(random % 50 != 7);
-            for _ in 0..1 + random % 13 {
-                let input: FocIn<i64> = hpu_datapath::bundle(&words);
+            let input: FocIn<i64> = hpu_datapath::bundle(&words);
+            let stay = 1 + random % 13;
+            for _ in 0..stay {
                 // The leaper ticks only where it cannot promise.
                 if Block::quiet(&leaper, &input) > 0 {
                     Block::skip(&mut leaper, 1, &input);
@@ -71,7 +72,23 @@ fn the_loop_is_its_parts_and_leaps_as_it_ticks() {
                 gates |= (9..16).filter(|net| expected[*net] == 1).fold(0, |set, net| set | 1 << net);
                 edges += 1;
             }
+            // As the engine goes on, in stretches of ticks.
+            engine.take(&input);
+            engine.tick_again(&input);
+            let mut left = stay as u64 - 1;
+            while left > 0 {
+                let quiet = engine.quiet_again(&input).min(left);
+                Block::skip(&mut engine, quiet, &input);
+                left -= quiet;
+                if left > 0 {
+                    let (done, _) = engine.tick_on(left, 0, &input);
+                    stretches += u32::from(done > 2);
+                    left -= done;
+                }
+            }
+            assert_eq!(engine.words(), wiring.words(), "edge {edges}");
         }
+        assert!(stretches > 100, "{stretches}");
         assert_eq!(gates, 0x7f << 9, "every gate was on");
         assert!(quiet > 10_000, "{quiet}");
     }
