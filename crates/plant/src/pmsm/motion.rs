@@ -6,7 +6,7 @@
 //! cut short by the next switching. Everything is a function of the segment and of the edge, so that it does not depend
 //! on who asked before.
 
-use std::ops::Deref;
+use std::borrow::Cow;
 
 use super::circuit::{Affine, Change, Circuit, Freedom, PHASES, Path, Plane, dot, settled};
 use super::energy::{self, Passed};
@@ -53,27 +53,6 @@ enum End {
     Legs,
 }
 
-/// The circuit of a segment.
-#[derive(Clone)]
-enum Fed<'a> {
-    /// Of switches and diodes.
-    Legs(&'a Circuit),
-    /// Of mean voltages.
-    Means(Box<Circuit>),
-}
-
-impl Deref for Fed<'_> {
-    type Target = Circuit;
-
-    #[inline(always)]
-    fn deref(&self) -> &Circuit {
-        match self {
-            Self::Legs(circuit) => circuit,
-            Self::Means(circuit) => circuit,
-        }
-    }
-}
-
 /// A motor of three phases in motion.
 #[derive(Clone)]
 pub struct PmsmDevice<'a> {
@@ -83,7 +62,7 @@ pub struct PmsmDevice<'a> {
     offset_s: f64,
     start: Start,
     drive: Drive,
-    circuit: Fed<'a>,
+    circuit: Cow<'a, Circuit>,
     /// The phase whose current is 0 at the anchor, because its diode begins to conduct there.
     begun: [bool; 3],
     hold: Hold,
@@ -127,7 +106,7 @@ impl<'a> PmsmDevice<'a> {
             offset_s: 0.0,
             start,
             drive: Drive::Legs([Leg::Open; 3]),
-            circuit: Fed::Means(Box::new(Circuit::averaged(laws, [0.0; 3]))),
+            circuit: Cow::Owned(Circuit::averaged(laws, [0.0; 3])),
             begun: [false; 3],
             hold: Hold::Slip(0.0),
             told: (0, angle_rad, 0.0),
@@ -368,12 +347,10 @@ impl<'a> PmsmDevice<'a> {
         }
         self.reach(edge);
         self.pass(edge, Some(edge));
-        let t = self.time_s(edge);
-        let x = self.account(t);
+        let x = self.account(self.time_s(edge));
         self.drive = drive;
-        let lasted = edge - self.switched;
+        self.lasted[self.turn] = edge - self.switched;
         self.switched = edge;
-        self.lasted[self.turn] = lasted;
         self.turn = (self.turn + 1) % PATTERN;
         self.begin(edge, 0.0, x, End::Legs);
     }
@@ -383,10 +360,13 @@ impl<'a> PmsmDevice<'a> {
     #[must_use]
     pub fn next_event(&mut self, from: u64, to: u64, (low, high): (f64, f64)) -> Option<Event> {
         self.reach(from);
+        if self.end_edge == u64::MAX {
+            return None;
+        }
         let ended = self.end_edge <= to;
         // The last edge of this segment to be searched.
         let last = if ended { self.end_edge - 1 } else { to };
-        let left = if last > from && self.end_edge != u64::MAX { self.leaves(from, last, (low, high)) } else { None };
+        let left = if last > from { self.leaves(from, last, (low, high)) } else { None };
         left.or(ended.then_some(self.end_edge)).map(|edge| (edge, self.state_at(edge)))
     }
 
@@ -626,11 +606,11 @@ impl<'a> PmsmDevice<'a> {
         self.circuit = match self.drive {
             Drive::Legs(legs) => {
                 let rotor = (self.start.e, self.start.turning(self.laws));
-                Fed::Legs(settled(self.laws, legs, (self.start.current(), resting), rotor, change))
+                Cow::Borrowed(settled(self.laws, legs, (self.start.current(), resting), rotor, change))
             }
             Drive::Averages(shares) => {
                 let shares = shares.map(|share| share.clamp(0.0, 1.0));
-                Fed::Means(Box::new(Circuit::averaged(self.laws, shares)))
+                Cow::Owned(Circuit::averaged(self.laws, shares))
             }
             _ => panic!("an inverter is driven by its legs"),
         };
@@ -640,18 +620,14 @@ impl<'a> PmsmDevice<'a> {
     /// Returns what friction does to the shaft from the anchor on.
     #[inline(always)]
     fn hold_at(&self, cause: End) -> Hold {
-        let (motor, start) = (&self.laws.motor, &self.start);
-        if motor.stiction_nm == 0.0 {
-            return Hold::Slip(0.0);
+        let speed = self.start.x[SPEED];
+        match cause {
+            _ if self.laws.motor.stiction_nm == 0.0 => Hold::Slip(0.0),
+            _ if speed != 0.0 => Hold::Slip(speed.signum()),
+            End::Break(direction) => Hold::Slip(direction),
+            // Unless the torque is beyond the stiction; it is known with the series.
+            _ => Hold::Stuck,
         }
-        if start.x[SPEED] != 0.0 {
-            return Hold::Slip(start.x[SPEED].signum());
-        }
-        if let End::Break(direction) = cause {
-            return Hold::Slip(direction);
-        }
-        // Unless the torque is beyond the stiction; it is known with the series.
-        Hold::Stuck
     }
 
     /// Returns whether nothing moves on the segment, nor the torque that friction holds.
@@ -675,7 +651,7 @@ impl<'a> PmsmDevice<'a> {
             (self.end_s, self.end) = (self.offset_s + self.laws.edge_s, End::Worn);
         } else {
             self.watch_shaft(from);
-            if let Fed::Legs(circuit) = self.circuit {
+            if let Cow::Borrowed(circuit) = self.circuit {
                 for (check, change) in &circuit.checks {
                     self.watch_circuit(check, *change, from);
                 }
@@ -781,10 +757,8 @@ impl Stretch<2> for Course<'_, '_> {
     fn integral(&self, from: Option<u64>, to: Option<u64>) -> [f64; 2] {
         let ends = self.times(from, to);
         self.terms().map(|terms| {
-            let [early, late] = ends.map(|t| {
-                let sum = (0..=ORDER).rev().fold(0.0, |sum, k| sum * t + terms[k] / (k + 1) as f64);
-                sum * t
-            });
+            let [early, late] =
+                ends.map(|t| t * (0..=ORDER).rev().fold(0.0, |sum, k| sum * t + terms[k] / (k + 1) as f64));
             late - early
         })
     }

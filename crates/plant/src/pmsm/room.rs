@@ -7,8 +7,8 @@
 //! below that of the operations in sequence, which [`ROUNDING`] covers.
 //!
 //! Left out of the proof: the rounding of the series itself and of anchors, and the truncation of energies, of `i_q`
-//! between anchors and of the voltage of open terminals. A segment lasts for [`SHORTEST_S`](super::motion) at least,
-//! even where the bound would end it before.
+//! between anchors and of the voltage of open terminals. A segment whose series are good for less than 1 ns lasts for
+//! 1 ns, and is not covered.
 
 use super::{Grip, Pmsm};
 use crate::flow::polynomial::ORDER;
