@@ -459,6 +459,7 @@ fn stiction_holds_what_friction_does_not() {
     }
     assert!(at.abs_diff(100_000) <= 1, "{at}");
     assert!((device.state(at)[2] - 1e-3).abs() < 1e-15);
+    assert_eq!(device.next_event(at, u64::MAX, ANYWHERE), None);
 }
 
 /// The message names the quantity, and what is accepted.
