@@ -8,7 +8,7 @@ conduct, as a loop of two phases where one floats. Which diodes conduct is found
 farthest beyond its range, again and again. A segment is at most 6 us long; its series go on until their terms are
 below 10^-40.
 
-Usage: testbench/oracle/pmsm.py > testbench/record/pmsm.txt. Needs mpmath. It takes some minutes.
+Usage: testbench/oracle/pmsm.py [CASE...] > testbench/record/pmsm.txt. Needs mpmath. All cases take some 25 minutes.
 """
 
 import sys

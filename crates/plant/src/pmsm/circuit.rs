@@ -46,6 +46,33 @@ pub(super) enum Freedom {
     None,
 }
 
+impl Freedom {
+    /// Returns the currents that phases allow of which these carry none.
+    pub fn of(resting: [bool; 3]) -> Self {
+        match resting {
+            [false, false, false] => Self::Plane,
+            [true, false, false] => Self::along(0),
+            [false, true, false] => Self::along(1),
+            [false, false, true] => Self::along(2),
+            _ => Self::None,
+        }
+    }
+
+    fn along(resting: usize) -> Self {
+        let [u, v] = PHASES[resting];
+        Self::Line([-v, u])
+    }
+
+    /// Returns the part of a current that is allowed.
+    pub fn part(self, i: Plane) -> Plane {
+        match self {
+            Self::Plane => i,
+            Self::Line(w) => w.map(|share| share * dot(w, i)),
+            Self::None => [0.0; 2],
+        }
+    }
+}
+
 /// `constant + current · i + flux_rate · dλ/dt`: a voltage or a current in a circuit.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub(super) struct Affine {
@@ -119,7 +146,7 @@ impl Circuit {
         let mut circuit = Self::linear(laws, paths, shares, switches, drops);
         let floating = (0..3).filter(|&x| paths[x] == Path::Floating);
         let connected = || (0..3).filter(|&x| paths[x] != Path::Floating);
-        for x in floating.clone() {
+        for x in floating {
             let [u, v] = PHASES[x];
             let mut terminal = Affine { flux_rate: [u, v], ..Affine::default() };
             match connected().count() {
@@ -128,7 +155,6 @@ impl Circuit {
                     for y in connected() {
                         terminal = terminal.plus(0.5, &circuit.terminals[y]);
                     }
-                    circuit.freedom = Freedom::Line([-v, u]);
                 }
                 1 => {
                     let y = connected().next().unwrap_or(x);
@@ -139,9 +165,7 @@ impl Circuit {
             }
             circuit.terminals[x] = terminal;
         }
-        if floating.count() > 1 {
-            circuit.freedom = Freedom::None;
-        }
+        circuit.freedom = Freedom::of(paths.map(|path| path == Path::Floating));
         circuit.list(laws);
         circuit
     }
@@ -168,15 +192,7 @@ impl Circuit {
             ohms = [ohms[0] + ohm * u * u, ohms[1] + ohm * u * v, ohms[2] + ohm * v * v];
         };
         add(supply_ohm, rail);
-        if switches == [1.0; 3] {
-            ohms = [ohms[0] + on_resistance_ohm, ohms[1], ohms[2] + on_resistance_ohm];
-        } else {
-            let mut add = |ohm: f64, [u, v]: Plane| {
-                let ohm = ohm * (2.0 / 3.0);
-                ohms = [ohms[0] + ohm * u * u, ohms[1] + ohm * u * v, ohms[2] + ohm * v * v];
-            };
-            (0..3).for_each(|x| add(switches[x] * on_resistance_ohm, PHASES[x]));
-        }
+        (0..3).for_each(|x| add(switches[x] * on_resistance_ohm, PHASES[x]));
         let terminals = std::array::from_fn(|x| {
             let (drop, [u, v]) = (switches[x] * on_resistance_ohm, PHASES[x]);
             let back = shares[x] * supply_ohm;
@@ -226,15 +242,6 @@ impl Circuit {
         let rate = [aa * rest[0] + ab * rest[1], ab * rest[0] + bb * rest[1]];
         let bent = salience * dot(e, rate) + known;
         (rate, std::array::from_fn(|a| q * rate[a] + active * turning[a] + bent * e[a]))
-    }
-
-    /// Returns a current without the part that this circuit does not allow.
-    pub fn allowed(&self, i: Plane) -> Plane {
-        match self.freedom {
-            Freedom::Plane => i,
-            Freedom::Line(w) => w.map(|share| share * dot(w, i)),
-            Freedom::None => [0.0; 2],
-        }
     }
 
     /// Returns the currents of the phases.
@@ -340,14 +347,14 @@ pub(super) fn settled(
             continue;
         }
         let circuit = laws.circuit(tried);
-        let (rate, flux_rate) = circuit.rates(laws, circuit.allowed(i), e, turning);
+        let (rate, flux_rate) = circuit.rates(laws, circuit.freedom.part(i), e, turning);
         let mut worst = f64::INFINITY;
         for (check, change) in &circuit.checks {
             worst = worst.min(match *change {
                 Change::Zero(x) if chosen[x] => continue,
                 // A current that begins must grow; its rate times the inductance is a voltage.
                 Change::Zero(_) => check.at(rate, [0.0; 2]) * laws.motor.quadrature_h,
-                _ => check.at(circuit.allowed(i), flux_rate),
+                _ => check.at(circuit.freedom.part(i), flux_rate),
             });
         }
         if worst >= 0.0 {

@@ -2,7 +2,7 @@
 //!
 //! | equation | |
 //! |---|---|
-//! | `dλ/dt = v - R i`, `λ = L_q i + (ψ + (L_d - L_q) i_d) e` | the winding in the stator's frame; `e = (cos pθ, sin pθ)` |
+//! | `dλ/dt = v - R i`, `λ = L_q i + (ψ + (L_d - L_q) i_d) e` | winding in the stator's frame; `e = (cos pθ, sin pθ)` |
 //! | `τ = 3/2 p (ψ + (L_d - L_q) i_d) i_q` | the motor's torque; `i_d = e · i`, `i_q = e × i` |
 //! | `J dω/dt = τ - B ω - τ_c sgn ω - Σ A sin(n θ + φ) + τ_h` | slip; stuck: `ω = 0` up to the stiction |
 //! | `dθ/dt = ω` | mechanical angle |
@@ -106,12 +106,22 @@ impl std::error::Error for PmsmError {}
 pub struct Pmsm {
     motor: PmsmMotor,
     inverter: Inverter,
-    hand: Hand,
+    /// Whether the hand pulls to its intention.
+    is_sprung: bool,
+    grip: Grip,
     edge_s: f64,
     /// The harmonics of the cogging, two in each.
     waves: Vec<Waves>,
     /// Circuits by the paths of their terminals; each is made when it is first entered.
     circuits: [OnceLock<Circuit>; CIRCUITS],
+}
+
+/// The hand's torque: `torque + stiffness (intention - angle) + damping (speed of the intention - speed)`.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+struct Grip {
+    torque_nm: f64,
+    stiffness_nm_per_rad: f64,
+    damping_nm_s_per_rad: f64,
 }
 
 /// Two harmonics of the cogging; the second may have no amplitude.
@@ -134,12 +144,16 @@ impl Pmsm {
     /// pairs or orders are 0 or too high, when there are too many harmonics, or when the hand prescribes the motion.
     pub fn new(motor: PmsmMotor, inverter: Inverter, hand: Hand, edge_s: f64) -> Result<Self, PmsmError> {
         let refuse = |reason: String| Err(PmsmError(reason));
-        let (hand_k, hand_b) = match hand {
-            Hand::Spring(push) => (push.stiffness_nm_per_rad, push.damping_nm_s_per_rad),
+        let grip = match hand {
+            Hand::Spring(push) => Grip {
+                stiffness_nm_per_rad: push.stiffness_nm_per_rad,
+                damping_nm_s_per_rad: push.damping_nm_s_per_rad,
+                ..Grip::default()
+            },
             Hand::Torque(torque_nm) if !torque_nm.is_finite() => {
                 return refuse("the hand's torque must be finite".into());
             }
-            Hand::Torque(_) => (0.0, 0.0),
+            Hand::Torque(torque_nm) => Grip { torque_nm, ..Grip::default() },
             Hand::Prescribed => {
                 return refuse("a hand on a motor of three phases is a torque, or a spring with a damper".into());
             }
@@ -156,8 +170,8 @@ impl Pmsm {
             ("resistance of the supply", inverter.supply_ohm, false),
             ("on-resistance", inverter.on_resistance_ohm, false),
             ("diode drop", inverter.diode_drop_v, false),
-            ("hand stiffness", hand_k, false),
-            ("hand damping", hand_b, false),
+            ("hand stiffness", grip.stiffness_nm_per_rad, false),
+            ("hand damping", grip.damping_nm_s_per_rad, false),
             ("clock period", edge_s, true),
         ] {
             if !value.is_finite() || value < 0.0 || (positive && value == 0.0) {
@@ -196,7 +210,8 @@ impl Pmsm {
             }
         });
         let waves = waves.collect();
-        Ok(Self { motor, inverter, hand, edge_s, waves, circuits: [const { OnceLock::new() }; CIRCUITS] })
+        let is_sprung = matches!(hand, Hand::Spring(_));
+        Ok(Self { motor, inverter, is_sprung, grip, edge_s, waves, circuits: [const { OnceLock::new() }; CIRCUITS] })
     }
 
     /// Returns the motor.
@@ -207,15 +222,5 @@ impl Pmsm {
     /// Returns the inverter.
     pub fn inverter(&self) -> &Inverter {
         &self.inverter
-    }
-
-    /// Returns the hand.
-    pub fn hand(&self) -> Hand {
-        self.hand
-    }
-
-    /// Returns the period of the clock in s.
-    pub fn edge_s(&self) -> f64 {
-        self.edge_s
     }
 }

@@ -6,17 +6,17 @@
 //! cut short by the next switching. Everything is a function of the segment and of the edge, so that it does not depend
 //! on who asked before.
 
-use std::ops::Deref;
+use std::borrow::Cow;
 
-use super::Pmsm;
 use super::circuit::{Affine, Change, Circuit, Freedom, PHASES, Path, Plane, dot, settled};
 use super::energy::{self, Passed};
 use super::room::Room;
 use super::series::{ALPHA, ANGLE, BETA, Driven, Hold, SPEED, Series, Start};
-use crate::Hand;
+use super::{Grip, Pmsm};
 use crate::Leg;
 use crate::device::{Drive, Event, REALS};
 use crate::energy::Energy;
+use crate::flow::double::two_sum;
 use crate::flow::gauge::{Extent, Gauge, Measured, Pace, Stretch};
 use crate::flow::matrix::State;
 use crate::flow::polynomial::{Bounds, Lanes, ORDER, Polynomial, Reach, value};
@@ -36,53 +36,21 @@ const MOST_WITHIN: u32 = 64;
 /// The segments after which the room of the motion is made anew.
 const ROOM_LASTS: u32 = 1024;
 
-/// The reason for the end of a segment.
+/// The reason for the end of a segment, and so for the begin of the next.
 #[derive(Clone, Copy, PartialEq)]
 enum End {
     /// The powers written so far are good no longer.
     Short,
-    /// The whole series is.
+    /// The whole series is, or the hand intends something else.
     Worn,
     /// The shaft comes to rest.
     Stop,
     /// Friction does not hold the shaft any longer; it moves in this direction.
     Break(f64),
-    /// The circuit changes.
-    Circuit(Change),
-}
-
-/// What begins with a segment.
-#[derive(Clone, Copy, PartialEq)]
-enum Begin {
-    /// Nothing.
-    Onward,
-    /// The shaft moves in this direction.
-    Break(f64),
-    /// Legs are switched.
-    Legs,
     /// The circuit changes by itself.
     Circuit(Change),
-}
-
-/// The circuit of a segment.
-#[derive(Clone)]
-enum Fed<'a> {
-    /// Of switches and diodes.
-    Legs(&'a Circuit),
-    /// Of mean voltages.
-    Means(Box<Circuit>),
-}
-
-impl Deref for Fed<'_> {
-    type Target = Circuit;
-
-    #[inline(always)]
-    fn deref(&self) -> &Circuit {
-        match self {
-            Self::Legs(circuit) => circuit,
-            Self::Means(circuit) => circuit,
-        }
-    }
+    /// Legs are switched.
+    Legs,
 }
 
 /// A motor of three phases in motion.
@@ -94,7 +62,7 @@ pub struct PmsmDevice<'a> {
     offset_s: f64,
     start: Start,
     drive: Drive,
-    circuit: Fed<'a>,
+    circuit: Cow<'a, Circuit>,
     /// The phase whose current is 0 at the anchor, because its diode begins to conduct there.
     begun: [bool; 3],
     hold: Hold,
@@ -138,7 +106,7 @@ impl<'a> PmsmDevice<'a> {
             offset_s: 0.0,
             start,
             drive: Drive::Legs([Leg::Open; 3]),
-            circuit: Fed::Means(Box::new(Circuit::averaged(laws, [0.0; 3]))),
+            circuit: Cow::Owned(Circuit::averaged(laws, [0.0; 3])),
             begun: [false; 3],
             hold: Hold::Slip(0.0),
             told: (0, angle_rad, 0.0),
@@ -161,7 +129,7 @@ impl<'a> PmsmDevice<'a> {
             crowded: 0,
             gauge: None,
         };
-        device.begin(0, 0.0, (x, [0.0; 4]), Begin::Legs);
+        device.begin(0, 0.0, (x, [0.0; 4]), End::Legs);
         device.mode_changes = 0;
         device
     }
@@ -190,6 +158,13 @@ impl<'a> PmsmDevice<'a> {
         sums
     }
 
+    /// Returns the current a time after the anchor, in the stator's frame.
+    #[inline(always)]
+    fn current(&self, t: f64) -> Plane {
+        let ([a, b, ..], _) = self.sum(t);
+        [a, b]
+    }
+
     /// Returns `i_d` and `i_q` for a current a time after the anchor.
     #[inline(always)]
     fn rotated(&self, t: f64, x: &Lanes) -> [f64; 2] {
@@ -200,15 +175,15 @@ impl<'a> PmsmDevice<'a> {
         [cosine * x[ALPHA] + sine * x[BETA], cosine * x[BETA] - sine * x[ALPHA]]
     }
 
-    /// Calls a function with the device as it is when it has come to an edge.
+    /// Calls a function with the device as it is when it has come to an edge, and the time from its anchor to the edge.
     #[inline(always)]
-    fn on<T>(&self, edge: u64, read: impl FnOnce(&Self) -> T) -> T {
+    fn on<T>(&self, edge: u64, read: impl FnOnce(&Self, f64) -> T) -> T {
         if edge < self.end_edge {
-            return read(self);
+            return read(self, self.time_s(edge));
         }
         let mut then = self.clone();
         then.reach(edge);
-        read(&then)
+        read(&then, then.time_s(edge))
     }
 
     /// Moves the anchor until the segment reaches beyond an edge.
@@ -223,7 +198,7 @@ impl<'a> PmsmDevice<'a> {
     /// left yet.
     #[inline]
     pub fn state(&self, edge: u64) -> State {
-        self.on(edge, |then| then.state_at(edge))
+        self.on(edge, |then, _| then.state_at(edge))
     }
 
     #[inline(always)]
@@ -268,28 +243,20 @@ impl<'a> PmsmDevice<'a> {
     /// Returns the hand's angle in rad and its torque in N·m at an edge.
     pub fn felt(&self, edge: u64) -> [f64; 2] {
         let [_, speed, angle, intent] = self.state(edge);
-        match self.laws.hand {
-            Hand::Torque(torque_nm) => [angle, torque_nm],
-            Hand::Spring(push) => {
-                let spring = push.stiffness_nm_per_rad * (intent - angle);
-                [intent, spring + push.damping_nm_s_per_rad * (self.told.2 - speed)]
-            }
-            Hand::Prescribed => [angle, 0.0],
-        }
+        let Grip { torque_nm, stiffness_nm_per_rad, damping_nm_s_per_rad } = self.laws.grip;
+        let pull = stiffness_nm_per_rad * (intent - angle) + damping_nm_s_per_rad * (self.told.2 - speed);
+        [if self.laws.is_sprung { intent } else { angle }, torque_nm + pull]
     }
 
     /// Returns the currents into the three phases at an edge, in A; they sum to 0, and that of a floating phase is 0.
     pub fn phases(&self, edge: u64) -> [f64; 3] {
-        self.on(edge, |then| {
-            let ([a, b, ..], _) = then.sum(then.time_s(edge));
-            then.circuit.phases([a, b])
-        })
+        self.on(edge, |then, t| then.circuit.phases(then.current(t)))
     }
 
     /// Returns the charges that flowed into the three phases until an edge, in A·s.
     pub fn charges(&self, edge: u64) -> [f64; 3] {
-        self.on(edge, |then| {
-            let passed = Passed::of(&then.series, &then.circuit, then.time_s(edge));
+        self.on(edge, |then, t| {
+            let passed = Passed::of(&then.series, &then.circuit, t);
             let [done, rest] = then.charge;
             PHASES.map(|u| dot(u, done) + dot(u, [rest[0] + passed.states[ALPHA], rest[1] + passed.states[BETA]]))
         })
@@ -297,32 +264,22 @@ impl<'a> PmsmDevice<'a> {
 
     /// Returns `i_d` and `i_q` at an edge, in A.
     pub fn dq(&self, edge: u64) -> [f64; 2] {
-        self.on(edge, |then| {
-            let t = then.time_s(edge);
-            then.rotated(t, &then.sum(t).0)
-        })
+        self.on(edge, |then, t| then.rotated(t, &then.sum(t).0))
     }
 
     /// Returns the voltages of the three terminals against ground from an edge on, in V. If no phase carries a current
     /// and no switch is on, the star point is taken at half the supply.
     pub fn voltages(&self, edge: u64) -> [f64; 3] {
-        self.on(edge, |then| {
-            let ([a, b, ..], _) = then.sum(then.time_s(edge));
-            let mut rate = [0.0; 2];
-            for k in (0..then.series.powers).rev() {
-                let term = then.series.flux_rate(then.laws, k);
-                rate = [rate[0] * then.time_s(edge) + term[0], rate[1] * then.time_s(edge) + term[1]];
-            }
-            then.circuit.terminals.map(|terminal| terminal.at([a, b], rate))
+        self.on(edge, |then, t| {
+            let terms = (0..then.series.powers).rev().map(|k| then.series.flux_rate(then.laws, k));
+            let rate = terms.fold([0.0; 2], |sum, term| [sum[0] * t + term[0], sum[1] * t + term[1]]);
+            then.circuit.terminals.map(|terminal| terminal.at(then.current(t), rate))
         })
     }
 
     /// Returns the current out of the supply from an edge on, in A; negative where it flows back.
     pub fn supply_current(&self, edge: u64) -> f64 {
-        self.on(edge, |then| {
-            let ([a, b, ..], _) = then.sum(then.time_s(edge));
-            dot(then.circuit.rail, [a, b])
-        })
+        self.on(edge, |then, t| dot(then.circuit.rail, then.current(t)))
     }
 
     /// Returns whether friction holds the shaft.
@@ -351,13 +308,10 @@ impl<'a> PmsmDevice<'a> {
     /// `x`; `None` unless [`measure`](Self::measure) asked for them.
     pub fn measured(&self, edge: u64, x: &State) -> Option<[Measured; 2]> {
         self.gauge.as_ref()?;
-        self.on(edge, |then| {
+        self.on(edge, |then, t| {
             let gauge = then.gauge.as_deref()?;
-            let now = if then.time_s(edge) == 0.0 {
-                gauge.clone()
-            } else {
-                gauge.after(then.anchor, edge, Some(edge), &Course(then))
-            };
+            let passed = (t > 0.0).then(|| gauge.after(then.anchor, edge, Some(edge), &Course(then)));
+            let now = passed.as_ref().unwrap_or(gauge);
             Some(now.row(edge, then.laws.edge_s, &[x[0], x[1]]))
         })
     }
@@ -378,7 +332,7 @@ impl<'a> PmsmDevice<'a> {
         self.pass(edge, Some(edge));
         let x = self.account(self.time_s(edge));
         self.told = (edge, angle_rad, speed_rad_per_s);
-        self.begin(edge, 0.0, x, Begin::Onward);
+        self.begin(edge, 0.0, x, End::Worn);
     }
 
     /// Sets the legs of the inverter from `edge` on: [`Drive::Legs`] or [`Drive::Averages`]. Shares are limited to 0
@@ -393,14 +347,12 @@ impl<'a> PmsmDevice<'a> {
         }
         self.reach(edge);
         self.pass(edge, Some(edge));
-        let t = self.time_s(edge);
-        let x = self.account(t);
+        let x = self.account(self.time_s(edge));
         self.drive = drive;
-        let lasted = edge - self.switched;
+        self.lasted[self.turn] = edge - self.switched;
         self.switched = edge;
-        self.lasted[self.turn] = lasted;
         self.turn = (self.turn + 1) % PATTERN;
-        self.begin(edge, 0.0, x, Begin::Legs);
+        self.begin(edge, 0.0, x, End::Legs);
     }
 
     /// Returns the first edge in (`from`, `to`] at which the angle leaves `[low_rad, high_rad)`, a mode ends, or the
@@ -408,10 +360,13 @@ impl<'a> PmsmDevice<'a> {
     #[must_use]
     pub fn next_event(&mut self, from: u64, to: u64, (low, high): (f64, f64)) -> Option<Event> {
         self.reach(from);
+        if self.end_edge == u64::MAX {
+            return None;
+        }
         let ended = self.end_edge <= to;
         // The last edge of this segment to be searched.
         let last = if ended { self.end_edge - 1 } else { to };
-        let left = if last > from && self.end_edge != u64::MAX { self.leaves(from, last, (low, high)) } else { None };
+        let left = if last > from { self.leaves(from, last, (low, high)) } else { None };
         left.or(ended.then_some(self.end_edge)).map(|edge| (edge, self.state_at(edge)))
     }
 
@@ -461,7 +416,7 @@ impl<'a> PmsmDevice<'a> {
         None
     }
 
-    /// Returns on which side of a band the angle lies at an edge of the segment: decided by the angle with its low part.
+    /// Returns on which side of a band the angle, with its low part, lies at an edge of the segment.
     fn side(&self, edge: u64, (low, high): (f64, f64)) -> i8 {
         let (x, part) = self.sum(self.time_s(edge));
         // An angle rounded downward is below a limit exactly if the angle before rounding is.
@@ -487,7 +442,7 @@ impl<'a> PmsmDevice<'a> {
         if self.is_surely_within(edge, angle_rad, (low_rad, high_rad)) {
             return 0;
         }
-        self.on(edge, |then| then.side(edge, (low_rad, high_rad)))
+        self.on(edge, |then, _| then.side(edge, (low_rad, high_rad)))
     }
 
     /// Returns whether an angle lies within a band by more than the rounding of its `f64` value.
@@ -497,8 +452,8 @@ impl<'a> PmsmDevice<'a> {
 
     /// Returns the energy exchanged until `edge`.
     pub fn energy(&self, edge: u64) -> Energy {
-        self.on(edge, |then| {
-            let (mut energy, t) = (then.energy, then.time_s(edge));
+        self.on(edge, |then, t| {
+            let mut energy = then.energy;
             let (passed, turned, _) = then.passed(t);
             energy::take(&mut energy, then.laws, (&then.circuit, then.hold), &then.start, &passed, (t, turned));
             energy
@@ -523,19 +478,16 @@ impl<'a> PmsmDevice<'a> {
         energy::take(&mut self.energy, self.laws, (&self.circuit, self.hold), &self.start, &passed, (t, turned));
         let [done, rest] = &mut self.charge;
         for axis in 0..2 {
-            let more = passed.states[axis];
-            let sum = done[axis] + more;
-            let kept = sum - done[axis];
-            rest[axis] += (done[axis] - (sum - kept)) + (more - kept);
-            done[axis] = sum;
+            let (sum, error) = two_sum(done[axis], passed.states[axis]);
+            (done[axis], rest[axis]) = (sum, rest[axis] + error);
         }
         x
     }
 
     /// Returns the energy stored at `edge` minus that at the start, in J.
     pub fn stored_j(&self, edge: u64) -> f64 {
-        self.on(edge, |then| {
-            let (x, low) = then.sum(then.time_s(edge));
+        self.on(edge, |then, t| {
+            let (x, low) = then.sum(t);
             then.laws.stored_j(&x, &low) - then.initial_j
         })
     }
@@ -566,27 +518,20 @@ impl<'a> PmsmDevice<'a> {
         if self.end == End::Short {
             let (good_s, done) = (&self.room.good_s, self.series.powers);
             let powers = (done + 1..ORDER).find(|&n| good_s[n] >= 2.0 * self.end_s).unwrap_or(ORDER);
-            let driven = Driven { laws: self.laws, circuit: &self.circuit, hold: self.hold };
-            Series::write(&mut self.series, &driven, &self.start, powers);
+            self.write(done, powers);
             return self.look_ahead(self.end_s);
         }
         self.pass(self.end_edge, None);
         let (mut x, mut low) = self.account(self.end_s);
-        let begin = match self.end {
-            End::Short | End::Worn => Begin::Onward,
-            End::Stop => {
-                (x[SPEED], low[SPEED]) = (0.0, 0.0);
-                Begin::Onward
-            }
-            End::Break(direction) => Begin::Break(direction),
-            End::Circuit(change) => Begin::Circuit(change),
-        };
+        if self.end == End::Stop {
+            (x[SPEED], low[SPEED]) = (0.0, 0.0);
+        }
         let offset_s = (self.time_s(self.end_edge) - self.end_s).max(0.0);
-        self.begin(self.end_edge, offset_s, (x, low), begin);
+        self.begin(self.end_edge, offset_s, (x, low), self.end);
     }
 
     /// Sets the anchor at a state, `offset_s` before `edge`.
-    fn begin(&mut self, edge: u64, offset_s: f64, (x, low): (Lanes, Lanes), begin: Begin) {
+    fn begin(&mut self, edge: u64, offset_s: f64, (x, low): (Lanes, Lanes), cause: End) {
         self.within = if edge == self.anchor { self.within + 1 } else { 0 };
         self.segments += 1;
         (self.anchor, self.offset_s) = (edge, offset_s);
@@ -600,21 +545,19 @@ impl<'a> PmsmDevice<'a> {
             intent_rad_per_s: speed_rad_per_s,
         };
         self.begun = [false; 3];
-        match begin {
-            Begin::Legs => self.connect(None),
-            Begin::Circuit(change) => {
+        match cause {
+            End::Legs => self.connect(None),
+            End::Circuit(change) => {
                 self.mode_changes += 1;
                 self.circuit_changes += 1;
                 self.connect(Some(change));
             }
-            Begin::Onward | Begin::Break(_) => {}
+            _ => {}
         }
-        let hold = self.hold_at(begin);
-        self.mode_changes += u64::from(hold != self.hold);
-        self.hold = hold;
+        let before = self.hold;
+        self.hold = self.hold_at(cause);
         let [a, b, speed, _] = self.start.x;
-        let is_sprung = matches!(self.laws.hand, Hand::Spring(_));
-        let stretch = if is_sprung { [self.start.twist_rad.abs(), speed_rad_per_s.abs()] } else { [0.0; 2] };
+        let stretch = if self.laws.is_sprung { [self.start.twist_rad.abs(), speed_rad_per_s.abs()] } else { [0.0; 2] };
         let bounds = [a.abs() + b.abs(), speed.abs(), stretch[0], stretch[1]];
         // The times between switchings are much as a period before.
         let (expected, passed) = (1.1 * self.lasted[self.turn] as f64, (edge - self.switched) as f64);
@@ -626,10 +569,22 @@ impl<'a> PmsmDevice<'a> {
         self.room_lasts -= 1;
         let good_s = &self.room.good_s;
         let powers = (FEWEST..ORDER).find(|&n| good_s[n] >= expected_s).unwrap_or(ORDER);
-        self.series.powers = 0;
+        self.write(0, powers);
+        let torque = self.series.torque[0];
+        if self.hold == Hold::Stuck && torque.abs() > self.laws.motor.stiction_nm {
+            self.hold = Hold::Slip(torque.signum());
+            self.write(0, powers);
+        }
+        self.mode_changes += u64::from(before != self.hold);
+        self.look_ahead(0.0);
+    }
+
+    /// Writes the series from one power to another.
+    #[inline(always)]
+    fn write(&mut self, done: usize, powers: usize) {
+        self.series.powers = done;
         let driven = Driven { laws: self.laws, circuit: &self.circuit, hold: self.hold };
         Series::write(&mut self.series, &driven, &self.start, powers);
-        self.look_ahead(0.0);
     }
 
     /// Finds the circuit that holds from the anchor on.
@@ -638,30 +593,24 @@ impl<'a> PmsmDevice<'a> {
         if let Some(Change::Zero(x)) = change {
             resting[x] = true;
         }
-        let i = self.start.current();
-        if self.circuit.freedom == Freedom::None || i == [0.0; 2] || resting.iter().filter(|rests| **rests).count() > 1
-        {
+        if self.start.current() == [0.0; 2] {
             resting = [true; 3];
         }
-        let allow = |of: Plane| match resting.iter().position(|&rests| rests) {
-            _ if resting == [true; 3] => [0.0; 2],
-            Some(x) => {
-                let w = [-PHASES[x][1], PHASES[x][0]];
-                w.map(|share| share * dot(w, of))
-            }
-            None => of,
-        };
-        let (i, low) = (allow(i), allow([self.start.low[ALPHA], self.start.low[BETA]]));
-        (self.start.x[ALPHA], self.start.x[BETA]) = (i[0], i[1]);
-        (self.start.low[ALPHA], self.start.low[BETA]) = (low[0], low[1]);
+        let freedom = Freedom::of(resting);
+        if freedom == Freedom::None {
+            resting = [true; 3];
+        }
+        for of in [&mut self.start.x, &mut self.start.low] {
+            [of[ALPHA], of[BETA]] = freedom.part([of[ALPHA], of[BETA]]);
+        }
         self.circuit = match self.drive {
             Drive::Legs(legs) => {
                 let rotor = (self.start.e, self.start.turning(self.laws));
-                Fed::Legs(settled(self.laws, legs, (i, resting), rotor, change))
+                Cow::Borrowed(settled(self.laws, legs, (self.start.current(), resting), rotor, change))
             }
             Drive::Averages(shares) => {
                 let shares = shares.map(|share| share.clamp(0.0, 1.0));
-                Fed::Means(Box::new(Circuit::averaged(self.laws, shares)))
+                Cow::Owned(Circuit::averaged(self.laws, shares))
             }
             _ => panic!("an inverter is driven by its legs"),
         };
@@ -670,52 +619,27 @@ impl<'a> PmsmDevice<'a> {
 
     /// Returns what friction does to the shaft from the anchor on.
     #[inline(always)]
-    fn hold_at(&self, begin: Begin) -> Hold {
-        let (motor, start) = (&self.laws.motor, &self.start);
-        if motor.stiction_nm == 0.0 {
-            return Hold::Slip(0.0);
+    fn hold_at(&self, cause: End) -> Hold {
+        let speed = self.start.x[SPEED];
+        match cause {
+            _ if self.laws.motor.stiction_nm == 0.0 => Hold::Slip(0.0),
+            _ if speed != 0.0 => Hold::Slip(speed.signum()),
+            End::Break(direction) => Hold::Slip(direction),
+            // Unless the torque is beyond the stiction; it is known with the series.
+            _ => Hold::Stuck,
         }
-        if start.x[SPEED] != 0.0 {
-            return Hold::Slip(start.x[SPEED].signum());
-        }
-        if let Begin::Break(direction) = begin {
-            return Hold::Slip(direction);
-        }
-        let torque = self.torque_at_rest();
-        if torque.abs() <= motor.stiction_nm { Hold::Stuck } else { Hold::Slip(torque.signum()) }
-    }
-
-    /// Returns the torque on the shaft at the anchor, if it is at rest, without friction.
-    fn torque_at_rest(&self) -> f64 {
-        let (motor, start) = (&self.laws.motor, &self.start);
-        let (e, i) = (start.e, start.current());
-        let active = motor.flux_vs + (motor.direct_h - motor.quadrature_h) * dot(e, i);
-        let mut torque = 1.5 * f64::from(motor.pole_pairs) * active * (e[0] * i[1] - e[1] * i[0]);
-        for harmonic in &motor.cogging {
-            torque -= harmonic.amplitude_nm * self.laws.wave(harmonic, start.x[ANGLE], start.low[ANGLE]).0;
-        }
-        torque
-            + match self.laws.hand {
-                Hand::Torque(torque_nm) => torque_nm,
-                Hand::Spring(push) => {
-                    push.stiffness_nm_per_rad * start.twist_rad + push.damping_nm_s_per_rad * start.intent_rad_per_s
-                }
-                Hand::Prescribed => 0.0,
-            }
     }
 
     /// Returns whether nothing moves on the segment, nor the torque that friction holds.
     fn is_still(&self) -> bool {
-        let powers = self.series.powers;
-        self.series.x[1] == [0.0; 4]
-            && self.series.x[2..=powers].iter().all(|x| *x == [0.0; 4])
-            && self.series.torque[1..powers].iter().all(|torque| *torque == 0.0)
+        let Series { x, torque, powers, .. } = &self.series;
+        x[1..=*powers].iter().all(|x| *x == [0.0; 4]) && torque[1..*powers].iter().all(|torque| *torque == 0.0)
     }
 
     /// Finds the end of the segment, which lasts until `from` at least.
     fn look_ahead(&mut self, from: f64) {
         let powers = self.series.powers;
-        if self.series.x[1] == [0.0; 4] && self.is_still() || self.series.x[1][ANGLE].is_nan() {
+        if self.is_still() || self.series.x[1][ANGLE].is_nan() {
             // At rest, or beyond all numbers: the state does not change any more.
             self.end_edge = u64::MAX;
             return;
@@ -727,7 +651,7 @@ impl<'a> PmsmDevice<'a> {
             (self.end_s, self.end) = (self.offset_s + self.laws.edge_s, End::Worn);
         } else {
             self.watch_shaft(from);
-            if let Fed::Legs(circuit) = self.circuit {
+            if let Cow::Borrowed(circuit) = self.circuit {
                 for (check, change) in &circuit.checks {
                     self.watch_circuit(check, *change, from);
                 }
@@ -833,10 +757,8 @@ impl Stretch<2> for Course<'_, '_> {
     fn integral(&self, from: Option<u64>, to: Option<u64>) -> [f64; 2] {
         let ends = self.times(from, to);
         self.terms().map(|terms| {
-            let [early, late] = ends.map(|t| {
-                let sum = (0..=ORDER).rev().fold(0.0, |sum, k| sum * t + terms[k] / (k + 1) as f64);
-                sum * t
-            });
+            let [early, late] =
+                ends.map(|t| t * (0..=ORDER).rev().fold(0.0, |sum, k| sum * t + terms[k] / (k + 1) as f64));
             late - early
         })
     }

@@ -7,11 +7,10 @@
 //! below that of the operations in sequence, which [`ROUNDING`] covers.
 //!
 //! Left out of the proof: the rounding of the series itself and of anchors, and the truncation of energies, of `i_q`
-//! between anchors and of the voltage of open terminals. A segment lasts for [`SHORTEST_S`](super::motion) at least,
-//! even where the bound would end it before.
+//! between anchors and of the voltage of open terminals. A segment whose series are good for less than 1 ns lasts for
+//! 1 ns, and is not covered.
 
-use super::Pmsm;
-use crate::Hand;
+use super::{Grip, Pmsm};
 use crate::flow::polynomial::ORDER;
 
 /// More than the relative rounding of the recursion below, whose results depend on less than 2^16 operations each.
@@ -45,11 +44,8 @@ impl Room {
         let motor = &laws.motor;
         let [current, speed, twist, intent] = start;
         let pairs = f64::from(motor.pole_pairs);
-        let (stiffness, damping, hand) = match laws.hand {
-            Hand::Spring(push) => (push.stiffness_nm_per_rad, push.damping_nm_s_per_rad, 0.0),
-            Hand::Torque(torque_nm) => (0.0, 0.0, torque_nm.abs()),
-            Hand::Prescribed => (0.0, 0.0, 0.0),
-        };
+        let Grip { torque_nm, stiffness_nm_per_rad: stiffness, damping_nm_s_per_rad: damping } = laws.grip;
+        let hand = torque_nm.abs();
         let least = motor.direct_h.min(motor.quadrature_h);
         let salience = (motor.direct_h - motor.quadrature_h).abs();
         let inverter = &laws.inverter;

@@ -1,8 +1,7 @@
 //! The Taylor series of the motion from one start, term by term.
 
-use super::Pmsm;
 use super::circuit::{Circuit, Plane, dot};
-use crate::Hand;
+use super::{Grip, Pmsm};
 use crate::flow::double::{Product, versions};
 use crate::flow::lanes::Lanes as _;
 use crate::flow::polynomial::{Coefficients, Lanes, ORDER, convolved};
@@ -126,15 +125,8 @@ impl Series {
         let e = start.e;
         let [aa, ab, bb] = circuit.gain(laws, e);
         let per_inertia = if *hold == Hold::Stuck { 0.0 } else { 1.0 / motor.inertia_kg_m2 };
-        let (hand_nm, stiffness, damping) = match laws.hand {
-            Hand::Spring(push) => (
-                push.stiffness_nm_per_rad * start.twist_rad + push.damping_nm_s_per_rad * start.intent_rad_per_s,
-                push.stiffness_nm_per_rad,
-                push.damping_nm_s_per_rad,
-            ),
-            Hand::Torque(torque_nm) => (torque_nm, 0.0, 0.0),
-            Hand::Prescribed => (0.0, 0.0, 0.0),
-        };
+        let Grip { torque_nm, stiffness_nm_per_rad: stiffness, damping_nm_s_per_rad: damping } = laws.grip;
+        let hand_nm = torque_nm + stiffness * start.twist_rad + damping * start.intent_rad_per_s;
         let rub_nm = if let Hold::Slip(sign) = hold { sign * motor.coulomb_nm } else { 0.0 };
         let Self { x, flux, turned, along, crossed, waves, torque, .. } = series;
         let done = series.powers;

@@ -194,8 +194,7 @@ fn no_energy_is_lost() {
     }
 }
 
-/// A motor, an inverter and a hand at random, over several decades; without a diode's drop, without friction and so on in
-/// some.
+/// A motor, an inverter and a hand at random, over several decades; some have no friction, no diode's drop and so on.
 fn anything(random: &mut Random) -> Pmsm {
     let mut log = |low: f64, high: f64| low * (high / low).powf(random.next());
     let (quadrature_h, coulomb_nm, cogging_nm) = (log(2e-5, 5e-3), log(1e-5, 0.1), log(1e-4, 1e-2));
@@ -363,8 +362,8 @@ fn a_floating_phase_shows_its_back_emf() {
     }
 }
 
-/// Mean voltages on a held rotor: the current rises by an exponential, with the on-resistance of one switch a phase, and
-/// the supply's resistance by the square of the share.
+/// Mean voltages on a held rotor: the current rises by an exponential, with the on-resistance of one switch a phase,
+/// and the supply's resistance by the square of the share.
 #[test]
 fn averages_are_a_resistance_and_an_inductance() {
     let held = PmsmMotor { stiction_nm: 1e3, ..plain() };
@@ -460,6 +459,7 @@ fn stiction_holds_what_friction_does_not() {
     }
     assert!(at.abs_diff(100_000) <= 1, "{at}");
     assert!((device.state(at)[2] - 1e-3).abs() < 1e-15);
+    assert_eq!(device.next_event(at, u64::MAX, ANYWHERE), None);
 }
 
 /// The message names the quantity, and what is accepted.
