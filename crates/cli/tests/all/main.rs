@@ -1,5 +1,6 @@
 //! All tests of the crate in one binary, which is linked once and runs its tests on all cores.
 
+mod action;
 mod against;
 mod anywhere;
 mod architecture;
