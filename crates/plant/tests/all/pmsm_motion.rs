@@ -258,6 +258,33 @@ fn random_motors_keep_energy_and_bits() {
     }
 }
 
+/// At a rotor at rest, with diodes without a drop, an open terminal between two at one rail lies at the limit of its
+/// range for as long as they stay: rounding opens and closes no diode in turns.
+#[test]
+fn diodes_without_a_drop_do_not_chatter() {
+    for seed in 0..40 {
+        let mut random = Random(seed);
+        let inverter = Inverter {
+            supply_v: random.between(5.0, 80.0),
+            supply_ohm: random.between(0.0, 0.5),
+            on_resistance_ohm: if seed % 2 == 0 { 0.0 } else { random.between(0.0, 0.5) },
+            diode_drop_v: 0.0,
+        };
+        let held = PmsmMotor { stiction_nm: 1e3, resistance_ohm: random.between(0.05, 3.0), ..plain() };
+        let laws = Pmsm::new(held, inverter, Hand::Torque(0.0), EDGE_S).unwrap();
+        let mut device = PmsmDevice::new(&laws, [0.0; 2], 0.0, random.between(-3.0, 3.0));
+        let mut edge = 0;
+        for _ in 0..300 {
+            let legs = [0; 3].map(|_| [High, Low, Open][random.below(3) as usize]);
+            device.driven(edge, Drive::Legs(legs));
+            edge += 1 + random.below(5000);
+            device.step(edge);
+        }
+        assert_eq!(device.crowded_edges(), 0, "{seed}");
+        assert!(device.circuit_changes() < 1000, "{seed}: {}", device.circuit_changes());
+    }
+}
+
 /// While a leg is open its terminal is a diode's drop below ground for a current out of it, a drop above the rail for a
 /// current into it, and in between without a current.
 #[test]
