@@ -16,8 +16,8 @@ case "${1:-}" in
 *) echo "error: $1: write --no-install, or nothing" >&2 && exit 2 ;;
 esac
 
-# The tests' build takes minutes and needs Rust alone, so it begins while tools are installed. tests.py asks for the same
-# build, waits for this one, and tells what does not compile.
+# The tests' build takes minutes and needs Rust alone, so it begins while tools are installed. tests.py asks for the
+# same build, waits for this one, and tells what does not compile.
 RUSTC_WRAPPER=$PWD/testbench/rustc.sh cargo test --locked --release --workspace --tests --no-run >/dev/null 2>&1 &
 building=$!
 trap 'kill "$building" 2>/dev/null || true' EXIT

@@ -29,7 +29,7 @@ fn the_action_keeps_a_report_of_each_scene_and_fails_where_an_expectation_is_not
     let report = std::fs::read_to_string(out.join("hybrid-wall.xml")).expect("a report");
     assert!(!report.contains("failures=\"0\""), "{report}");
     let wrong = scenes(&[text(&out), wall, "--", "wall.stifness=1"]);
-    assert_eq!(code(&wrong), 2, "{}", stderr(&wrong));
+    assert_eq!(code(&wrong), 4, "{}", stderr(&wrong));
     for none in [&[][..], &[text(&out)], &[text(&out), "--", "run.duration=1"]] {
         assert_eq!(code(&scenes(none)), 2);
     }

@@ -17,8 +17,8 @@ pub(crate) struct Sensors<'p> {
     samplers: Vec<Sampler<'p>>,
     /// The chips on a bus, each with the index of its sensor.
     chips: Vec<(usize, SpiChip)>,
-    /// Of each sensor the words of its pins: lines A and B, or a word or bit and whether it came at this edge; of a chip
-    /// its line out; of Hall switches all three.
+    /// Of each sensor the words of its pins: lines A and B, or a word or bit and whether it came at this edge; of a
+    /// chip its line out; of Hall switches all three.
     pins: Vec<[i64; 3]>,
     /// Whether anything reads that a word came: else it stays 0, and the edge after a word is no event.
     tells_new: bool,
@@ -62,8 +62,8 @@ struct Sampler<'p> {
 enum Taking<'p> {
     /// A word, with noise, and the mean of the readings without current.
     Word(&'p Sampled, SplitMix64, i64),
-    /// A bit of a modulator of a phase, or of the drive's current, with bits of this charge, and the charge that the bits
-    /// so far stand for, in 2^-24 of it.
+    /// A bit of a modulator of a phase, or of the drive's current, with bits of this charge, and the charge that the
+    /// bits so far stand for, in 2^-24 of it.
     Bit(Option<usize>, f64, i64),
 }
 

@@ -1,8 +1,8 @@
 //! An angle sensor on a bus, as its pins show it: AS5047P of ams, a slave of SPI in mode 1.
 //!
 //! A frame has 16 bits, the highest first. Data change at the rise of `sck` and are read at its fall, while `csn` is
-//! low. A command has even parity in bit 15, 1 for a read in bit 14, and an address; its answer comes in the next frame:
-//! even parity, a flag of an error in the frame before, and 14 bits of the register.
+//! low. A command has even parity in bit 15, 1 for a read in bit 14, and an address; its answer comes in the next
+//! frame: even parity, a flag of an error in the frame before, and 14 bits of the register.
 //!
 //! | address | register | here |
 //! |---|---|---|
@@ -16,8 +16,8 @@
 //! `sck`, and is 0 while `csn` is high.
 //!
 //! Source: the data sheet of the AS5047P (ams, v1-01, 2016) as public drivers of the chip quote it: mode, frames,
-//! addresses, 10 MHz. **Differs from the hardware**: writes are told as wrong commands; times of `csn`, the time to start
-//! and the difference of both angle registers could not be looked up, and are not modelled.
+//! addresses, 10 MHz. **Differs from the hardware**: writes are told as wrong commands; times of `csn`, the time to
+//! start and the difference of both angle registers could not be looked up, and are not modelled.
 
 use crate::result::summary::Frames;
 

@@ -24,8 +24,8 @@ pub const FLAT: &str = "proc -noopt; flatten";
 /// A command between them that sets values `x` to 0. Without it they stay as they are, so that they are seen.
 pub const ZEROS: &str = "setundef -zero";
 /// The commands that leave words, combinational cells and registers without enables, before `write_json`. They use no
-/// value `x` to make the logic simpler. Memories of more than 64 words stay, and tables of more than 4096, which nothing
-/// writes.
+/// value `x` to make the logic simpler. Memories of more than 64 words stay, and tables of more than 4096, which
+/// nothing writes.
 pub const LOWERED: &str = "opt_expr -keepdc; opt_clean; memory_collect; memory_map -rom-only r:SIZE<=4096; \
                            memory_map r:SIZE<=64; opt_expr -keepdc; opt_merge; opt_dff -keepdc -nodffe -nosdff; \
                            wreduce -keepdc; opt_expr -keepdc -mux_bool; opt_merge; opt_clean; dffunmap; \

@@ -371,8 +371,8 @@ fn wide_words_and_tables_answer_as_in_verilator() {
     );
 }
 
-/// A table of 256 words, as of a sine, which nothing writes, by an index that moves and by one that is an input; and one
-/// whose length is no power of two, within its length.
+/// A table of 256 words, as of a sine, which nothing writes, by an index that moves and by one that is an input; and
+/// one whose length is no power of two, within its length.
 #[test]
 fn tables_that_nothing_writes_answer_as_in_verilator() {
     let words: Vec<_> =
@@ -526,8 +526,8 @@ fn values_of_parameters_are_those_of_verilator() {
     }
 }
 
-/// The two designs whose counters are no plain ones: an eye on what `auto` does with them. Verilator, another process, is
-/// asked at each change of an output; in the wall that of the sigma-delta modulator changes at most edges.
+/// The two designs whose counters are no plain ones: an eye on what `auto` does with them. Verilator, another process,
+/// is asked at each change of an output; in the wall that of the sigma-delta modulator changes at most edges.
 #[test]
 fn designs_that_do_not_leap_well_run_in_verilator_unless_it_is_asked_too_often() {
     let (far, near) = ("position = \"1.5 rad\"", "position = \"0.1 rad\"");

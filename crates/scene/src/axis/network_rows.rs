@@ -161,15 +161,15 @@ keys! { sensor: "device.sensors.SENSOR" of [];
     /// Length of one count of an incremental encoder on a body that slides; required there.
     resolution: Quantity = Quantity::new(&q::LENGTH, Within(1e-11, 1.0), Said("none"));
     /// Phase whose current it reads, of a motor with three; required there.
-    winding: Choice<usize> = Choice::new(|| vec![("a", 0), ("b", 1), ("c", 2)], Required);
+    winding: Choice<usize> = Choice::new(|| vec![("a", 0), ("b", 1), ("c", 2)], Said("none"));
     /// Place of a phase's shunt: between bridge and motor, or below the lower switch, so that it shows 0 A while that
     /// is open.
     shunt: Choice<bool> = Choice::new(|| vec![("in_line", false), ("low_side", true)], Is(false));
     /// Whether a design starts each sample of a phase's current, by a rising edge of the pin `start` of the sensor, in
     /// the place of `rate` and `phase`.
     trigger: Flag = Flag(false);
-    /// Chip on a bus that brings the word of an absolute encoder in the place of the pin `word`: the AS5047P at the pins
-    /// `csn`, `sck`, `mosi` and `miso`, with 14 bits.
+    /// Chip on a bus that brings the word of an absolute encoder in the place of the pin `word`: the AS5047P at the
+    /// pins `csn`, `sck`, `mosi` and `miso`, with 14 bits.
     chip: Choice<f64> = Choice::new(|| vec![("as5047p", 100e-9)], Said("none"));
     /// Rate of the samples of a word, or of a modulator's bits, their period rounded to whole clock cycles; required
     /// but for an encoder, or where a design starts the samples.

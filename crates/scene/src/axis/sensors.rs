@@ -254,6 +254,9 @@ const KEYS: [(&str, &[&str]); 5] = [
     ("sigma_delta", &["winding", "rate", "phase", "gain", "range"]),
 ];
 
+/// Those of them that only a motor with three phases has.
+const OF_PHASES: [&str; 4] = ["winding", "shunt", "trigger", "chip"];
+
 /// The most sensors of a network.
 pub const MOST_SENSORS: usize = 16;
 /// The most sensors that are chips on buses.
@@ -291,14 +294,19 @@ fn modulator(s: &Section, phases: bool, clock: Clock) -> Result<Modulator, Scene
     let (_, period) = rate(s, clock)?;
     let full_a = 0.5 * s.read(&key::range)? / gain(s)?;
     let charge_as = full_a * period as f64 * clock.period_s();
-    let winding = if phases { Some(s.read(&key::winding)?) } else { None };
+    let winding = if phases { Some(winding(s)?) } else { None };
     Ok(Modulator { period, phase: clock.edges(s.read(&key::phase)?), charge_as, winding })
+}
+
+/// Returns the index of the phase that a sensor of a motor with three phases reads.
+fn winding(s: &Section) -> Result<usize, SceneError> {
+    let key = &keys::sensor::winding;
+    s.given(key)?.ok_or_else(|| s.error(key.name, "missing; write a, b or c, the phase whose current it reads"))
 }
 
 /// Returns the phase whose current a sensor of a motor with three phases reads.
 fn phase(s: &Section) -> Result<Phase, SceneError> {
-    let leg = s.read(&keys::sensor::winding)?;
-    Ok(Phase { leg, is_low_side: s.read(&keys::sensor::shunt)? })
+    Ok(Phase { leg: winding(s)?, is_low_side: s.read(&keys::sensor::shunt)? })
 }
 
 /// Reads a sensor that samples a word, on a body that slides or not if it reads a position.
@@ -380,8 +388,8 @@ fn inl(s: &Section, bits: u32, is_round: bool) -> Result<Vec<f64>, SceneError> {
     Ok(all)
 }
 
-/// Reads the sensors of bodies with these names, of which some slide; of a motor with three phases and these `pole_pairs` in
-/// the place of a drive's current those of its phases. Returns them with the bodies that they read.
+/// Reads the sensors of bodies with these names, of which some slide; of a motor with three phases and these
+/// `pole_pairs` in the place of a drive's current those of its phases. Returns them with the bodies that they read.
 pub(crate) fn sensors(
     device: &Section,
     (names, slides): (&[String], &[bool]),
@@ -404,7 +412,8 @@ pub(crate) fn sensors(
         let kind = s.read(&key::kind)?;
         let own = KEYS.iter().find(|(of, _)| *of == kind).map_or(&[][..], |(_, keys)| keys);
         if let Some(other) = s.keys().find(|key| *key != "kind" && !own.contains(key)) {
-            let reason = format!("not of a sensor of kind \"{kind}\", which takes {}", own.join(", "));
+            let takes: Vec<_> = own.iter().filter(|key| phases || !OF_PHASES.contains(*key)).copied().collect();
+            let reason = format!("not of a sensor of kind \"{kind}\", which takes {}", takes.join(", "));
             return Err(s.error(other, reason));
         }
         let of_current = ["current", "sigma_delta"].contains(&kind);
@@ -416,7 +425,7 @@ pub(crate) fn sensors(
         } else {
             Some(one_of(&s, &key::on, "body", names)?)
         };
-        let of_phase = ["winding", "shunt", "trigger", "chip"].into_iter().find(|key| s.has(key));
+        let of_phase = OF_PHASES.into_iter().find(|key| s.has(key));
         if let Some(key) = of_phase.filter(|_| !phases) {
             return Err(s.error(key, "of a sensor of a motor of kind \"pmsm\"; leave this out"));
         }

@@ -46,8 +46,11 @@ pub(crate) fn scene(file: &str, source: &Source, kind: Kind, load: Load) -> Resu
     let is_alone = !root.has("dut");
     root.accept(if let Kind::Network = kind { &["dut", "network"] } else { &["dut"] })?;
     let about = about(&root)?;
-    let Around { device, clock, amplifier, encoder, bridge, hand, recorded, network, pmsm, host_clocks, seen, at_wall } =
-        around(&root, kind, load)?;
+    let found = around(&root, kind, load)?;
+    let pmsm = found.pmsm.clone();
+    let Around {
+        device, clock, amplifier, encoder, bridge, hand, recorded, network, host_clocks, seen, at_wall, ..
+    } = found;
     let root = root.along(seen);
     if let Hand::Capture { .. } = hand {
         return Err(root.error("hand.kind", "a recording has no device to drive; write \"prescribed\""));

@@ -88,7 +88,10 @@ pub(crate) fn agree_on_faults(places: &Places, faults: &Faults, pins: Pins) -> R
         return refused("lost_index", "nothing is connected to encoder.index; leave this out");
     }
     if faults.stuck.is_some() && !pins.switches {
-        return refused("stuck_switch", "no switches of a bridge with two legs drive the device; leave this out");
+        return refused(
+            "stuck_switch",
+            "the device is driven by a word, or by three legs, and not by the switches of two; leave this out",
+        );
     }
     Ok(())
 }

@@ -19,7 +19,7 @@ coulomb_friction = "2 mN.m"
 cogging = [[42, "1 mN.m", "90 deg"], [84, "0.2 mN.m", 0]]
 supply_resistance = "10 mOhm"
 [device.sensors]
-ia = { kind = "current", winding = "a", trigger = true, latency = "1 us", bits = 12, gain = "100 mV/A", range = "3.3 V" }
+ia = { kind = "current", winding = "a", trigger = true, latency = "1 us", bits = 12, gain = "100 mV/A", range = 3.3 }
 ic = { kind = "current", winding = "c", shunt = "low_side", rate = "20 kHz", bits = 12, gain = 1, range = "3.3 V" }
 bit = { kind = "sigma_delta", winding = "b", rate = "20 MHz", gain = 1, range = "0.64 V" }
 angle = { kind = "absolute", rate = "100 kHz", bits = 14 }
