@@ -37,11 +37,17 @@ impl Shown for DutSimulation<'_> {
             page.line("sensor", format!("{}: {said}", name(index)));
         }
         if !starts.is_empty() {
-            let one = |(index, it): &(usize, Starts)| json!({ "sensor": name(*index), "samples": it.taken, "missed": it.missed });
+            let one = |&(index, Starts { taken, missed }): &(usize, Starts)| {
+                let sensor = name(index);
+                json!({ "sensor": sensor, "samples": taken, "missed": missed })
+            };
             page.data("started", Value::Array(starts.iter().map(one).collect()));
         }
         if !ran.summary.frames.is_empty() {
-            let one = |(index, Frames { all, wrong, fast }): &(usize, Frames)| json!({ "sensor": name(*index), "frames": all, "wrong": wrong, "fast": fast });
+            let one = |&(index, Frames { all, wrong, fast }): &(usize, Frames)| {
+                let sensor = name(index);
+                json!({ "sensor": sensor, "frames": all, "wrong": wrong, "fast": fast })
+            };
             page.data("frames", Value::Array(ran.summary.frames.iter().map(one).collect()));
         }
     }
