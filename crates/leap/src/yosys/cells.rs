@@ -9,6 +9,11 @@ use super::{MOST_MEMORY_WORDS, Unfit};
 use crate::netlist::Net;
 use crate::operation::Operation;
 
+/// Returns bits with zeros for unknown ones.
+fn known(bits: &[Bit]) -> Cow<'_, [Bit]> {
+    bits.iter().map(|bit| if *bit == Bit::Unknown { Bit::Zero } else { *bit }).collect()
+}
+
 impl Reader<'_> {
     /// Makes the words of a cell, of 64 bits each and the rest.
     pub(super) fn cell(&mut self, cell: &RawCell) -> Result<Vec<Net>, Unfit> {
@@ -18,6 +23,14 @@ impl Reader<'_> {
         if width == 0 {
             return Err(self.refused(cell));
         }
+        // A side of a choice that nothing sees may have any bits.
+        let is_unknown = |bits: &[Bit]| bits.contains(&Bit::Unknown);
+        let is_choice = cell.kind == "$mux" && is_unknown(a) != is_unknown(b);
+        let (of_a, of_b) = match is_choice && self.is_unseen(cell, is_unknown(b)) {
+            true => (known(a), known(b)),
+            false => (Cow::Borrowed(a), Cow::Borrowed(b)),
+        };
+        let (a, b) = (&*of_a, &*of_b);
         if cell.kind != "$pmux" && [a, b, cell.port("S")].iter().any(|bits| bits.contains(&Bit::Unknown)) {
             return Err(self.unknown(y));
         }
@@ -142,13 +155,45 @@ impl Reader<'_> {
         }
     }
 
+    /// Returns whether nothing sees the word of a choice between two while it takes an unknown side, which it does while
+    /// its selecting bit is `when`: every way from it to an output or a register leads through a choice by the same bit
+    /// that then takes its other side. A function of Verilog that is called under a condition is such a choice.
+    fn is_unseen(&self, choice: &RawCell, when: bool) -> bool {
+        let select = choice.port("S");
+        let is_output: HashSet<Bit> = self.module.outputs.iter().flat_map(|(_, bits)| bits.iter().copied()).collect();
+        let (mut reached, mut next) = (HashSet::new(), choice.port("Y").to_vec());
+        while let Some(bit) = next.pop() {
+            if !reached.insert(bit) {
+                continue;
+            }
+            if is_output.contains(&bit) {
+                return false;
+            }
+            for &at in self.users.get(&bit).map_or(&[][..], |users| users) {
+                let user = &self.module.cells[at];
+                if user.port("Y").is_empty() {
+                    return false;
+                }
+                let is_at = |port: &str| user.port(port).contains(&bit);
+                let other = if when { "A" } else { "B" };
+                let is_blocked = user.kind == "$mux"
+                    && user.port("S") == select
+                    && ["A", "B", "S"].iter().all(|port| *port == other || !is_at(port));
+                if !is_blocked {
+                    next.extend(user.port("Y"));
+                }
+            }
+        }
+        true
+    }
+
     /// Returns the bits of an operand, with zeros for unknown ones where the result is the address or the data of a
     /// memory's write port: Yosys leaves both unknown while the port does not write.
     fn written<'b>(&self, result: &[Bit], operand: &'b [Bit]) -> Cow<'b, [Bit]> {
         if !operand.contains(&Bit::Unknown) || !self.module.name(result).contains("$memwr$") {
             return Cow::Borrowed(operand);
         }
-        operand.iter().map(|bit| if *bit == Bit::Unknown { Bit::Zero } else { *bit }).collect()
+        known(operand)
     }
 
     /// Returns the refusal of a cell, by what it stands for.

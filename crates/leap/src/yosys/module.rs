@@ -30,6 +30,12 @@ impl RawCell {
         self.connections.get(port).map_or(&[], |bits| bits)
     }
 
+    /// Returns the bits that it takes.
+    pub(super) fn taken(&self) -> impl Iterator<Item = Bit> + '_ {
+        let is_result = |port: &str| ["Y", "Q", "RD_DATA"].contains(&port);
+        self.connections.iter().filter(move |(port, _)| !is_result(port)).flat_map(|(_, bits)| bits.iter().copied())
+    }
+
     /// Returns whether a parameter is given and is not 0.
     pub(super) fn is_set(&self, parameter: &str) -> bool {
         self.parameters.get(parameter).is_some_and(|value| value.contains('1'))

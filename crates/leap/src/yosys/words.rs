@@ -32,11 +32,18 @@ pub(super) struct Reader<'m> {
     made: HashMap<Vec<Bit>, Net>,
     constants: HashMap<(u64, u8), Net>,
     slices: HashMap<(Net, u8, u8), Net>,
+    /// The cells that take each bit.
+    pub(super) users: HashMap<Bit, Vec<usize>>,
 }
 
 impl<'m> Reader<'m> {
     pub(super) fn new(module: &'m Module) -> Self {
+        let mut users = HashMap::new();
+        for (at, cell) in module.cells.iter().enumerate() {
+            cell.taken().for_each(|bit| users.entry(bit).or_insert_with(Vec::new).push(at));
+        }
         Self {
+            users,
             module,
             netlist: Netlist::default(),
             drivers: HashMap::new(),

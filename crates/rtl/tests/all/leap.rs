@@ -399,6 +399,38 @@ fn tables_that_nothing_writes_answer_as_in_verilator() {
     );
 }
 
+/// Functions with words of their own, called under a condition: elsewhere their words are unknown, and nothing sees them.
+#[test]
+fn functions_under_a_condition_answer_as_in_verilator() {
+    same_answers(
+        "module t(input clk, input rst, input en, input signed [7:0] a, input [1:0] n, output reg signed [15:0] sum,
+           output reg [7:0] low);
+         function signed [15:0] limited;
+           input signed [15:0] x, y;
+           reg signed [16:0] z;
+         begin
+           z = x + y;
+           if (z > 17'sd3000) limited = 16'sd3000;
+           else if (z < -17'sd3000) limited = -16'sd3000;
+           else limited = z[15:0];
+         end
+         endfunction
+         reg signed [15:0] turned;
+         always @(posedge clk or negedge rst)
+           if (!rst) begin sum <= 0; low <= 0; end
+           else begin
+             if (en) begin
+               sum <= limited(sum, a);
+               if (n == 2) low <= limited(sum, -a) >>> 4;
+             end
+             if (n[0]) begin turned = -a; low <= turned[7:0]; end
+           end
+         endmodule\n",
+        "reset = { port = \"rst\", active = \"low\" }\n",
+        (300, false),
+    );
+}
+
 /// Registers that the reset does not set: their outputs are unknown up to the edge at which they are known.
 #[test]
 fn words_that_nothing_has_set_are_unknown_as_in_verilator() {
@@ -545,4 +577,28 @@ fn designs_that_do_not_leap_well_run_in_verilator_unless_it_is_asked_too_often()
         assert!(one == other && one.0.len() > 400, "{name}: {} changes", one.0.len());
         assert_eq!(by_auto.energy, by_verilator.energy, "{name}");
     }
+}
+
+/// A design that waits for 65536 edges and then changes a register at every edge: what it does at first does not decide.
+#[test]
+fn a_design_that_leaps_until_it_has_started_is_handed_over_then() {
+    let verilog = "module t(input clk, output reg pwm);
+         reg [16:0] n = 0;
+         reg [15:0] lfsr = 1;
+         initial pwm = 0;
+         always @(posedge clk) begin
+           if (!n[16]) n <= n + 1; else lfsr <= {lfsr[14:0], lfsr[15] ^ lfsr[13] ^ lfsr[12] ^ lfsr[10]};
+           pwm <= n[16] && lfsr[9:0] == 10'h155;
+         end
+         endmodule\n";
+    let ran_by = |engine: &str| {
+        let mut scene = around(verilog, "[dut.ports]\npwm = \"bridge.pwm\"\n", engine);
+        scene.head.run.duration_s = 0.03;
+        ran(&scene)
+    };
+    let ((one, by_auto, engine), (other, by_verilator, _)) = (ran_by("auto"), ran_by("verilator"));
+    let said = "Verilator 5.006 (from clock edge 131072 on; before, leaps come to";
+    assert!(engine.starts_with(said) && engine.contains("`lfsr` changes at every edge"), "{engine}");
+    assert!(one == other && one.0.len() > 100, "{} changes", one.0.len());
+    assert_eq!(by_auto.energy, by_verilator.energy);
 }

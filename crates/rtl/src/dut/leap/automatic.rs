@@ -4,6 +4,7 @@ use std::sync::{Arc, OnceLock};
 
 use hpu_cosim::dut::{Asked, Change, Design, Fault, Heard, Inside, Port, RunningDesign};
 use hpu_cosim::scene::DutScene;
+use hpu_leap::Share;
 
 use super::super::build::Model;
 use super::super::fallback::wires;
@@ -102,7 +103,8 @@ impl Design for Automatic {
             drives,
             state: State::Leaping(Box::new(running)),
             past: Some(past),
-            is_decided: false,
+            next: LONG,
+            seen: (Share::default(), 0),
         }))
     }
 }
@@ -121,8 +123,10 @@ struct Either {
     state: State,
     /// Nothing once the other simulator runs, or where none will.
     past: Option<Past>,
-    /// Whether enough edges have shown what leaps save.
-    is_decided: bool,
+    /// The edge at which it is looked again whether leaps pay, and what there was up to the look before: edges and
+    /// requests. A design may leap well until it has started.
+    next: u64,
+    seen: (Share, u64),
 }
 
 impl Either {
@@ -144,20 +148,23 @@ impl Either {
         Ok(())
     }
 
-    /// Decides whether the run goes on by leaps, once enough edges have shown what they save, or the past is full.
+    /// Decides whether the run goes on by leaps: once enough edges have shown what they save, again after twice as many,
+    /// and so on, and at last where the past is full.
     fn decide(&mut self) {
         let (State::Leaping(running), Some(past)) = (&self.state, &self.past) else { return };
         let is_full = past.is_full();
-        if !is_full && (self.is_decided || past.edge < LONG) {
+        if !is_full && past.edge < self.next {
             return;
         }
-        let (share, is_settled) = (running.share(), running.is_settled());
-        if self.is_decided || !is_poor(share, running.calls) {
-            // Where an output may still depend on a value that nothing has set, the other one may have to tell of it.
-            if is_full || is_settled {
+        let ((now, calls), (before, earlier)) = ((running.share(), running.calls), self.seen);
+        let share =
+            Share { edges: now.edges - before.edges, leapt: now.leapt - before.leapt, steps: now.steps - before.steps };
+        (self.seen, self.next) = ((now, calls), 2 * past.edge);
+        // What was often asked for once, as in a wall, may be so again.
+        if !is_poor(share, calls - earlier) || !is_poor(now, calls) {
+            if is_full {
                 self.past = None;
             }
-            self.is_decided = true;
             return;
         }
         let why = format!("leaps come to {} only, because {}", percent(share), running.prevented());
@@ -183,7 +190,7 @@ impl Either {
         let State::Leaping(running) = &mut self.state else { return None };
         let from = changes.len();
         let Some(past) = &mut self.past else { return Some(running.clock(words, edges, asked, changes)) };
-        let most = if self.is_decided { edges } else { edges.min(LONG.saturating_sub(past.edge).max(1)) };
+        let most = edges.min(self.next.saturating_sub(past.edge).max(1));
         let done = running.clock(words, most, asked, changes);
         let is_unset = match &done {
             Ok(_) => changes[from..].iter().any(|change| change.bits.is_none()),

@@ -208,11 +208,6 @@ impl Running {
         self.leap.share()
     }
 
-    /// Returns whether all words are known from here on.
-    pub(super) fn is_settled(&self) -> bool {
-        self.others.is_empty()
-    }
-
     /// Returns what prevents jumps at the next edges if the inputs stay.
     pub(super) fn prevented(&self) -> String {
         let (mut leap, mut restless) = (self.leap.clone(), BTreeMap::new());
