@@ -155,9 +155,10 @@ impl Reader<'_> {
         }
     }
 
-    /// Returns whether nothing sees the word of a choice between two while it takes an unknown side, which it does while
-    /// its selecting bit is `when`: every way from it to an output or a register leads through a choice by the same bit
-    /// that then takes its other side. A function of Verilog that is called under a condition is such a choice.
+    /// Returns whether nothing sees the word of a choice between two while it takes an unknown side, which it does
+    /// while its selecting bit is `when`: every way from it to an output or a register leads through a choice by the
+    /// same bit that then takes its other side. A function of Verilog that is called under a condition is such a
+    /// choice.
     fn is_unseen(&self, choice: &RawCell, when: bool) -> bool {
         let select = choice.port("S");
         let is_output: HashSet<Bit> = self.module.outputs.iter().flat_map(|(_, bits)| bits.iter().copied()).collect();

@@ -399,7 +399,7 @@ fn tables_that_nothing_writes_answer_as_in_verilator() {
     );
 }
 
-/// Functions with words of their own, called under a condition: elsewhere their words are unknown, and nothing sees them.
+/// Functions with words of their own, called under a condition: elsewhere these are unknown, and nothing sees them.
 #[test]
 fn functions_under_a_condition_answer_as_in_verilator() {
     same_answers(
@@ -579,7 +579,7 @@ fn designs_that_do_not_leap_well_run_in_verilator_unless_it_is_asked_too_often()
     }
 }
 
-/// A design that waits for 65536 edges and then changes a register at every edge: what it does at first does not decide.
+/// A design that waits for 65536 edges and then changes a register at every edge: its beginning does not decide.
 #[test]
 fn a_design_that_leaps_until_it_has_started_is_handed_over_then() {
     let verilog = "module t(input clk, output reg pwm);

@@ -148,8 +148,8 @@ impl Either {
         Ok(())
     }
 
-    /// Decides whether the run goes on by leaps: once enough edges have shown what they save, again after twice as many,
-    /// and so on, and at last where the past is full.
+    /// Decides whether the run goes on by leaps: once enough edges have shown what they save, again after twice as
+    /// many, and so on, and at last where the past is full.
     fn decide(&mut self) {
         let (State::Leaping(running), Some(past)) = (&self.state, &self.past) else { return };
         let is_full = past.is_full();
