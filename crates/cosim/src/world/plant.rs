@@ -52,9 +52,10 @@ pub(crate) enum Kind {
         sensors: Vec<Sensor>,
         seed: u64,
     },
-    /// `effort_per_a` is the torque for one ampere across the magnets' axis.
+    /// `effort_per_a` is the torque for one ampere across the magnets' axis. The laws have tables, which other worlds
+    /// must not move about.
     Pmsm {
-        laws: Pmsm,
+        laws: Box<Pmsm>,
         effort_per_a: f64,
         start: [f64; 2],
         knots: Vec<Knot>,
@@ -193,7 +194,7 @@ impl Plant {
         };
         let rubs = friction != Friction::None;
         if let Some(motor) = around.pmsm.filter(|_| !cfg!(target_family = "wasm")) {
-            let laws = pmsm(motor, bridge, (hand, rubs), edge_s)?;
+            let laws = Box::new(pmsm(motor, bridge, (hand, rubs), edge_s)?);
             let (sensors, seed) = (motor.sensors.clone(), around.seed);
             let kind = Kind::Pmsm {
                 laws,
