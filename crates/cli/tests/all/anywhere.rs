@@ -88,6 +88,7 @@ fn a_check_is_the_same_however_many_runs_are_at_a_time() {
 }
 
 #[test]
+#[ignore = "testbench/long.sh runs it"]
 fn a_check_is_the_same_where_ghdl_writes_a_program_for_each_bench() {
     let version = Command::new("ghdl").arg("--version").env("GHDL_BACKEND", "llvm").output().expect("GHDL");
     assert!(stdout(&version).contains("llvm code generator"), "no ghdl-llvm: {}", stdout(&version));

@@ -324,6 +324,7 @@ fn schedulers(dir: &Path) -> PathBuf {
 }
 
 #[test]
+#[ignore = "testbench/long.sh runs it"]
 fn sweeps_in_folders_of_any_name_are_submitted() {
     let dir = scratch("names-sweep");
     fs::write(dir.join("study.toml"), STUDY).expect("a study");

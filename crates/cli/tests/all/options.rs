@@ -498,6 +498,7 @@ fn every_option_of_every_mode_has_an_effect_or_is_refused_first_quarter() {
 }
 
 #[test]
+#[ignore = "testbench/long.sh runs it"]
 fn every_option_of_every_mode_has_an_effect_or_is_refused_second_quarter() {
     tried(1);
 }
@@ -508,6 +509,7 @@ fn every_option_of_every_mode_has_an_effect_or_is_refused_third_quarter() {
 }
 
 #[test]
+#[ignore = "testbench/long.sh runs it"]
 fn every_option_of_every_mode_has_an_effect_or_is_refused_last_quarter() {
     tried(3);
 }

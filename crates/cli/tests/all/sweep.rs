@@ -623,6 +623,7 @@ fn limits_over_a_grid_in_shards_are_those_of_the_verb_at_each_point() {
 }
 
 #[test]
+#[ignore = "testbench/long.sh runs it"]
 fn a_map_over_a_generic_of_a_design_runs_in_shards_without_the_files_of_the_design() {
     let dir = scratch("sweep-design");
     let here = dir.join("here");
