@@ -60,6 +60,7 @@ fn a_map(rows: usize) -> Map {
 }
 
 #[test]
+#[ignore = "testbench/long.sh runs it"]
 fn what_a_cell_adds_to_the_memory_of_a_map_is_what_was_found_of_it() {
     let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
     let of = |rows: usize| {

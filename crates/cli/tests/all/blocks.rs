@@ -255,6 +255,7 @@ fn committed_vectors_are_those_that_are_generated_and_verify() {
 }
 
 #[test]
+#[ignore = "testbench/long.sh runs it"]
 fn an_update_refreshes_what_is_stale_and_nothing_twice() {
     let dir = scratch("update");
     let update = || hpu().args(["vectors", "--update"]).current_dir(&dir).output().expect("starts");

@@ -209,6 +209,7 @@ fn limits_warn_of_a_wall_that_the_hand_falls_through() {
 }
 
 #[test]
+#[ignore = "testbench/long.sh runs it"]
 fn widths_and_fit_flag_a_stiffness_that_its_word_misses() {
     // 0.06 N.m/rad is 1.42 words of 42.18 mN.m/rad: one word is 30 % less.
     let soft = ["--set", "wall.stiffness=0.06"];

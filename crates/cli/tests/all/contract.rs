@@ -105,6 +105,7 @@ fn verbs(scene: &str, dir: &Path) -> Vec<(Does, Vec<String>)> {
 }
 
 #[test]
+#[ignore = "testbench/long.sh runs it"]
 fn every_verb_ends_as_run_does_with_a_design_that_does_not_compile_and_without_its_tools() {
     let dir = scratch("contract");
     let (empty, caches) = (dir.join("no-tools"), dir.join("cache"));

@@ -643,6 +643,7 @@ fn tiny(dir: &Path, expect: &str) -> String {
 }
 
 #[test]
+#[ignore = "testbench/long.sh runs it"]
 fn what_a_design_costs_is_counted_and_its_clocks_are_held_against_those_that_are_asked() {
     let dir = scratch("cost_of_a_design");
     let cache = dir.join("cache");

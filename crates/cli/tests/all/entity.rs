@@ -67,6 +67,7 @@ fn checked(dir: &Path, file: &str, hdl: &str, args: &[&str]) -> (i32, serde_json
 }
 
 #[test]
+#[ignore = "testbench/long.sh runs it"]
 fn blocks_that_follow_a_data_sheet_are_equal_in_every_configuration_that_they_have() {
     let dir = scratch("equal_blocks");
     let variants = |value: &serde_json::Value| {
@@ -182,6 +183,7 @@ fn blocks_of_somebody_else_s_are_proved_for_all_inputs_and_states() {
 }
 
 #[test]
+#[ignore = "testbench/long.sh runs it"]
 fn each_error_that_is_sown_is_refuted_by_edges_from_the_reset() {
     let dir = scratch("refuted_blocks");
     let refutes = |file: &str, args: &[&[&str]], errors: &[(&str, &str)], signals: &[&str]| {
@@ -385,6 +387,7 @@ fn tell_unknown(folder: &str, nth: usize) {
 
 /// A check by vectors builds a wall for two simulators, so it is of every sixth wall here.
 #[test]
+#[ignore = "testbench/long.sh runs it"]
 fn an_output_that_may_be_unknown_is_no_more_equal_by_vectors_than_by_a_proof() {
     tell_unknown("unknown_blocks", 6);
 }

@@ -236,6 +236,7 @@ fn texts_of_generics_arrive_in_synthesis(dir: &Path) {
 }
 
 #[test]
+#[ignore = "testbench/long.sh runs it"]
 fn texts_of_parameters_arrive_as_they_are_in_every_tool() {
     let dir = scratch("names-values");
     // One design takes all texts, each by a name of its own.

@@ -504,6 +504,7 @@ fn every_option_of_every_mode_has_an_effect_or_is_refused_second_quarter() {
 }
 
 #[test]
+#[ignore = "testbench/long.sh runs it"]
 fn every_option_of_every_mode_has_an_effect_or_is_refused_third_quarter() {
     tried(2);
 }

@@ -95,6 +95,7 @@ fn edge(time_s: &str) -> u64 {
 }
 
 #[test]
+#[ignore = "testbench/long.sh runs it"]
 fn vhdl_that_never_drives_its_gates_leaves_a_motion_without_current() {
     let dir = scratch("rtl-no-gates");
     let phrases = [

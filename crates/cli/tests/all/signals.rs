@@ -149,6 +149,7 @@ fn map_of<'a>(scene: &'a str, out: &'a str) -> Vec<&'a str> {
 }
 
 #[test]
+#[ignore = "testbench/long.sh runs it"]
 fn a_map_of_a_design_goes_on_after_a_signal_with_the_cells_that_it_had_begun() {
     let work = scratch("signal-dut-map");
     let [cut, whole] = ["cut", "whole"].map(|name| work.join(name));

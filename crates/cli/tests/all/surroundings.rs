@@ -100,6 +100,7 @@ fn mounted(options: &str, place: &Path) -> Option<Command> {
 }
 
 #[test]
+#[ignore = "testbench/long.sh runs it"]
 fn a_cache_of_no_use_costs_no_result_and_is_named_with_its_remedy() {
     let dir = scratch("useless-cache");
     let scene = design(&dir, "design.v");

@@ -738,6 +738,7 @@ impl Farm {
 }
 
 #[test]
+#[ignore = "testbench/long.sh runs it"]
 fn jobs_that_are_killed_between_any_two_steps_leave_the_rest_to_the_next_one() {
     let dir = scratch("sweep-chain");
     let study = small(&dir, false);

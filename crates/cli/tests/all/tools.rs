@@ -108,6 +108,7 @@ fn vhdl_that_stops_its_run_or_does_not_analyse_is_a_failed_row() {
 }
 
 #[test]
+#[ignore = "testbench/long.sh runs it"]
 fn the_tools_of_synthesis_are_named_too() {
     let ghdl = ("ghdl", "case \"$1\" in --version) echo 'GHDL 2.0.0';; --synth) echo netlist;; esac");
     let nextpnr = ("nextpnr-ice40", "echo 'nextpnr (Version 9.9)'");

@@ -20,6 +20,7 @@ fn with(name: &str, solver: Solver, step: &str, more: &[(&str, &str)]) -> Phanto
 }
 
 #[test]
+#[ignore = "testbench/long.sh runs it"]
 fn leaping_and_stepping_agree_on_every_solver() {
     for solver in STEPPED {
         for (platform, step) in [("FPGA-400", "1 us"), ("FPGA-100", "13 us"), ("RTOS-20", "7 us")] {

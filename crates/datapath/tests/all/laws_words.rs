@@ -263,6 +263,7 @@ fn the_coupling_follows_the_recursion_of_its_sheet() {
 }
 
 #[test]
+#[ignore = "testbench/long.sh runs it"]
 fn the_passivity_controller_follows_the_recursion_of_its_sheet() {
     every_variant("passivity_controller", 6, passivity_controller);
 }

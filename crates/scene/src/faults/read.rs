@@ -90,7 +90,7 @@ pub(crate) fn agree_on_faults(places: &Places, faults: &Faults, pins: Pins) -> R
     if faults.stuck.is_some() && !pins.switches {
         return refused(
             "stuck_switch",
-            "the device is driven by a word, or by three legs, and not by the switches of two; leave this out",
+            "the device is driven by a word and not by switches, or by three legs; leave this out",
         );
     }
     Ok(())

@@ -228,6 +228,7 @@ fn slow_stick_slip_keeps_its_friction() {
 }
 
 #[test]
+#[ignore = "testbench/long.sh runs it"]
 fn a_modulator_slower_than_its_winding_keeps_its_switching_and_a_slow_winding_its_inductance() {
     assert!(!sets(&fitted("slow-pwm", &Set::new()), "model.bridge"));
     assert!(!sets(&fitted("slow-winding", &Set::new()), "model.winding"));

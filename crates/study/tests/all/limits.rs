@@ -282,6 +282,7 @@ fn known(name: &str, overrides: &[(&str, String)]) -> Scene {
 }
 
 #[test]
+#[ignore = "testbench/long.sh runs it"]
 fn in_words_neighbours_that_differ_are_words_apart_and_each_verdict_is_that_of_its_run() {
     // One scene has a limit at which the hand leans on the wall, the other has friction: the whole scene, not its
     // linear loop.

@@ -30,6 +30,7 @@ impl Seen {
 }
 
 #[test]
+#[ignore = "testbench/long.sh runs it"]
 fn ten_million_postures_stay_inside_the_bounds_and_come_within_two_bits_of_them() {
     let scene = scene();
     let proof = scene.bounds().unwrap();
