@@ -62,7 +62,7 @@ pub(crate) struct SpiChip {
     level: bool,
     due: Option<u64>,
     frames: Frames,
-    /// Such a chip is on a motor that a page has not.
+    /// Nobody can build this chip on a page: no motor there has three phases.
     #[cfg(target_family = "wasm")]
     never: std::convert::Infallible,
 }

@@ -128,7 +128,7 @@ pub(super) struct Circuit {
     pub diodes: Plane,
     /// Voltages of the terminals.
     pub terminals: [Affine; 3],
-    /// What stays positive while the circuit lasts, with what happens where it does not.
+    /// Conditions that stay positive while the circuit lasts, each with the change that ends it.
     pub checks: Vec<(Affine, Change)>,
 }
 

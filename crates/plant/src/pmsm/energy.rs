@@ -35,7 +35,7 @@ const NODES: [(f64, f64); 42] = [
     (0.918_015_553_663_317_9, 0.090_324_080_347_428_7), (0.984_080_119_753_813, 0.040_637_194_180_787_206),
 ];
 
-/// What is integrated over a part of a segment.
+/// Integrals over a part of a segment.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Passed {
     /// Integrals of the currents, the speed, and the angle since the start.

@@ -1,7 +1,7 @@
 //! How long a series is good: a proved bound of what it leaves out.
 //!
-//! What a series of power `N` leaves out at a time `t` is, by Lagrange, `t^(N+1)` times the next Taylor coefficient of
-//! the motion at some moment before. A [`Room`] bounds the current, the speed and the hand's stretch; for as long as
+//! A series of power `N` leaves out, at a time `t`, by Lagrange, `t^(N+1)` times the next Taylor coefficient of the
+//! motion at some moment before. A [`Room`] bounds the current, the speed and the hand's stretch; for as long as
 //! the motion certainly stays in it, the recursion of the series over these bounds, with each sign that of the worst
 //! case, bounds every coefficient of every motion in it. Numbers are not negative there, so their relative rounding is
 //! below that of the operations in sequence, which [`ROUNDING`] covers.
@@ -15,7 +15,7 @@ use crate::flow::polynomial::ORDER;
 
 /// More than the relative rounding of the recursion below, whose results depend on less than 2^16 operations each.
 const ROUNDING: f64 = 1.0 + 1.0 / (1u64 << 30) as f64;
-/// What a series may leave out, as a share of the bounds.
+/// The share of the bounds that a series may leave out.
 const TOLERANCE: f64 = 1.0 / (1u64 << 55) as f64;
 
 /// The bounds within which a motion starts, and what they promise.
@@ -190,8 +190,8 @@ mod tests {
         }
     }
 
-    /// What a series of each power leaves out, by the terms of all higher powers that the longest one has, stays below
-    /// the tolerance at the time to which the room says it is good; and not by many orders of magnitude.
+    /// A series of each power leaves out less than the tolerance at the time to which the room says it is good, but not
+    /// less by many orders of magnitude. The terms of all higher powers of the longest series tell how much it is.
     #[test]
     fn a_room_bounds_what_a_series_leaves_out() {
         let mut most = [0.0f64; ORDER];

@@ -79,7 +79,7 @@ pub(super) struct Series {
     pub powers: usize,
 }
 
-/// What a segment is driven by.
+/// The laws, the circuit and the friction that drive a segment.
 pub(super) struct Driven<'l> {
     pub laws: &'l Pmsm,
     pub circuit: &'l Circuit,

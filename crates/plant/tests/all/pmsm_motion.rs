@@ -167,7 +167,7 @@ fn leaps_are_single_steps() {
     }
 }
 
-/// What source and hand gave is heat, or is stored: to rounding, over 2000 periods.
+/// Source and hand give as much energy as becomes heat or is stored, to rounding, over 2000 periods.
 #[test]
 fn no_energy_is_lost() {
     for (case, laws) in cases().iter().enumerate() {

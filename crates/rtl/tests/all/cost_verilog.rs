@@ -117,7 +117,7 @@ fn assert_each(held: &BTreeSet<&str>) {
     assert!(missing.is_empty(), "no variant: {missing:?}");
 }
 
-/// One variant is enough here: the test command proves two configurations of each block, from the same Verilog.
+/// One variant of each block shows that the way through Verilog works. The next test takes all of them.
 #[test]
 #[ignore = "testbench/long.sh runs it"]
 fn a_variant_of_each_block_is_synthesised_to_verilog_that_answers_as_the_emulator_does() {
