@@ -1,7 +1,6 @@
 #!/bin/bash
 # The whole test: style, every Rust test, then every block and loop of the VHDL in GHDL, and what other tools make of
-# vectors and arithmetic; beside them lints, documentation, and what short runs cost in instructions.
-# The explorer's page is tested in a browser.
+# vectors and arithmetic, and the explorer's page in a browser; beside them lints, documentation, and what short runs cost in instructions.
 # Ends with the time of each stage and the counts of tests.
 # Installs the tools of hardware designers where it may, and says so; all of them before the first test.
 # Usage: testbench/test.sh [--no-install]: a missing tool is then a failure with its name.
@@ -81,26 +80,19 @@ first() (
     renice -n 5 -p "$BASHPID"
     # A failure is told by the test in a browser, which makes the page again.
     { time testbench/explorer.sh >/dev/null 2>&1 || true; } 2>"$scratch/explorer"
-    touch "$scratch/page-made"
     (lint) >"$scratch/lint" 2>&1 || touch "$scratch/lint-failed"
     { time first >"$scratch/first/said" 2>&1 || true; } 2>"$scratch/quick"
     testbench/instructions.sh >"$scratch/instructions" 2>&1 || touch "$scratch/instructions-failed"
 ) >"$scratch/priority" &
 beside=$!
 
-# In one queue: every Rust test, the VHDL in GHDL, outside.sh with APyTypes, cocotb, VUnit and the Python package, and
-# the examples in the documentation. All of them test the program that users run, and what it costs in instructions
-# is counted on the same libraries. long.sh runs the Rust tests once more with checks of overflow and assertions.
+# In one queue: every Rust test, the VHDL in GHDL, outside.sh with APyTypes, cocotb, VUnit and the Python package, the
+# examples in the documentation, and the explorer's page in a browser. All of them test the program that users run, and
+# what it costs in instructions is counted on the same libraries. long.sh runs the Rust tests once more with checks of
+# overflow and assertions.
 tested=passed
 testbench/tests.py | tee "$scratch/tests" || tested=failed
 stage "builds and tests"
-
-# The explorer's page is timed, so no test is beside it, only what is left of lints and counts. Machines that test are
-# shared, so it may take three times as long; testbench/browser.sh by itself is strict.
-while [ ! -e "$scratch/page-made" ] && kill -0 "$beside" 2>/dev/null; do sleep 1; done
-browsed=passed
-SLACK=${SLACK:-3} testbench/browser.sh || browsed=failed
-stage "browser"
 
 wait "$beside"
 stage "waiting for lints and counts"
@@ -125,16 +117,15 @@ counted=passed
 [ ! -e "$scratch/lint-failed" ] || linted=failed
 [ ! -e "$scratch/instructions-failed" ] || counted=failed
 
-awk -v linted="$linted" -v counted="$counted" -v browsed="$browsed" -v opened="$opened" '
+awk -v linted="$linted" -v counted="$counted" -v opened="$opened" '
     # The output of a test that failed, of which all others are filtered out, is counted in the sum.
     /^test result:/ && !/ [1-9][0-9]* filtered out/ { passed += $4; failed += $6 }
     END {
         if (linted == "passed") passed++; else failed++
         if (counted == "passed") passed++; else failed++
-        if (browsed == "passed") passed++; else failed++
         if (opened == "passed") passed++; else failed++
         printf "%d passed, %d failed\n", passed, failed
     }' "$scratch/tests"
-for stage in "$tested" "$linted" "$counted" "$browsed" "$opened"; do
+for stage in "$tested" "$linted" "$counted" "$opened"; do
     [ "$stage" = passed ] || exit 1
 done
