@@ -1,6 +1,7 @@
 #!/bin/bash
-# The whole test: style, every Rust test, then every block and loop of the VHDL in GHDL, and what other tools make of
-# vectors and arithmetic, and the explorer's page in a browser; beside them lints, documentation, and what short runs cost in instructions.
+# The whole test: style, every Rust test, every block and loop of the VHDL in GHDL, what other tools make of vectors and
+# arithmetic, and the explorer's page in a browser; beside them lints, documentation, and what short runs cost in
+# instructions.
 # Ends with the time of each stage and the counts of tests.
 # Installs the tools of hardware designers where it may, and says so; all of them before the first test.
 # Usage: testbench/test.sh [--no-install]: a missing tool is then a failure with its name.
