@@ -86,7 +86,7 @@ case $target in
     need python3 "python3 python3-venv"
     builder=$(need_python wheel-venv "$WHEEL_TOOLS")
     PATH=$builder/bin:$PATH maturin build --quiet --release --locked --manifest-path crates/cli/Cargo.toml \
-        --features explorer --target "$target" --zig --compatibility manylinux2014 -o "$work/wheel"
+        --features explorer --target "$target" --zig --compatibility manylinux2014 -o "$work/wheel" >&2
     ;;
 *)
     cargo build --locked --release --quiet -p hpu -p hpu-capi --features hpu/explorer --target "$target"

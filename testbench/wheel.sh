@@ -25,13 +25,14 @@ own=$(rustc -vV | sed -n 's/^host: //p')
 target=${2:-$own}
 work=$(mktemp -d)
 package=crates/python/python/hpu
-trap 'rm -rf "$work"; rm -f crates/cli/explorer.html "$package"/libhpu.*' EXIT
+trap 'rm -rf "$work"; rm -f crates/cli/explorer.html crates/python/LICENSE-* "$package"/libhpu.*' EXIT
 
 need python3 "python3 python3-venv"
 builder=$(need_python wheel-venv "$WHEEL_TOOLS")
 PATH=$(bin_of "$builder"):$PATH
 
-# The page is in no commit.
+# The page, and the copies of the licences that the wheel has, are in no commit.
+cp LICENSE-MIT LICENSE-APACHE crates/python
 testbench/explorer.sh
 cp "${CARGO_TARGET_DIR:-target}/explorer.html" crates/cli/explorer.html
 linux=()
@@ -42,7 +43,7 @@ esac
 make_wheel() {
     rm -rf "$work/wheel"
     maturin build --quiet --release --locked --manifest-path crates/python/Cargo.toml --features explorer \
-        --target "$target" ${linux[@]+"${linux[@]}"} -o "$work/wheel"
+        --target "$target" ${linux[@]+"${linux[@]}"} -o "$work/wheel" >&2
 }
 make_wheel
 if [ "$target" = x86_64-unknown-linux-gnu ]; then
@@ -65,10 +66,10 @@ there() { (cd "$work/there" && env -i HOME="$work" SYSTEMROOT="${SYSTEMROOT:-}" 
 now() { python3 -c "import time; print(time.time())"; }
 there "$venv/python" -c "import shutil; assert not shutil.which('cargo') and not shutil.which('rustc')"
 begun=$(now)
-there "$venv/pip" install --quiet "$wheel"
+there "$venv/pip" install --quiet --disable-pip-version-check "$wheel"
 installed=$(now)
 there "$venv/python" -c "import hpu; hpu.Block('pwm')"
-there "$venv/hpu" --quiet run hybrid-wall -o out >"$work/said"
+there "$venv/hpu" --quiet run hybrid-wall -o out >"$work/said" 2>&1
 ended=$(now)
 seconds() { awk -v a="$1" -v b="$2" 'BEGIN { printf "%.1f", b - a }'; }
 times="installed in $(seconds "$begun" "$installed") s with NumPy, imported and hybrid-wall run in"
@@ -125,7 +126,7 @@ if [ "$target" = x86_64-unknown-linux-gnu ]; then
 fi
 
 # The notebook, whose outputs are in the repository.
-"$venv/pip" install --quiet nbclient==0.11.0 ipykernel==7.4.0 pillow==13.0.0
+"$venv/pip" install --quiet --disable-pip-version-check nbclient==0.11.0 ipykernel==7.4.0 pillow==13.0.0
 "$venv/python" testbench/notebook.py ${update:+--update} crates/python/examples/stable.ipynb
 
 if [ -n "$update" ]; then
