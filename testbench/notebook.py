@@ -19,9 +19,9 @@ TIMES = re.compile(r"(edges .* in )\S+ \S+( by \w+): \S+ edges/s")
 
 
 def reduced(picture):
-    """Returns a picture in base64 at half of its pixels, in 64 colours."""
+    """Returns a picture in base64 at half of its pixels, in 128 colours."""
     image = Image.open(io.BytesIO(base64.b64decode(picture))).convert("RGB")
-    small = image.resize((image.width // 2, image.height // 2), Image.Resampling.LANCZOS).quantize(64)
+    small = image.resize((image.width // 2, image.height // 2), Image.Resampling.LANCZOS).quantize(128)
     out = io.BytesIO()
     small.save(out, "png", optimize=True)
     return base64.b64encode(out.getvalue()).decode("ascii")
@@ -62,7 +62,8 @@ def main():
     path = sys.argv[-1]
     committed = nbformat.read(path, as_version=4)
     notebook = nbformat.from_dict(committed)
-    NotebookClient(notebook, timeout=600, kernel_name="python3", record_timing=False).execute()
+    NotebookClient(notebook, timeout=600, kernel_name="python3", record_timing=False,
+                   extra_arguments=["--log-level=ERROR"]).execute()
     kept(notebook)
     if sys.argv[1] == "--update":
         nbformat.write(notebook, path)
