@@ -117,9 +117,8 @@ fish hpu.fish
 powershell hpu.ps1
 elvish hpu.elv
 FILES
-(cd "$made" && find . -type f ! -name SHA256SUMS | sed 's,^\./,,' | LC_ALL=C sort | while read -r file; do
-    sums "$file"
-done >SHA256SUMS)
+(cd "$made" && find . -type f | sed 's,^\./,,' | LC_ALL=C sort | while read -r file; do sums "$file"; done) >"$work/sums"
+mv "$work/sums" "$made/SHA256SUMS"
 tar -czf "$dist/$name.tar.gz" -C "$work" "$name"
 echo "$name.tar.gz: $(($(wc -c <"$dist/$name.tar.gz") / 1000)) kB"
 [ "$target" = "$own" ] || exit 0
