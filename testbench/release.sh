@@ -1,6 +1,6 @@
 #!/bin/bash
-# Makes the archive of the command that a release has: hpu with the explorer's page, libhpu with its header, completions,
-# manual pages and checksums. For Linux, zig links it for glibc 2.17.
+# Makes the archive of the command that a release has: hpu with the explorer's page, libhpu with its header,
+# completions, manual pages and checksums. For Linux, zig links it for glibc 2.17.
 # Usage: testbench/release.sh [OUT [TARGET]]: the folder of the archive [dist], one of Rust's targets [this machine's].
 #        testbench/release.sh --check [TAG]: whether this commit can become a release: one version everywhere, its
 #        section in CHANGELOG.md with a date, a clean tree, and no such tag yet. Ends with the commands that make the
@@ -32,7 +32,8 @@ check() { # TAG
         [ "$found" = "$version" ] || not_yet "Cargo.lock has $found of a crate of the workspace"
     done < <(awk '/^name = "hpu(-[a-z]*)?"$/ { getline; print $3 }' Cargo.lock | tr -d '"' | sort -u)
     grep -qx "version: $version" CITATION.cff || not_yet "CITATION.cff has another version"
-    found=$(awk '/HPU_VERSION_(MAJOR|MINOR|PATCH) [0-9]/ { printf "%s%s", dot, $3; dot = "." }' crates/capi/include/hpu.h)
+    found=$(awk '/HPU_VERSION_(MAJOR|MINOR|PATCH) [0-9]/ { printf "%s%s", dot, $3; dot = "." }' \
+        crates/capi/include/hpu.h)
     [ "$found" = "$version" ] || not_yet "crates/capi/include/hpu.h has $found"
     found=$(sed -n 's/^## //p' CHANGELOG.md | head -n 1)
     [[ $found =~ ^$version\ \([0-9]{4}-[0-9]{2}-[0-9]{2}\)$ ]] ||
@@ -117,7 +118,8 @@ fish hpu.fish
 powershell hpu.ps1
 elvish hpu.elv
 FILES
-(cd "$made" && find . -type f | sed 's,^\./,,' | LC_ALL=C sort | while read -r file; do sums "$file"; done) >"$work/sums"
+(cd "$made" && find . -type f | sed 's,^\./,,' | LC_ALL=C sort |
+    while read -r file; do sums "$file"; done) >"$work/sums"
 mv "$work/sums" "$made/SHA256SUMS"
 tar -czf "$dist/$name.tar.gz" -C "$work" "$name"
 echo "$name.tar.gz: $(($(wc -c <"$dist/$name.tar.gz") / 1000)) kB"

@@ -5,8 +5,8 @@
 # a run and the page are held against those of the release, and the notebook is run once more.
 # Usage: testbench/wheel.sh [OUT [TARGET]]: the folder of the wheel [dist], one of Rust's targets [this machine's];
 # --update before them writes the record and the notebook's outputs.
-# HPU=FILE is the command to hold it against [the release, which is built]. SLACK=N allows N times 30 s for installation,
-# import and first run.
+# HPU=FILE is the command to hold it against [the release, which is built]. SLACK=N allows N times 30 s for
+# installation, import and first run.
 # Exit codes: 0 made, and all agrees; 1 or 101 it could not be made, or differs; 3 a tool is missing.
 set -euo pipefail
 cd "$(dirname "$0")/.."
