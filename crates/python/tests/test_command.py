@@ -72,9 +72,14 @@ class Commands(unittest.TestCase):
     def test_ctrl_c_ends_it(self):
         words = ["--quiet", "run", "hybrid-wall", "--set", PLANNED, "--set", "run.duration=100000 s"]
         run = subprocess.Popen([self.own, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        time.sleep(1)
+        # Until it listens for signals, in a thread of that name.
+        tasks = Path(f"/proc/{run.pid}/task")
+        for _ in range(1000):
+            if "signals\n" in [(task / "comm").read_text() for task in tasks.iterdir()]:
+                break
+            time.sleep(0.02)
         run.send_signal(signal.SIGINT)
-        said, errors = run.communicate(timeout=10)
+        said, errors = run.communicate(timeout=20)
         self.assertEqual((run.returncode, errors), (130, ""))
         self.assertIn("stopped before its end", said)
 
