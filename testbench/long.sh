@@ -1,8 +1,8 @@
 #!/bin/bash
 # What is too long for the test command: every test with checks of overflow and debug assertions, the tests marked
 # `ignore`, the whole `hpu check`, the explorer in Firefox, libhpu and the Python package under valgrind, stable sets of
-# 1000 random loops against numpy, words against APyTypes, networks against 60 decimal places, then commands at random,
-# on all cores. Its record is record/long.txt.
+# 1000 random loops against numpy, the wheel and the archive of a release, words against APyTypes, networks against 60
+# decimal places, then commands at random, on all cores. Its record is record/long.txt.
 # One command in five is given files of somebody else (crates/cli/tests/all/fuzz/foreign.rs).
 # Usage: testbench/long.sh [COMMANDS [SEED]]: so many commands [100000] of a seed [1]; --update writes the record.
 # Exit codes: 0 every test passed and every command ended as the contract says, 1 one did not.
@@ -89,6 +89,10 @@ clean=$(awk -v RS='\n==[0-9]*== \n' '
 echo "valgrind Python: $(cat "$scratch/called"), $clean" >>"$scratch/wheel"
 cat "$scratch/wheel"
 
+# What a release has: the wheel and the archive, each on a machine of its own as far as can be.
+{ testbench/wheel.sh "$scratch/dist" && testbench/release.sh "$scratch/dist"; } >"$scratch/released" || failed=1
+cat "$scratch/released"
+
 # Stable sets against eigenvalues by numpy, of 1000 random loops.
 "$scratch/venv/bin/python" testbench/oracle/stable_set.py target/release/hpu 1000 "$seed" >"$scratch/sets" || failed=1
 cat "$scratch/sets"
@@ -130,7 +134,7 @@ grep -h "HPU_FUZZ_SEED" -A3 "$scratch"/*.err || true
     tail -n 1 "$scratch/switched"
     tail -n 1 "$scratch/compared"
     echo "explorer in $firefox"
-    cat "$scratch/valgrind" "$scratch/wheel"
+    cat "$scratch/valgrind" "$scratch/wheel" "$scratch/released"
     tail -n 1 "$scratch/sets"
     head -n 1 "$scratch/narrowed"
     cat "$scratch/networks"

@@ -79,7 +79,7 @@ package() { # HPU TEST...
 printf '#!/bin/sh\n"%s" "$@" | sed "s/edges.: /&1/"\n' "$built/hpu" >wrong
 fails "Python package" "AssertionError" package "$work/wrong" test_run.Runs.test_overrides_are_those_of_set
 agrees "Python package" package "$built/hpu" \
-    test_block test_cocotb test_notebook test_plant test_readme test_run test_stubs test_studies
+    test_block test_cocotb test_command test_notebook test_plant test_readme test_run test_stubs test_studies
 [ $differs = 0 ] || exit 1
 packaged=$(cat log)
 

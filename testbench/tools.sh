@@ -33,6 +33,13 @@ need() {
     exit 3
 }
 
+# What makes wheels and archives of a release, from PyPI: for testbench/wheel.sh and testbench/release.sh.
+# shellcheck disable=SC2034
+WHEEL_TOOLS="maturin==1.16.0 ziglang==0.17.1 auditwheel==6.8.2"
+
+# Returns the folder of an environment's programs, which has another name on Windows.
+bin_of() { if [ -d "$1/Scripts" ]; then echo "$1/Scripts"; else echo "$1/bin"; fi; }
+
 # Makes an environment of Python with these packages, if it is not there; ends the script with 3 where it may not.
 # need_python NAME "PACKAGE==VERSION ..."; prints the environment's folder
 need_python() {
@@ -42,7 +49,7 @@ need_python() {
         python3 -m ensurepip --version >/dev/null 2>&1 || need python3-venv "python3 python3-venv" >&2
         # shellcheck disable=SC2086  # one word a package
         if ! { may_install "$1" "from PyPI into $venv: $2" && python3 -m venv --clear "$venv" >&2 &&
-            "$venv/bin/python" -m pip install -q $2 >&2; }; then
+            "$(bin_of "$venv")/python" -m pip install -q $2 >&2; }; then
             echo "error: missing in $venv, from PyPI: $2; this takes python3-venv too" >&2
             exit 3
         fi

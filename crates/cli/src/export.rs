@@ -1,6 +1,5 @@
 //! `hpu export`: a scene as a part of somebody else's simulation.
 
-use std::env;
 use std::path::{Path, PathBuf};
 
 use clap::Subcommand;
@@ -9,7 +8,7 @@ use hpu_cosim::read_plain;
 use hpu_study::map::SceneText;
 
 use crate::scene;
-use crate::shell::{Exit, Failure, Single};
+use crate::shell::{Exit, Failure, Single, program};
 
 /// Export a scene for other simulators
 #[derive(clap::Args)]
@@ -78,7 +77,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
 
 /// Returns the library beside this program, or in `lib` beside its folder.
 fn beside() -> Option<PathBuf> {
-    let program = env::current_exe().ok()?;
+    let program = program::code().ok()?;
     let folder = program.parent()?;
     [folder.join("libhpu.so"), folder.join("../lib/libhpu.so")].into_iter().find(|place| place.is_file())
 }

@@ -42,6 +42,7 @@ mod work;
 
 use std::env;
 use std::ffi::OsString;
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::error::ErrorKind;
@@ -50,7 +51,7 @@ use hpu_page::quantities as units;
 use hpu_rtl::temporary;
 
 use crate::shell::exit::{Exit, Failure, refused};
-use crate::shell::{interrupt, manual, modes, progress, terminal};
+use crate::shell::{interrupt, manual, modes, program, progress, terminal};
 
 /// Cycle-accurate emulator of haptic FPGA datapaths.
 ///
@@ -101,9 +102,23 @@ enum Verb {
 
 /// Runs the command whose arguments are those of this process.
 pub fn main() -> ExitCode {
-    let command = match parsed(env::args_os()) {
+    ExitCode::from(ran(&env::args_os().collect::<Vec<_>>()))
+}
+
+/// Runs the command as a part of another program, such as Python, and returns the exit code. `words` are its name and
+/// its arguments, `starter` is the file that starts it, and `code` is the file with its code.
+///
+/// May be called once a process, without a handler of SIGINT: it listens for signals itself, and a second signal ends
+/// the process.
+pub fn ran_in(words: &[OsString], starter: PathBuf, code: PathBuf) -> u8 {
+    program::is_part(program::Files { starter, code });
+    ran(words)
+}
+
+fn ran(words: &[OsString]) -> u8 {
+    let command = match parsed(words) {
         Ok(command) => command,
-        Err(refusal) if refusal.use_stderr() => return ExitCode::from(terminal::refuse(&refusal)),
+        Err(refusal) if refusal.use_stderr() => return terminal::refuse(&refusal),
         // Help and the version are results like any other: a full disk is an error.
         Err(help) => return ended(terminal::print(&help.render().to_string()).map(|()| Exit::Fine)),
     };
@@ -112,7 +127,7 @@ pub fn main() -> ExitCode {
         hpu_rtl::dut::forbid();
     }
     if !command.quiet {
-        progress::begin(&named(env::args_os().skip(1)));
+        progress::begin(&named(words.iter().skip(1)));
     }
     ended(interrupt::listen().and_then(|()| command.verb.call()))
 }
@@ -216,7 +231,7 @@ fn again(words: &[String]) -> Result<study::Call, clap::Error> {
     Ok(Box::new(|| command.verb.call()))
 }
 
-fn ended(done: Result<Exit, Failure>) -> ExitCode {
+fn ended(done: Result<Exit, Failure>) -> u8 {
     // Where a part of a result is a refusal alone, there is no result.
     let done = match (done, refused()) {
         (Ok(_), Some(refusal)) => Err(refusal),
@@ -232,11 +247,11 @@ fn ended(done: Result<Exit, Failure>) -> ExitCode {
     });
     progress::end();
     temporary::remove_temporaries();
-    ExitCode::from(if exit == Exit::Interrupted { interrupt::code() } else { exit as u8 })
+    if exit == Exit::Interrupted { interrupt::code() } else { exit as u8 }
 }
 
 /// Returns the name of a command in progress lines: its verb and the argument after it, as in `chart friction-wall`.
-fn named(arguments: impl Iterator<Item = OsString>) -> String {
+fn named<'a>(arguments: impl Iterator<Item = &'a OsString>) -> String {
     let words = arguments.map(|argument| argument.to_string_lossy().into_owned());
     words.take_while(|word| !word.starts_with('-')).take(2).collect::<Vec<_>>().join(" ")
 }

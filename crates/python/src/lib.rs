@@ -5,6 +5,7 @@
 
 mod arrow;
 mod block;
+mod command;
 mod emulated;
 mod errors;
 mod handle;
@@ -23,6 +24,8 @@ use pyo3::prelude::*;
 mod _hpu {
     #[pymodule_export]
     use crate::block::{Block, blocks};
+    #[pymodule_export]
+    use crate::command::_command;
     #[pymodule_export]
     use crate::emulated::Loop;
     #[pymodule_export]

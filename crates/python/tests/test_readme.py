@@ -1,4 +1,4 @@
-"""The examples of README and of the book print what is shown below them."""
+"""The examples of the READMEs and of the book print what is shown below them."""
 
 import contextlib
 import io
@@ -11,7 +11,8 @@ from common import ROOT
 class Readme(unittest.TestCase):
     def test_the_examples_print_what_is_shown(self):
         # Of the book's page, the other block needs a simulator; test_cocotb has its lines.
-        for page, all_blocks in [("README.md", 1), ("crates/book/pages/python.md", 2)]:
+        pages = {"README.md": 1, "crates/python/README.md": 1, "crates/book/pages/python.md": 2}
+        for page, all_blocks in pages.items():
             text = (ROOT / page).read_text(encoding="utf-8")
             blocks = re.findall(r"```python\n(.*?)```\n```text\n(.*?)```", text, re.DOTALL)
             self.assertEqual((len(blocks), text.count("```python")), (1, all_blocks), page)

@@ -1,7 +1,6 @@
 //! `hpu explore`: the page in which a scene is explored in a browser.
 
 use std::borrow::Cow;
-use std::env;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -9,7 +8,7 @@ use hpu_study::map::SceneText;
 use serde_json::{Map, Value, json};
 
 use crate::scene::{self, Set};
-use crate::shell::{Exit, Failure, Single, print};
+use crate::shell::{Exit, Failure, Single, print, program};
 
 /// Write a page that runs scenes in a browser
 ///
@@ -67,7 +66,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
 
 /// Returns the place of the page that was made beside this program.
 fn made() -> Result<PathBuf, Failure> {
-    let program = env::current_exe().map_err(|error| Failure::usage(format!("the place of this program: {error}")))?;
+    let program = program::code()?;
     let places = program.ancestors().skip(1).take(3).map(|folder| folder.join(PAGE));
     places.into_iter().find(|place| place.is_file()).ok_or_else(|| {
         let remedy = "make it by testbench/explorer.sh in the sources of hpu, or name it by --page";

@@ -24,7 +24,7 @@ use super::manifest::{Planned, put};
 use crate::journal;
 use crate::page::show;
 use crate::shell::files::not_a_link;
-use crate::shell::{Exit, Failure, interrupt, print_file};
+use crate::shell::{Exit, Failure, interrupt, print_file, program};
 use crate::work::{Rows, Work};
 
 /// How often a point may end the process that runs it alone.
@@ -236,9 +236,8 @@ fn child(planned: &Planned, index: u64, point: usize) -> Result<(ExitStatus, Str
 
 /// Returns the command by which this program runs a shard in a process of its own.
 pub(crate) fn own_shard(planned: &Planned, index: u64) -> Result<Command, Failure> {
-    let program = std::env::current_exe().map_err(|error| Failure::file(format!("this program: {error}")))?;
     let (index, wave) = (index.to_string(), planned.manifest.wave.to_string());
-    let mut command = Command::new(program);
+    let mut command = Command::new(program::starter()?);
     command.arg("--quiet").args(is_forbidden().then_some("--no-dut")).args(["sweep", "shard"]);
     let dir = fs::canonicalize(&planned.dir).map_err(|error| Failure::at(&planned.dir, error))?;
     command.arg(dir).args(["--index", &index, "--wave", &wave]);

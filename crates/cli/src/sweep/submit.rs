@@ -28,7 +28,7 @@ use super::status::progress;
 use super::{plan, status};
 use crate::page::show;
 use crate::scene::quoted;
-use crate::shell::{Exit, Failure, interrupt, print_file, values};
+use crate::shell::{Exit, Failure, interrupt, print_file, program, values};
 
 /// Hand the shards that are not done to a scheduler
 ///
@@ -147,8 +147,7 @@ fn advance(planned: &Planned, args: &Args) -> Result<Option<Planned>, Failure> {
 
 /// Returns this program in a script, with its options for every verb.
 fn program() -> Result<Script<Shell>, Failure> {
-    let own = std::env::current_exe().map_err(|error| Failure::file(format!("this program: {error}")))?;
-    let own = Script::<Shell>::path(&own).map_err(unwritable)?;
+    let own = Script::<Shell>::path(&program::starter()?).map_err(unwritable)?;
     let no_dut = if is_forbidden() { script!(Shell: " --no-dut") } else { Script::empty() };
     Ok(script!(Shell: "{} --quiet{}", own, no_dut))
 }

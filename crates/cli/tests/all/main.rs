@@ -40,6 +40,7 @@ mod ports;
 mod price;
 mod readme;
 mod readme_tables;
+mod release;
 mod report;
 mod reproduce;
 mod reproduce_words;
