@@ -10,12 +10,15 @@ use crate::ports::{scene, shown};
 const DESIGN: &str = "library ieee; use ieee.std_logic_1164.all; use ieee.numeric_std.all;
 package numbers is constant C : integer := 9; subtype byte is signed(7 downto 0);
   type pair is record v : byte; end record; end package;
+library ieee; use ieee.std_logic_1164.all; use ieee.numeric_std.all;
+entity cut is port (w : in std_logic_vector(7 downto 0); s : out signed(4 downto 0)); end entity;
+architecture rtl of cut is begin s <= resize(signed(w), 5); end architecture;
 library ieee; use ieee.std_logic_1164.all; use ieee.numeric_std.all; use work.numbers.all;
 entity arithmetic is
   port (clk, rst, a, b : in std_logic; d, e : out signed(7 downto 0); pwm, dir : out std_logic;
     quotient, by_4, remainder, modulo, mod_3, less, less_c, more, nested, field : out signed(7 downto 0);
     summed, doubled, called, sized, mixed : out signed(7 downto 0);
-    whole, whole_rem, whole_mod : out signed(9 downto 0); short, sum : out signed(4 downto 0);
+    whole, whole_rem, whole_mod : out signed(9 downto 0); short, sum, first : out signed(4 downto 0);
     low : out unsigned(4 downto 0); unsigned_less : out unsigned(7 downto 0));
 end entity;
 architecture rtl of arithmetic is
@@ -36,6 +39,7 @@ begin
   whole <= to_signed(to_integer(x) / 3, 10); whole_rem <= to_signed(to_integer(x) rem 5, 10);
   whole_mod <= to_signed(to_integer(x) mod 5, 10);
   short <= resize(l(0), 5); sum <= resize(p.v + y, 5); low <= resize(n, 5); unsigned_less <= 9 - n;
+  first_port: entity work.cut port map (w => std_logic_vector(x), s => first);
 end architecture;
 ";
 
@@ -67,6 +71,7 @@ fn signed_divisions_differences_and_short_words_are_those_of_vhdl() {
         "whole_mod",
         "short",
         "sum",
+        "first",
         "low",
         "unsigned_less",
     ];
@@ -104,6 +109,7 @@ fn signed_divisions_differences_and_short_words_are_those_of_vhdl() {
             ("whole_mod", 10, x.rem_euclid(5)),
             ("short", 5, short(x)),
             ("sum", 5, short(byte(x + y))),
+            ("first", 5, short(x)),
         ] {
             assert_eq!(signed(at(name), bits), expected, "{name} of {x} and {y}");
         }

@@ -67,6 +67,67 @@ fn two_designs_turn_a_motor_with_three_phases_and_settle_on_their_wall() {
     }
 }
 
+/// Returns the least and the greatest value of a column of a run's trace from a time on.
+fn swing(scene: &str, sets: &[&str], column: &str, from_s: f64) -> (f64, f64) {
+    let dir = scratch("swing");
+    let out = ["run", scene, "--wave", "ports", "--no-plot", "-o", dir.to_str().expect("text")];
+    let sets = sets.iter().flat_map(|set| ["--set", set]);
+    assert_eq!(code(&run(&out.into_iter().chain(sets).collect::<Vec<_>>())), 0, "{scene}");
+    let trace = fs::read_to_string(dir.join("trace.csv")).expect("a trace");
+    let mut lines = trace.lines();
+    let at = lines.next().and_then(|names| names.split(',').position(|name| name == column)).expect("a column");
+    let cells = lines.map(|line| line.split(',').map(|cell| cell.parse().expect("a number")).collect::<Vec<f64>>());
+    let all = cells.filter(|cells| cells[0] >= from_s).map(|cells| cells[at]);
+    all.fold((f64::MAX, f64::MIN), |(least, most), value| (least.min(value), most.max(value)))
+}
+
+/// The scene says at which angle the knob rests.
+#[test]
+fn a_knob_behind_field_oriented_control_rests_in_a_detent() {
+    let value = json(&run(&["run", "testbench/dut/foc-knob.toml", "--json"]));
+    let expected = value["expected"].as_array().expect("expectations");
+    assert!(expected.len() == 2 && expected.iter().all(|one| one["met"] == true), "{expected:?}");
+    let engine = value["dut"]["engine"].as_str().expect("a text");
+    assert!(engine.starts_with("hpu's leaps"), "{engine}");
+}
+
+/// The hand's torque swings by the cogging, of 5 mN.m, or by what is left of it: the legs' dead time makes six waves in a
+/// turn of the field too, as many as the cogging has, which the current's controllers leave in part.
+#[test]
+fn cogging_is_felt_and_a_design_takes_it_out() {
+    let brief = ["hand.path=[[0, 0], [0.5, 1]]", "run.duration=0.4"];
+    let amplitude = |ripple: &str| {
+        let (least, most) =
+            swing("testbench/dut/foc-cogging.toml", &[&brief[..], &[ripple]].concat(), "hand_torque_nm", 0.2);
+        (most - least) / 2.0
+    };
+    let felt = amplitude("dut.ports.ripple=0");
+    assert!((4.5e-3..6e-3).contains(&felt), "{felt}");
+    let left = amplitude("dut.ports.ripple=100");
+    assert!(left < felt / 3.0, "{left} of {felt}");
+}
+
+/// A sample a period later: with d periods between a sample and the first current that its duties make, a loop of a
+/// gain k, times the change of a current in a period at 1 V, is unstable beyond k = 1 for d = 1 and 0.64 for d = 2. At
+/// 5.6 V/A k is 0.90, at 1.9 V/A 0.30.
+#[test]
+fn a_current_sensor_that_is_late_makes_the_loop_swing() {
+    let amplitude = |latency: &str, gain: &str| {
+        let sets = [
+            format!("device.sensors.ia.latency={latency}"),
+            format!("device.sensors.ib.latency={latency}"),
+            format!("dut.ports.proportional={gain}"),
+            "run.duration=100 ms".to_string(),
+        ];
+        let sets: Vec<_> = sets.iter().map(String::as_str).collect();
+        let (least, most) = swing("testbench/dut/foc-late.toml", &sets, "current_a", 0.05);
+        (most - least) / 2.0
+    };
+    assert!(amplitude("1 us", "500000") < 0.1);
+    assert!(amplitude("30 us", "500000") > 1.0);
+    assert!(amplitude("30 us", "169300") < 0.02);
+}
+
 /// The project's own loop for three phases as a foreign design; the scene says which angle its current holds.
 #[test]
 fn our_own_current_loops_hold_a_torque_as_a_foreign_design() {

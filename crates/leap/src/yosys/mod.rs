@@ -21,8 +21,9 @@ const MOST_CELLS: usize = 1 << 16;
 /// The commands of Yosys that make a design one module, between `hierarchy -top` and [`LOWERED`]. They simplify
 /// nothing.
 pub const FLAT: &str = "proc -noopt; flatten";
-/// A command between them that sets values `x` to 0. Without it they stay as they are, so that they are seen.
-pub const ZEROS: &str = "setundef -zero";
+/// Commands between them that set values `x` to 0. Without them these stay as they are, so that they are seen. The
+/// enable of a read without a clock is such a value until memories are collected.
+pub const ZEROS: &str = "opt_expr -keepdc; opt_clean; memory_collect; setundef -zero";
 /// The commands that leave words, combinational cells and registers without enables, before `write_json`. They use no
 /// value `x` to make the logic simpler. Memories of more than 64 words stay, and tables of more than 4096, which
 /// nothing writes.
