@@ -91,8 +91,8 @@ fn a_knob_behind_field_oriented_control_rests_in_a_detent() {
     assert!(engine.starts_with("hpu's leaps"), "{engine}");
 }
 
-/// The hand's torque swings by the cogging, of 5 mN.m, or by what is left of it: the legs' dead time makes six waves in a
-/// turn of the field too, as many as the cogging has, which the current's controllers leave in part.
+/// The hand's torque swings by the cogging, of 5 mN.m, or by what is left of it: the legs' dead time makes six waves in
+/// a turn of the field too, as many as the cogging has, which the current's controllers leave in part.
 #[test]
 fn cogging_is_felt_and_a_design_takes_it_out() {
     let brief = ["hand.path=[[0, 0], [0.5, 1]]", "run.duration=0.4"];
