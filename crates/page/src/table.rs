@@ -181,7 +181,7 @@ pub struct Table {
 
 /// The widest cell that makes its column wide, in characters. A longer one, such as a path of many points, would make
 /// every other line as long.
-const WIDEST: usize = 10_000;
+const WIDEST: usize = 80;
 
 impl Table {
     /// Returns a table without rows. A table with an empty key has no place in JSON.

@@ -209,7 +209,9 @@ fn unfit(dut: &Dut, inside: Inside) -> Option<String> {
     if dut.registers == Registers::Random {
         return Some("dut.registers = \"random\" takes the random values of Verilator".to_string());
     }
-    inside.is_any().then(|| "signals inside are to be shown, and a netlist keeps few of them".to_string())
+    inside.is_any().then(|| {
+        "signals inside are to be shown, of which a netlist keeps few; with --wave ports it may leap".to_string()
+    })
 }
 
 /// Returns whether a module around the design sets its parameters: Yosys itself would lose their signs.
