@@ -166,13 +166,18 @@ fn runs_of_three_phases_are_those_of_verilator_to_the_last_bit() {
 
 /// Returns a scene around Verilog of its own, with the clock `clk` and inputs at 0.
 fn around(verilog: &str, more: &str, engine: &str) -> DutScene {
+    around_file(("t.v", verilog), ("t", "clk"), more, engine)
+}
+
+/// Returns a scene around a file, with this top and this clock.
+fn around_file((file, code): (&str, &str), (top, clock): (&str, &str), more: &str, engine: &str) -> DutScene {
     let folder = hpu_rtl::temporary::Temporary::folder().expect("a folder");
-    std::fs::write(folder.path().join("t.v"), verilog).expect("a file");
+    std::fs::write(folder.path().join(file), code).expect("a file");
     let text = format!(
         "about = \"a design\"\ndevice = {{ kind = \"motor\", motor = \"vasudevan_2007\", wheel_ratio = 7 }}\n\
          clock = {{ frequency = \"10 MHz\" }}\nrun = {{ duration = \"1 ms\" }}\n\
          hand = {{ kind = \"spring_damper\", stiffness = \"0.3 N.m/rad\", damping = 0, path = [[0, 0], [1, 1]] }}\n\
-         [dut]\nfiles = [\"t.v\"]\ntop = \"t\"\nclock = \"clk\"\nengine = \"{engine}\"\n{more}"
+         [dut]\nfiles = [\"{file}\"]\ntop = \"{top}\"\nclock = \"{clock}\"\nengine = \"{engine}\"\n{more}"
     );
     let file = SceneFile { name: "t.toml".to_string(), text, data: folder.path().to_path_buf(), is_shipped: false };
     match file.parse(&[]).unwrap_or_else(|error| panic!("{error}")) {
@@ -400,6 +405,27 @@ fn tables_that_nothing_writes_answer_as_in_verilator() {
 }
 
 /// Functions with words of their own, called under a condition: elsewhere these are unknown, and nothing sees them.
+/// GHDL's synthesis writes the name of the topmost entity as it is declared, and all other names in small letters.
+#[test]
+fn capitals_in_names_of_vhdl_do_not_matter() {
+    let vhdl = "library IEEE; use IEEE.std_logic_1164.all; use IEEE.numeric_std.all;
+        entity Up_Counter is port (CLK : in std_logic; En : in std_logic; Count : out unsigned(7 downto 0) := x\"05\");
+        end Up_Counter;
+        architecture Rtl of Up_Counter is signal n : unsigned(7 downto 0) := x\"05\"; begin
+          Count <= n;
+          process(CLK) begin if rising_edge(CLK) then if En = '1' then n <= n + 3; end if; end if; end process;
+        end Rtl;";
+    for top in ["Up_Counter", "UP_COUNTER", "up_counter"] {
+        let design = built(&around_file(("t.vhd", vhdl), (top, "clk"), "", "leap"));
+        let mut changes = Vec::new();
+        let mut running = design.start(&[1, 0], &[false; 2], &mut changes).expect("a simulation");
+        running.clock(&[1, 0], 50, Asked::Outputs, &mut changes).expect("edges");
+        let words: Vec<_> = changes.iter().map(|change| (change.edge, change.bits)).collect();
+        let counted = (0..=50).map(|edge| (edge, Some((5 + 3 * edge) % 256)));
+        assert_eq!(words, counted.collect::<Vec<_>>(), "{top}");
+    }
+}
+
 #[test]
 fn functions_under_a_condition_answer_as_in_verilator() {
     same_answers(
@@ -415,9 +441,14 @@ fn functions_under_a_condition_answer_as_in_verilator() {
            else limited = z[15:0];
          end
          endfunction
+         function integer digits;
+           input integer v;
+           for (digits = 0; v > 0; digits = digits + 1) v = v >> 1;
+         endfunction
+         localparam MOST = digits(9);
          reg signed [15:0] turned;
          always @(posedge clk or negedge rst)
-           if (!rst) begin sum <= 0; low <= 0; end
+           if (!rst) begin sum <= 0; low <= MOST; end
            else begin
              if (en) begin
                sum <= limited(sum, a);
