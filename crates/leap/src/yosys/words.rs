@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use super::Unfit;
 use super::module::{Bit, Module, RawCell};
-use crate::netlist::{AsynchronousReset, Net, Netlist};
+use crate::netlist::{AsynchronousReset, MadeClock, Net, Netlist};
 use crate::operation::{MOST_BITS, Operation};
 
 /// The width of the widest word, as a number of bits in a list.
@@ -57,15 +57,6 @@ impl<'m> Reader<'m> {
 
     pub(super) fn netlist(mut self) -> Result<Netlist, Unfit> {
         let module = self.module;
-        let unclocked = |cell: &RawCell| cell.is_register() && cell.port("CLK") != [module.clock];
-        if let Some(register) = module.cells.iter().find(|cell| unclocked(cell)) {
-            let (name, clock) = (module.name(register.port("Q")), module.name(register.port("CLK")));
-            return Err(Unfit(format!("`{clock}` clocks register `{name}`, and is not the scene's clock")));
-        }
-        if let Some(register) = module.cells.iter().find(|cell| cell.is_register() && !cell.is_set("CLK_POLARITY")) {
-            let name = module.name(register.port("Q"));
-            return Err(Unfit(format!("register `{name}` takes its word at the falling edge of the clock")));
-        }
         for (at, (name, bits)) in module.inputs.iter().enumerate() {
             self.drive(Driver::Input(at), bits)?;
             let words = bits.chunks(MOST).map(|bits| self.netlist.input(name, bits.len() as u8)).collect();
@@ -73,6 +64,9 @@ impl<'m> Reader<'m> {
         }
         for (at, cell) in module.cells.iter().enumerate() {
             self.drive(Driver::Cell(at), cell.port(cell.result()))?;
+        }
+        for register in module.cells.iter().filter(|cell| cell.is_register()) {
+            self.check_clock(register)?;
         }
         for (at, cell) in module.cells.iter().enumerate().filter(|(_, cell)| cell.is_register()) {
             let bits = cell.port("Q");
@@ -93,6 +87,30 @@ impl<'m> Reader<'m> {
             self.netlist.output(name, net);
         }
         Ok(self.netlist)
+    }
+
+    /// Refuses a register whose clock is neither that of the netlist nor a bit of a register on that clock, which resets
+    /// by an input if it does. In VHDL, logic before a register is later than a clock that the design makes, and in
+    /// Verilog simulators choose: those clocks are for Verilog alone.
+    fn check_clock(&self, register: &RawCell) -> Result<(), Unfit> {
+        let (module, clock) = (self.module, register.port("CLK"));
+        let name = |cell: &RawCell| module.name(cell.port("Q"));
+        let is_own = |cell: &RawCell| cell.port("CLK") == [module.clock];
+        if is_own(register) && !register.is_set("CLK_POLARITY") {
+            return Err(Unfit(format!(
+                "register `{}` takes its word at the falling edge of the clock",
+                name(register)
+            )));
+        }
+        let is_input = |bit: &Bit| module.inputs.iter().any(|(_, bits)| bits.contains(bit));
+        let makes = |cell: &&RawCell| cell.is_register() && is_own(cell) && cell.port("ARST").iter().all(is_input);
+        let is_made =
+            !module.is_vhdl && clock.first().and_then(|bit| self.driver(*bit)).is_some_and(|cell| makes(&cell));
+        if is_own(register) || is_made {
+            return Ok(());
+        }
+        let clock = module.name(clock);
+        Err(Unfit(format!("`{clock}` clocks register `{}`, and is not the scene's clock", name(register))))
     }
 
     fn drive(&mut self, driver: Driver, bits: &[Bit]) -> Result<(), Unfit> {
@@ -132,6 +150,10 @@ impl<'m> Reader<'m> {
                 AsynchronousReset { net, active: cell.is_set("ARST_POLARITY"), word }
             });
             self.netlist.connect(register, data, reset);
+            if cell.port("CLK") != [self.module.clock] {
+                let net = self.word(cell.port("CLK"))?;
+                self.netlist.clock_by(register, MadeClock { net, rises: cell.is_set("CLK_POLARITY") });
+            }
         }
         Ok(())
     }

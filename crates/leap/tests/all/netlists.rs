@@ -1,6 +1,6 @@
 //! Whole netlists, held against stepping every cell at every edge by the Verilog standard.
 
-use hpu_leap::{AsynchronousReset, Leap, Net, Netlist, Operation};
+use hpu_leap::{AsynchronousReset, Leap, MadeClock, Net, Netlist, Operation};
 
 use crate::random::Random;
 use crate::verilog;
@@ -20,6 +20,10 @@ struct Plain {
     /// Place of the register, place of its data, and its asynchronous reset.
     registers: Vec<(usize, usize, Option<Reset>)>,
     outputs: Vec<usize>,
+    /// Registers on clocks that the netlist makes: their places, those of the clocks, the level after an edge.
+    made: Vec<(usize, usize, u64)>,
+    /// The edges that these clocks have had.
+    rose: u64,
 }
 
 impl Plain {
@@ -55,6 +59,11 @@ impl Plain {
         self.netlist.connect(self.nets[register], self.nets[data], asynchronous);
         let at = self.registers.iter().position(|one| one.0 == register).expect("a register");
         self.registers[at] = (register, data, reset);
+    }
+
+    fn clock_by(&mut self, register: usize, clock: usize, rises: bool) {
+        self.netlist.clock_by(self.nets[register], MadeClock { net: self.nets[clock], rises });
+        self.made.push((register, clock, u64::from(rises)));
     }
 
     fn cell(&mut self, operation: Operation, operands: &[usize], width: u8) -> usize {
@@ -103,15 +112,27 @@ impl Plain {
     }
 
     fn edge(&mut self) {
-        let next: Vec<_> = self
-            .registers
-            .iter()
-            .map(|(_, data, reset)| match reset {
-                Some((net, active, word)) if self.words[*net] == *active => *word,
-                _ => self.words[*data],
-            })
-            .collect();
-        for ((register, ..), word) in self.registers.iter().zip(next) {
+        let is_made = |register: usize| self.made.iter().any(|made| made.0 == register);
+        let own: Vec<_> = self.registers.iter().filter(|one| !is_made(one.0)).copied().collect();
+        let before = self.words.clone();
+        self.take(&own);
+        let has_edge = |register: usize| {
+            let mut clocks = self.made.iter().filter(|made| made.0 == register);
+            clocks.any(|&(_, clock, active)| before[clock] != active && self.words[clock] == active)
+        };
+        let made: Vec<_> = self.registers.iter().filter(|one| has_edge(one.0)).copied().collect();
+        self.rose += made.len() as u64;
+        self.take(&made);
+    }
+
+    /// Gives registers their next words, all at once.
+    fn take(&mut self, registers: &[(usize, usize, Option<Reset>)]) {
+        let next = registers.iter().map(|(_, data, reset)| match reset {
+            Some((net, active, word)) if self.words[*net] == *active => *word,
+            _ => self.words[*data],
+        });
+        let next: Vec<_> = next.collect();
+        for ((register, ..), word) in registers.iter().zip(next) {
             self.words[*register] = word;
         }
         self.settle();
@@ -170,7 +191,7 @@ fn same(plain: &mut Plain, edges: u64, random: &mut Random) -> f64 {
     leap.share().leapt as f64 / edge as f64
 }
 
-/// Returns a netlist with counters, accumulators, random logic and asynchronous resets.
+/// Returns a netlist with counters, accumulators, random logic, asynchronous resets, and clocks that it makes.
 fn random_netlist(random: &mut Random) -> Plain {
     let mut plain = Plain::default();
     for _ in 0..1 + random.below(3) {
@@ -221,6 +242,7 @@ fn random_netlist(random: &mut Random) -> Plain {
             }
         };
     }
+    let (source, makes) = (registers[0], random.below(3) == 0);
     for &register in &registers {
         let width = plain.widths[register];
         let picked = random.below(plain.nets.len() as u64) as usize;
@@ -246,11 +268,21 @@ fn random_netlist(random: &mut Random) -> Plain {
             }
             _ => plain.fitted(picked, width, random),
         };
-        let reset = (random.below(6) == 0).then(|| {
+        let is_reset = random.below(6) == 0 && !(makes && register == source);
+        let reset = is_reset.then(|| {
             let trigger = random.below(plain.nets.len() as u64) as usize;
             (plain.fitted(trigger, 1, random), random.below(2), random.below(1 << width))
         });
         plain.connect(register, data, reset);
+    }
+    if makes {
+        let low = random.below(u64::from(plain.widths[source]).min(5)) as u8;
+        let bit = plain.cell(Operation::Slice { low }, &[source], 1);
+        for &register in &registers[1..] {
+            if random.below(2) == 0 {
+                plain.clock_by(register, bit, random.below(3) > 0);
+            }
+        }
     }
     for _ in 0..4 {
         plain.output(random.below(plain.nets.len() as u64) as usize);
@@ -260,14 +292,16 @@ fn random_netlist(random: &mut Random) -> Plain {
 
 #[test]
 fn random_netlists_have_the_words_of_plain_stepping() {
-    let (mut leapt, mut resets) = (0.0, 0);
+    let (mut leapt, mut resets, mut made) = (0.0, 0, 0);
     const NETLISTS: u64 = 500;
     for seed in 1..=NETLISTS {
         let mut random = Random(seed * 0x9e37_79b9_7f4a_7c15);
         let mut plain = random_netlist(&mut random);
         resets += u32::from(plain.registers.iter().any(|(.., reset)| reset.is_some()));
         leapt += same(&mut plain, 3000, &mut random);
+        made += u32::from(plain.rose > 20);
     }
+    assert!(made > 50, "{made} netlists with clocks of their own");
     let share = leapt / NETLISTS as f64;
     assert!(share > 0.2, "only {share} of the edges are leapt over");
     assert!(resets > 50, "{resets} netlists with asynchronous resets");

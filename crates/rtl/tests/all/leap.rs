@@ -195,6 +195,21 @@ fn designs_that_no_netlist_represents_are_refused_by_name() {
         (module(q, "always @* if (a) q = b;"), "`q` is a latch"),
         (module("output y", "wire z = ~(y & a); assign y = z | b;"), "is in a combinational loop"),
         (module(q, "wire g = clk & a; always @(posedge g) q <= b;"), "`g` clocks register `q`"),
+        (
+            module(
+                q,
+                "reg c, d; always @(posedge clk) c <= a; always @(posedge c) d <= b; always @(posedge d) q <= a;",
+            ),
+            "`d` clocks register `q`",
+        ),
+        (
+            module(
+                q,
+                "reg c, r; always @(posedge clk) r <= a; always @(posedge clk, posedge r) if (r) c <= 1; else c <= ~c;
+                 always @(posedge c) q <= b;",
+            ),
+            "`c` clocks register `q`",
+        ),
         (module(q, "always @(negedge clk) q <= b;"), "register `q` takes its word at the falling edge of the clock"),
         (module(q, "always @(posedge clk) begin q <= b; if (a) $display(\"a\"); end"), "`$display`"),
         (module(q, "always @(posedge clk) case (a) 1'b0: q <= b; default: q <= 1'bx; endcase"), "may take a value x"),
@@ -459,6 +474,28 @@ fn functions_under_a_condition_answer_as_in_verilator() {
          endmodule\n",
         "reset = { port = \"rst\", active = \"low\" }\n",
         (300, false),
+    );
+}
+
+/// Clocks that registers make: both of their edges, logic before the registers, registers on either side, and a reset
+/// that is an edge itself.
+#[test]
+fn clocks_that_a_design_makes_answer_as_in_verilator() {
+    same_answers(
+        "module t(input clk, input clear, input en, input [7:0] a, output reg [7:0] slow, output [7:0] sum,
+           output reg [15:0] count, output reg [7:0] turned, output reg [3:0] low, output reg old, output reg [7:0] back);
+         reg half, set;
+         reg [7:0] mixed;
+         assign sum = slow + turned + count[7:0];
+         always @(posedge clk) begin half <= en ^ half; count <= count + 1; old <= slow[0]; mixed <= sum ^ a; end
+         always @(posedge clk or posedge clear) if (clear) set <= 1; else set <= a[0] & ~set;
+         always @(posedge half or posedge clear) if (clear) slow <= 3; else slow <= slow + sum + mixed + half;
+         always @(negedge count[4]) begin turned <= turned + a + count[3:0]; low <= {low[2:0], half}; end
+         always @(posedge set) back <= back + count[7:0] + turned;
+         initial begin half = 1; set = 0; count = 0; slow = 0; turned = 0; low = 0; old = 0; back = 0; mixed = 0; end
+         endmodule\n",
+        "",
+        (400, false),
     );
 }
 
