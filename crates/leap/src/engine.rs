@@ -128,7 +128,7 @@ struct Cone {
 
 impl Leap {
     /// Starts a simulation with these words of the registers and of the inputs; asynchronous resets that are active act
-    /// at once. `ranks` has a rank for each output: a [request](Self::clock) tells of the outputs up to a rank, and
+    /// at once, if they act at the start. `ranks` has a rank for each output: a [request](Self::clock) tells of the outputs up to a rank, and
     /// ends where one of rank 0 changes.
     ///
     /// # Panics
@@ -215,6 +215,9 @@ impl Leap {
         };
         let mut marked = IndexSet::new(marks);
         (0..marks).for_each(|mark| marked.insert(mark));
+        let first = cells.len() + flops.len() + outputs.len();
+        let acting = registers.iter().filter_map(|register| register.reset).enumerate();
+        acting.for_each(|(at, reset)| marked.set(first + at, reset.at_start));
         let mut leap = Self {
             steps,
             inputs: inputs.iter().map(|(_, net)| (net.0, mask(netlist.width(*net)))).collect(),

@@ -63,6 +63,8 @@ pub struct AsynchronousReset {
     pub active: bool,
     /// The word to which it resets.
     pub word: u64,
+    /// Whether it acts at the start too, where it is active from there on. In Verilog an input has no edge at the start.
+    pub at_start: bool,
 }
 
 /// An output, or a word inside that is looked at.

@@ -89,6 +89,10 @@ impl<'m> Reader<'m> {
         Ok(self.netlist)
     }
 
+    fn is_input(&self, bit: Bit) -> bool {
+        self.module.inputs.iter().any(|(_, bits)| bits.contains(&bit))
+    }
+
     /// Refuses a register whose clock is neither that of the netlist nor a bit of a register on that clock, which resets
     /// by an input if it does. In VHDL, logic before a register is later than a clock that the design makes, and in
     /// Verilog simulators choose: those clocks are for Verilog alone.
@@ -102,8 +106,9 @@ impl<'m> Reader<'m> {
                 name(register)
             )));
         }
-        let is_input = |bit: &Bit| module.inputs.iter().any(|(_, bits)| bits.contains(bit));
-        let makes = |cell: &&RawCell| cell.is_register() && is_own(cell) && cell.port("ARST").iter().all(is_input);
+        let makes = |cell: &&RawCell| {
+            cell.is_register() && is_own(cell) && cell.port("ARST").iter().all(|bit| self.is_input(*bit))
+        };
         let is_made =
             !module.is_vhdl && clock.first().and_then(|bit| self.driver(*bit)).is_some_and(|cell| makes(&cell));
         if is_own(register) || is_made {
@@ -147,7 +152,8 @@ impl<'m> Reader<'m> {
             let data = self.word(data)?;
             let reset = reset.map(|net| {
                 let word = of.iter().enumerate().map(|(at, bit)| u64::from(*bit == Bit::One) << at).sum();
-                AsynchronousReset { net, active: cell.is_set("ARST_POLARITY"), word }
+                let at_start = self.module.is_vhdl || !cell.port("ARST").iter().all(|bit| self.is_input(*bit));
+                AsynchronousReset { net, active: cell.is_set("ARST_POLARITY"), word, at_start }
             });
             self.netlist.connect(register, data, reset);
             if cell.port("CLK") != [self.module.clock] {

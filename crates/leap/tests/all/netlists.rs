@@ -54,8 +54,12 @@ impl Plain {
     }
 
     fn connect(&mut self, register: usize, data: usize, reset: Option<Reset>) {
-        let asynchronous =
-            reset.map(|(net, active, word)| AsynchronousReset { net: self.nets[net], active: active == 1, word });
+        let asynchronous = reset.map(|(net, active, word)| AsynchronousReset {
+            net: self.nets[net],
+            active: active == 1,
+            word,
+            at_start: true,
+        });
         self.netlist.connect(self.nets[register], self.nets[data], asynchronous);
         let at = self.registers.iter().position(|one| one.0 == register).expect("a register");
         self.registers[at] = (register, data, reset);

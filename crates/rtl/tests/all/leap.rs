@@ -477,8 +477,8 @@ fn functions_under_a_condition_answer_as_in_verilator() {
     );
 }
 
-/// Clocks that registers make: both of their edges, logic before the registers, registers on either side, and a reset
-/// that is an edge itself.
+/// Clocks that registers make: both of their edges, logic before the registers, registers on either side, and resets,
+/// which are edges too. A reset that is active from the start has had no edge.
 #[test]
 fn clocks_that_a_design_makes_answer_as_in_verilator() {
     same_answers(
@@ -489,7 +489,7 @@ fn clocks_that_a_design_makes_answer_as_in_verilator() {
          assign sum = slow + turned + count[7:0];
          always @(posedge clk) begin half <= en ^ half; count <= count + 1; old <= slow[0]; mixed <= sum ^ a; end
          always @(posedge clk or posedge clear) if (clear) set <= 1; else set <= a[0] & ~set;
-         always @(posedge half or posedge clear) if (clear) slow <= 3; else slow <= slow + sum + mixed + half;
+         always @(posedge half or negedge clear) if (!clear) slow <= 3; else slow <= slow + sum + mixed + half;
          always @(negedge count[4]) begin turned <= turned + a + count[3:0]; low <= {low[2:0], half}; end
          always @(posedge set) back <= back + count[7:0] + turned;
          initial begin half = 1; set = 0; count = 0; slow = 0; turned = 0; low = 0; old = 0; back = 0; mixed = 0; end
