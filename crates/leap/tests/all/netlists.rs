@@ -198,6 +198,13 @@ fn same(plain: &mut Plain, edges: u64, random: &mut Random) -> f64 {
 /// Returns a netlist with counters, accumulators, random logic, asynchronous resets, and clocks that it makes.
 fn random_netlist(random: &mut Random) -> Plain {
     let mut plain = Plain::default();
+    if random.below(8) == 0 {
+        // Registers and outputs at rest before all others, which then have numbers from 64 on.
+        for _ in 0..64 {
+            let rests = plain.register(1, 0);
+            plain.output(rests);
+        }
+    }
     for _ in 0..1 + random.below(3) {
         plain.input(1 + random.below(6) as u8);
     }
@@ -339,6 +346,26 @@ fn slopes_that_do_not_last_are_not_leapt_over() {
     }
     assert_eq!((changes.len(), &changes[..4], changes[47]), (48, &[5039, 9144, 13_250, 17_355][..], 198_310));
     assert_eq!(leap.registers().collect::<Vec<_>>(), [95, 213_684]);
+}
+
+/// A reset by an input that is active from the start has had no edge: its register keeps its initial word up to the first
+/// edge of its clock.
+#[test]
+fn a_reset_without_an_edge_waits_for_the_clock() {
+    for at_start in [false, true] {
+        let mut netlist = Netlist::default();
+        let clear = netlist.input("clear", 1);
+        let register = netlist.register("register", 8, (5, 255));
+        netlist.connect(register, register, Some(AsynchronousReset { net: clear, active: true, word: 9, at_start }));
+        netlist.output("output", register);
+        let mut leap = Leap::new(&netlist, (&[5], &[1]), &[0]);
+        assert_eq!(leap.output(0), if at_start { 9 } else { 5 });
+        leap.clock(1, 0, |_, _, _| {});
+        assert_eq!(leap.output(0), 9);
+        let mut leap = Leap::new(&netlist, (&[5], &[0]), &[0]);
+        leap.input(&[1]);
+        assert_eq!(leap.output(0), 9);
+    }
 }
 
 /// A word that an input reaches without a register is told after the next edge, however long the jump could be.

@@ -102,7 +102,8 @@ fn located(line: &str) -> Option<(&str, usize, usize)> {
 
 /// Returns the name and the width of a declared net or port.
 fn declared(line: &str) -> Option<(&str, usize)> {
-    let line = line.trim();
+    // The first port stands behind the bracket that opens the list.
+    let line = line.trim().trim_start_matches('(');
     let rest = ["wire ", "reg ", "input ", "output "].iter().find_map(|word| line.strip_prefix(word))?.trim_start();
     let (range, name) = rest.strip_prefix('[')?.split_once(']')?;
     let (high, _) = range.split_once(':')?;
