@@ -18,10 +18,21 @@ command -v valgrind >/dev/null 2>&1 || {
 # Release build in the tree $1, into the target directory $2; then a line a run: its name and its instructions.
 count() {
     # Of the whole workspace: the crates then have the features that they have in the tests, and are not built again.
-    (cd "$1" && CARGO_TARGET_DIR="$2" cargo build --locked --quiet --release --workspace --example instructions)
-    program=$2/release/examples/instructions
+    for example in wave/examples/instructions rtl/examples/leaping; do
+        # A commit of the past may have fewer.
+        [ -e "$1/crates/$example.rs" ] || continue
+        name=${example##*/}
+        (cd "$1" && CARGO_TARGET_DIR="$2" cargo build --locked --quiet --release --workspace --example "$name")
+        counted "$1" "$2/release/examples/$name" || return 1
+    done
+}
+
+# The same lines of a program, in the tree $1.
+counted() {
+    program=$2
     for run in $("$program" | awk '{ print $1 }'); do
-        valgrind --tool=callgrind --callgrind-out-file=/dev/null --toggle-collect='*::counted*' "$program" "$run" 2>&1 |
+        (cd "$1" && exec valgrind --tool=callgrind --callgrind-out-file=/dev/null --toggle-collect='*::counted*' \
+            "$program" "$run" 2>&1) |
             awk -v run="$run" '/Collected/ { count = $NF } END { if (count > 0) print run, count; else exit 1 }' ||
             { echo "error: nothing was counted of $run" >&2; return 1; }
     done
@@ -37,7 +48,7 @@ target=${CARGO_TARGET_DIR:-$PWD/target}
 count "$PWD" "$target" >"$scratch/now"
 if [ "${1:-}" = --update ]; then
     {
-        echo "# Instructions of the runs of crates/wave/examples/instructions.rs," \
+        echo "# Instructions of the runs of crates/wave/examples/instructions.rs and crates/rtl/examples/leaping.rs," \
             "by testbench/instructions.sh --update."
         echo "# $here"
         cat "$scratch/now"
