@@ -79,16 +79,16 @@ fi
 # Runs on one side only fail as well: a new run wants its record.
 awk -v margin="$margin_percent" '
     NR == FNR { before[$1] = $2; next }
-    !($1 in before) { printf "%-10s %12s  not on record\n", $1, $2; failed++; next }
+    !($1 in before) { printf "%-11s %12s  not on record\n", $1, $2; failed++; next }
     {
         change = 100 * ($2 - before[$1]) / before[$1]
         far = change > margin || change < -margin
         failed += far
-        printf "%-10s %12s  %+6.2f %%%s\n", $1, $2, change, far ? "  beyond " margin " %" : ""
+        printf "%-11s %12s  %+6.2f %%%s\n", $1, $2, change, far ? "  beyond " margin " %" : ""
         delete before[$1]
     }
     END {
-        for (run in before) { printf "%-10s on record, but not run\n", run; failed++ }
+        for (run in before) { printf "%-11s on record, but not run\n", run; failed++ }
         if (failed) print "if this is meant: testbench/instructions.sh --update, and say why in the commit"
         exit failed > 0
     }' "$scratch/before" "$scratch/now"
