@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Mutants of the leaping engine, chosen by hand: a horizon an edge too long, a carry forgotten, a sign, a word not told.
+"""Mutants of the leaping engine, chosen by hand: a horizon an edge too long, a carry forgotten, a word not told.
 
 Each is written in turn into a copy of the tree, where the tests of crates/leap run. A mutant that fails no test
 survives. Errors that only make jumps shorter are none: they cost time, never a word.
@@ -26,15 +26,16 @@ NETLIST = "crates/leap/src/netlist.rs"
 SETS = "crates/leap/src/index_set.rs"
 
 # The tests, in the order in which they are asked: those that cost least first.
-STAGES = [["cells::every", "cells::an_equality", "horizons::", "netlists::a_", "netlists::slopes"], ["netlists::random"],
-          ["cells::two_million"]]
+STAGES = [["cells::every", "cells::an_equality", "horizons::", "netlists::a_", "netlists::slopes"],
+          ["netlists::random"], ["cells::two_million"]]
 
 # File, what is wrong, the text, and what stands in its place.
 MUTANTS = [
     # Horizons.
     (LINE, "a falling line has the room of a rising one", "if slope > 0 { mask(width) - word } else { word }",
      "mask(width) - word"),
-    (LINE, "a line by one leaves its range an edge later", "1 => room.saturating_add(1)", "1 => room.saturating_add(2)"),
+    (LINE, "a line by one leaves its range an edge later", "1 => room.saturating_add(1)",
+     "1 => room.saturating_add(2)"),
     (LINE, "a line leaves its range an edge later", "(room / step).saturating_add(1).min(FOREVER),\n    }",
      "(room / step).saturating_add(2).min(FOREVER),\n    }"),
     (LINE, "the room of a line is rounded up", "step => (room / step)", "step => room.div_ceil(step)"),
@@ -94,7 +95,8 @@ MUTANTS = [
      "b.word == c.word"),
     (LINE, "a choice between equal lines lasts as the longer one", "horizon.max(b.horizon.min(c.horizon))",
      "horizon.max(b.horizon.max(c.horizon))"),
-    (LINE, "a shift by a moving amount is a line", "if !b.is_still() => unknown,", "if !b.is_still() && of_a > 64 => unknown,"),
+    (LINE, "a shift by a moving amount is a line", "if !b.is_still() => unknown,",
+     "if !b.is_still() && of_a > 64 => unknown,"),
     (LINE, "a shift to the left keeps the slope", "{ a.slope << b.word } else { 0 }", "{ a.slope } else { 0 }"),
     (LINE, "a shift to the right never wraps", "let horizon = both.min(wraps(a, width, signed));",
      "let horizon = both;"),
@@ -110,7 +112,8 @@ MUTANTS = [
      "(offset(a, of_a), b)"),
     # The engine.
     (ENGINE, "the slope of a register's next word does not matter",
-     "if line.slope == slope { line.horizon } else { 1 }", "if line.slope == slope { line.horizon } else { line.horizon }"),
+     "if line.slope == slope { line.horizon } else { 1 }",
+     "if line.slope == slope { line.horizon } else { line.horizon }"),
     (ENGINE, "registers are not checked",
      "edges = edges.min(keeps(self.lines[data as usize], self.lines[output as usize].slope));",
      "edges = edges.min(keeps(self.lines[data as usize], self.lines[output as usize].slope).max(most));"),
@@ -142,7 +145,8 @@ MUTANTS = [
     (ENGINE, "the first level of a clock is an edge", "level: active, flops", "level: 1 - active, flops"),
     (ENGINE, "registers of clocks that are made take words at every edge",
      "if register.clock.is_some() { register.output } else { register.data }", "register.data"),
-    (ENGINE, "the cells behind one moving word rest", "step.operands.iter().any(|net| moves", "step.operands.iter().all(|net| moves"),
+    (ENGINE, "the cells behind one moving word rest", "step.operands.iter().any(|net| moves",
+     "step.operands.iter().all(|net| moves"),
     (ENGINE, "an input that changes is not seen",
      "                self.users.mark(net, &mut self.marked);\n            }\n        }\n        self.settle();",
      "            }\n        }\n        self.settle();"),

@@ -56,7 +56,7 @@ struct Flop {
 }
 
 /// The users of each word: a range in one list of marks. Marks are numbered: the cells, in topological order; the
-/// registers, by their data; the outputs; the registers, by their asynchronous resets; the clocks that the design makes.
+/// registers, by their data; the outputs; the registers, by their asynchronous resets; the clocks that are made inside.
 #[derive(Clone)]
 struct Users {
     from: Vec<u32>,
@@ -128,8 +128,8 @@ struct Cone {
 
 impl Leap {
     /// Starts a simulation with these words of the registers and of the inputs; asynchronous resets that are active act
-    /// at once, if they act at the start. `ranks` has a rank for each output: a [request](Self::clock) tells of the outputs up to a rank, and
-    /// ends where one of rank 0 changes.
+    /// at once, if they act at the start. `ranks` has a rank for each output: a [request](Self::clock) tells of the
+    /// outputs up to a rank, and ends where one of rank 0 changes.
     ///
     /// # Panics
     ///

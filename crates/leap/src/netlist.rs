@@ -63,7 +63,7 @@ pub struct AsynchronousReset {
     pub active: bool,
     /// The word to which it resets.
     pub word: u64,
-    /// Whether it acts at the start too, where it is active from there on. In Verilog an input has no edge at the start.
+    /// Whether it acts at the start too, if it is active then. In Verilog an input has no edge at the start.
     pub at_start: bool,
 }
 

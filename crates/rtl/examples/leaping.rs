@@ -3,9 +3,9 @@
 //! Without an argument it lists its runs, for `testbench/instructions.sh`, which counts their instructions under
 //! callgrind; with the name of one it does that. Only what happens within `counted` counts, not the netlist's making.
 //!
-//! With `--loops`, the VHDL of each loop of this project is a design by others: it tells how many steps the hand-written
-//! `quiet` and `skip` of the emulator take for a million clock edges, and how many jumps and edges the leaping engine. The
-//! outputs of both are compared at every thousandth edge.
+//! With `--loops`, the VHDL of each loop of this project is a design by others: it tells how many steps the
+//! hand-written `quiet` and `skip` of the emulator take for a million clock edges, and how many jumps and edges the
+//! leaping engine. The outputs of both are compared at every thousandth edge.
 //!
 //! Exit codes: 0 done, 1 outputs differ, 2 there is no such run.
 
@@ -157,7 +157,8 @@ fn parameter(name: &str, width: u8) -> u64 {
     }
 }
 
-/// Steps a loop by its own `quiet` and `skip` and as a netlist. Returns what there is to tell, and whether outputs differ.
+/// Steps a loop by its own `quiet` and `skip` and as a netlist. Returns what there is to tell, and whether outputs
+/// differ.
 fn compared(block: &mut dyn AnyBlock) -> Result<(String, bool), Fault> {
     let netlist = own(block)?;
     let mut clocked = Clocked::new(&netlist, &parameter);

@@ -93,9 +93,9 @@ impl<'m> Reader<'m> {
         self.module.inputs.iter().any(|(_, bits)| bits.contains(&bit))
     }
 
-    /// Refuses a register whose clock is neither that of the netlist nor a bit of a register on that clock, which resets
-    /// by an input if it does. In VHDL, logic before a register is later than a clock that the design makes, and in
-    /// Verilog simulators choose: those clocks are for Verilog alone.
+    /// Refuses a register whose clock is neither that of the netlist nor a bit of a register on that clock, which an
+    /// input may reset. Verilog alone may make clocks: Verilator lets the logic before a register settle before such a
+    /// clock, and VHDL reads it as it was.
     fn check_clock(&self, register: &RawCell) -> Result<(), Unfit> {
         let (module, clock) = (self.module, register.port("CLK"));
         let name = |cell: &RawCell| module.name(cell.port("Q"));

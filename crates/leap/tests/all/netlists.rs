@@ -348,8 +348,8 @@ fn slopes_that_do_not_last_are_not_leapt_over() {
     assert_eq!(leap.registers().collect::<Vec<_>>(), [95, 213_684]);
 }
 
-/// A reset by an input that is active from the start has had no edge: its register keeps its initial word up to the first
-/// edge of its clock.
+/// A reset by an input that is active from the start has had no edge: its register keeps its initial word up to the
+/// first edge of its clock.
 #[test]
 fn a_reset_without_an_edge_waits_for_the_clock() {
     for at_start in [false, true] {

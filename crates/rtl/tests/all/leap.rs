@@ -445,7 +445,8 @@ fn capitals_in_names_of_vhdl_do_not_matter() {
 #[test]
 fn the_first_port_of_an_entity_keeps_its_sign_where_it_is_made_shorter() {
     let vhdl = "library ieee; use ieee.std_logic_1164.all; use ieee.numeric_std.all;
-        entity t is port (x : in std_logic_vector(7 downto 0); clk : in std_logic; y : out std_logic_vector(3 downto 0));
+        entity t is port (
+          x : in std_logic_vector(7 downto 0); clk : in std_logic; y : out std_logic_vector(3 downto 0));
         end;
         architecture rtl of t is begin
           process(clk) begin if rising_edge(clk) then y <= std_logic_vector(resize(signed(x), 4)); end if; end process;
@@ -503,7 +504,8 @@ fn functions_under_a_condition_answer_as_in_verilator() {
 fn clocks_that_a_design_makes_answer_as_in_verilator() {
     same_answers(
         "module t(input clk, input clear, input en, input [7:0] a, output reg [7:0] slow, output [7:0] sum,
-           output reg [15:0] count, output reg [7:0] turned, output reg [3:0] low, output reg old, output reg [7:0] back);
+           output reg [15:0] count, output reg [7:0] turned, output reg [3:0] low, output reg old,
+           output reg [7:0] back);
          reg half, set;
          reg [7:0] mixed;
          assign sum = slow + turned + count[7:0];
