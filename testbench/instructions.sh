@@ -18,10 +18,21 @@ command -v valgrind >/dev/null 2>&1 || {
 # Release build in the tree $1, into the target directory $2; then a line a run: its name and its instructions.
 count() {
     # Of the whole workspace: the crates then have the features that they have in the tests, and are not built again.
-    (cd "$1" && CARGO_TARGET_DIR="$2" cargo build --locked --quiet --release --workspace --example instructions)
-    program=$2/release/examples/instructions
+    for example in wave/examples/instructions rtl/examples/leaping; do
+        # A commit of the past may have fewer.
+        [ -e "$1/crates/$example.rs" ] || continue
+        name=${example##*/}
+        (cd "$1" && CARGO_TARGET_DIR="$2" cargo build --locked --quiet --release --workspace --example "$name")
+        counted "$1" "$2/release/examples/$name" || return 1
+    done
+}
+
+# The same lines of a program, in the tree $1.
+counted() {
+    program=$2
     for run in $("$program" | awk '{ print $1 }'); do
-        valgrind --tool=callgrind --callgrind-out-file=/dev/null --toggle-collect='*::counted*' "$program" "$run" 2>&1 |
+        (cd "$1" && exec valgrind --tool=callgrind --callgrind-out-file=/dev/null --toggle-collect='*::counted*' \
+            "$program" "$run" 2>&1) |
             awk -v run="$run" '/Collected/ { count = $NF } END { if (count > 0) print run, count; else exit 1 }' ||
             { echo "error: nothing was counted of $run" >&2; return 1; }
     done
@@ -37,7 +48,7 @@ target=${CARGO_TARGET_DIR:-$PWD/target}
 count "$PWD" "$target" >"$scratch/now"
 if [ "${1:-}" = --update ]; then
     {
-        echo "# Instructions of the runs of crates/wave/examples/instructions.rs," \
+        echo "# Instructions of the runs of crates/wave/examples/instructions.rs and crates/rtl/examples/leaping.rs," \
             "by testbench/instructions.sh --update."
         echo "# $here"
         cat "$scratch/now"
@@ -68,16 +79,16 @@ fi
 # Runs on one side only fail as well: a new run wants its record.
 awk -v margin="$margin_percent" '
     NR == FNR { before[$1] = $2; next }
-    !($1 in before) { printf "%-10s %12s  not on record\n", $1, $2; failed++; next }
+    !($1 in before) { printf "%-11s %12s  not on record\n", $1, $2; failed++; next }
     {
         change = 100 * ($2 - before[$1]) / before[$1]
         far = change > margin || change < -margin
         failed += far
-        printf "%-10s %12s  %+6.2f %%%s\n", $1, $2, change, far ? "  beyond " margin " %" : ""
+        printf "%-11s %12s  %+6.2f %%%s\n", $1, $2, change, far ? "  beyond " margin " %" : ""
         delete before[$1]
     }
     END {
-        for (run in before) { printf "%-10s on record, but not run\n", run; failed++ }
+        for (run in before) { printf "%-11s on record, but not run\n", run; failed++ }
         if (failed) print "if this is meant: testbench/instructions.sh --update, and say why in the commit"
         exit failed > 0
     }' "$scratch/before" "$scratch/now"

@@ -63,31 +63,31 @@ MUTANTS = [
 ]
 
 
-def tests():
-    """Runs the tests. Returns whether they build, and the first that fails."""
-    command = ["cargo", "test", "--locked", "--profile", "quick", "-p", "hpu-prove", "--lib", "--", "steady", "square",
-               "certify"]
-    wrapper = {**os.environ, "RUSTC_WRAPPER": str(ROOT / "testbench" / "rustc.sh")}
-    done = subprocess.run(command, cwd=ROOT, env=wrapper, capture_output=True, text=True, timeout=600)
+def outcome(command, root, folder=None):
+    """Runs tests in a tree. Returns whether they build, and the first that fails."""
+    environment = {**os.environ, "RUSTC_WRAPPER": str(ROOT / "testbench" / "rustc.sh")}
+    if folder:
+        environment["CARGO_TARGET_DIR"] = str(folder)
+    done = subprocess.run(command, cwd=root, env=environment, capture_output=True, text=True, timeout=600)
     failed = [line.split()[1] for line in done.stdout.splitlines() if line.startswith("test ") and "FAILED" in line]
-    return "running " in done.stdout, (failed[0] if failed else None)
+    ends = f"ends with {done.returncode}" if done.returncode else None
+    return "running " in done.stdout, (failed[0] if failed else ends)
 
 
-def main():
-    if sys.argv[1:] not in ([], ["--update"]):
-        print(__doc__, file=sys.stderr)
-        return 2
+def judged(mutants, tests, root):
+    """Writes each mutant into the sources of a tree in turn, and runs the tests. Returns a row for each, and how many
+    survive; None where that cannot be told."""
     builds, failed = tests()
     if not builds or failed:
         print(f"without a mutant: {failed or 'no build'}", file=sys.stderr)
-        return 3
+        return None
     rows, survivors = [], 0
-    for file, what, old, new in MUTANTS:
-        path = ROOT / file
+    for file, what, old, new in mutants:
+        path = root / file
         source = path.read_text()
         if source.count(old) != 1:
             print(f"{file}: {old} stands there {source.count(old)} times", file=sys.stderr)
-            return 3
+            return None
         try:
             path.write_text(source.replace(old, new))
             builds, failed = tests()
@@ -95,15 +95,38 @@ def main():
             path.write_text(source)
         if not builds:
             print(f"does not build: {what}", file=sys.stderr)
-            return 3
+            return None
         survivors += failed is None
         rows.append(f"{file}  {'killed' if failed else 'SURVIVES'}  {what}\n    {failed or ''}".rstrip())
         print(rows[-1], flush=True)
-    head = f"# testbench/mutants_certify.py\n# {len(rows)} mutants of the checker of certificates: " \
-           f"{len(rows) - survivors} killed, {survivors} survive\n# each with the first test that fails\n"
+    return rows, survivors
+
+
+def held(mutants, tests, root, command, record, of):
+    """Judges mutants, and writes the record if that was asked for. Returns the exit code."""
+    found = judged(mutants, tests, root)
+    if found is None:
+        return 3
+    rows, survivors = found
+    head = f"# {command}\n# {len(rows)} mutants of {of}: {len(rows) - survivors} killed, {survivors} survive\n" \
+           "# each with the first test that fails\n"
     if "--update" in sys.argv:
-        RECORD.write_text(head + "\n".join(rows) + "\n")
+        record.write_text(head + "\n".join(rows) + "\n")
     return 1 if survivors else 0
+
+
+def tests():
+    """Runs the tests of the checker and of its matrices."""
+    command = ["cargo", "test", "--locked", "--profile", "quick", "-p", "hpu-prove", "--lib", "--", "steady", "square",
+               "certify"]
+    return outcome(command, ROOT)
+
+
+def main():
+    if sys.argv[1:] not in ([], ["--update"]):
+        print(__doc__, file=sys.stderr)
+        return 2
+    return held(MUTANTS, tests, ROOT, "testbench/mutants_certify.py", RECORD, "the checker of certificates")
 
 
 if __name__ == "__main__":

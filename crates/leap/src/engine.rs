@@ -56,7 +56,7 @@ struct Flop {
 }
 
 /// The users of each word: a range in one list of marks. Marks are numbered: the cells, in topological order; the
-/// registers, by their data; the outputs; the registers, by their asynchronous resets.
+/// registers, by their data; the outputs; the registers, by their asynchronous resets; the clocks that are made inside.
 #[derive(Clone)]
 struct Users {
     from: Vec<u32>,
@@ -74,6 +74,17 @@ impl Users {
     }
 }
 
+/// A clock that the design makes.
+#[derive(Clone)]
+struct Inner {
+    net: u32,
+    /// The level to which it changes at the edges that count, and its level now.
+    active: u64,
+    level: u64,
+    /// Its registers and their data.
+    flops: Vec<(u32, u32)>,
+}
+
 /// A simulation of a netlist, between two clock edges.
 #[derive(Clone)]
 pub struct Leap {
@@ -83,6 +94,9 @@ pub struct Leap {
     outputs: Vec<u32>,
     /// The register, the net, the active level and the word of each asynchronous reset.
     resets: Vec<(u32, u32, u64, u64)>,
+    clocks: Vec<Inner>,
+    /// The clocks that have had an edge and whose registers have not taken their words yet.
+    risen: Vec<u32>,
     users: Users,
     /// Of each net. Slopes and horizons are those of the last pass; nets that no mover reaches rest for ever.
     lines: Vec<Line>,
@@ -94,7 +108,7 @@ pub struct Leap {
     news: IndexSet,
     /// The outputs of each rank and below.
     ranks: Vec<IndexSet>,
-    /// The users of movers, direct or not: cells, registers, outputs, asynchronous resets.
+    /// The users of movers, direct or not: cells, registers, outputs, asynchronous resets and clocks.
     cone: Cone,
     share: Share,
     brief: u32,
@@ -108,13 +122,14 @@ struct Cone {
     cells: Vec<u32>,
     flops: Vec<u32>,
     outputs: Vec<u32>,
-    resets: Vec<u32>,
+    /// The nets of asynchronous resets and of clocks that the design makes.
+    triggers: Vec<u32>,
 }
 
 impl Leap {
     /// Starts a simulation with these words of the registers and of the inputs; asynchronous resets that are active act
-    /// at once. `ranks` has a rank for each output: a [request](Self::clock) tells of the outputs up to a rank, and
-    /// ends where one of rank 0 changes.
+    /// at once, if they act at the start. `ranks` has a rank for each output: a [request](Self::clock) tells of the
+    /// outputs up to a rank, and ends where one of rank 0 changes.
     ///
     /// # Panics
     ///
@@ -127,8 +142,10 @@ impl Leap {
         for (net, word) in constants {
             lines[net.index()].word = *word;
         }
+        // A register on a clock of its own keeps its word where those on the netlist's clock take theirs.
+        let data = |register: &crate::Register| if register.clock.is_some() { register.output } else { register.data };
         let flop = |register: &crate::Register| Flop {
-            data: register.data.0,
+            data: data(register).0,
             output: register.output.0,
             width: netlist.width(register.output),
             steady: 0,
@@ -147,13 +164,26 @@ impl Leap {
             Some((at as u32, reset.net.0, u64::from(reset.active), reset.word & mask(netlist.width(register.output))))
         };
         let resets: Vec<_> = registers.iter().enumerate().filter_map(reset).collect();
-        let marks = cells.len() + flops.len() + outputs.len() + resets.len();
+        let mut clocks: Vec<Inner> = Vec::new();
+        for (at, register) in registers.iter().enumerate() {
+            let Some(clock) = register.clock else { continue };
+            let (net, active) = (clock.net.0, u64::from(clock.rises));
+            let of = clocks.iter().position(|own| (own.net, own.active) == (net, active)).unwrap_or_else(|| {
+                // Its first level is none to which it changes.
+                clocks.push(Inner { net, active, level: active, flops: Vec::new() });
+                clocks.len() - 1
+            });
+            clocks[of].flops.push((at as u32, register.data.0));
+        }
+        let marks = cells.len() + flops.len() + outputs.len() + resets.len() + clocks.len();
         let mut of_net = vec![Vec::new(); widths.len()];
         let operands = cells.iter().map(|cell| &cell.operands[..cell.operation.operands()]);
-        let data = registers.iter().map(|register| std::slice::from_ref(&register.data));
+        let data: Vec<_> = registers.iter().map(|register| [data(register)]).collect();
         let shown = outputs.iter().map(|output| std::slice::from_ref(&output.net));
-        let triggers: Vec<_> = resets.iter().map(|reset| [Net(reset.1)]).collect();
-        let all = operands.chain(data).chain(shown).chain(triggers.iter().map(|net| &net[..]));
+        let triggers = resets.iter().map(|reset| reset.1).chain(clocks.iter().map(|clock| clock.net));
+        let triggers: Vec<_> = triggers.map(|net| [Net(net)]).collect();
+        let all =
+            operands.chain(data.iter().map(|net| &net[..])).chain(shown).chain(triggers.iter().map(|net| &net[..]));
         for (mark, nets) in all.enumerate() {
             for net in nets {
                 let (users, part, bit): (&mut Vec<(u32, u64)>, _, _) =
@@ -185,11 +215,16 @@ impl Leap {
         };
         let mut marked = IndexSet::new(marks);
         (0..marks).for_each(|mark| marked.insert(mark));
+        let first = cells.len() + flops.len() + outputs.len();
+        let acting = registers.iter().filter_map(|register| register.reset).enumerate();
+        acting.for_each(|(at, reset)| marked.set(first + at, reset.at_start));
         let mut leap = Self {
             steps,
             inputs: inputs.iter().map(|(_, net)| (net.0, mask(netlist.width(*net)))).collect(),
             outputs: outputs.iter().map(|output| output.net.0).collect(),
             resets,
+            clocks,
+            risen: Vec::new(),
             users,
             lines,
             marked,
@@ -350,14 +385,21 @@ impl Leap {
         self.take();
     }
 
-    /// Evaluates all that is marked, until no asynchronous reset acts any more. A register that is reset keeps that
-    /// word until the next edge, so each register is reset at most once.
+    /// Evaluates all that is marked, until no asynchronous reset acts any more and no clock that the design makes has
+    /// had an edge. A register that is reset keeps that word until the next edge, so each register is reset at most
+    /// once. Clocks that the design makes depend on no register of theirs, so each has at most one edge.
     #[inline]
     fn settle(&mut self) {
         loop {
             self.evaluate();
             if self.taken.is_empty() {
-                break;
+                for at in self.risen.drain(..) {
+                    let words = self.clocks[at as usize].flops.iter();
+                    self.taken.extend(words.map(|(flop, data)| (*flop, self.lines[*data as usize].word)));
+                }
+                if self.taken.is_empty() {
+                    break;
+                }
             }
             for (at, word) in self.taken.drain(..) {
                 let net = self.flops[at as usize].output;
@@ -375,6 +417,7 @@ impl Leap {
         let flops = self.steps.len();
         let outputs = flops + self.flops.len();
         let resets = outputs + self.outputs.len();
+        let clocks = resets + self.resets.len();
         for part in 0..self.marked.parts() {
             while let Some(mark) = self.marked.take_from(part) {
                 if mark < flops {
@@ -395,11 +438,17 @@ impl Leap {
                     let output = mark - outputs;
                     let is_new = self.told[output] != Some(lines[self.outputs[output] as usize].word);
                     self.news.set(output, is_new);
-                } else {
+                } else if mark < clocks {
                     let (at, net, active, word) = self.resets[mark - resets];
                     let output = self.flops[at as usize].output;
                     if lines[net as usize].word == active && lines[output as usize].word != word {
                         self.taken.push((at, word));
+                    }
+                } else {
+                    let clock = &mut self.clocks[mark - clocks];
+                    let before = std::mem::replace(&mut clock.level, lines[clock.net as usize].word);
+                    if before != clock.level && clock.level == clock.active {
+                        self.risen.push((mark - clocks) as u32);
                     }
                 }
             }
@@ -407,7 +456,7 @@ impl Leap {
     }
 
     /// Returns for how many edges, at most `most`, all registers certainly move by the difference that is pending now,
-    /// and the outputs up to the rank `asked` and all asynchronous resets certainly keep their words.
+    /// and the outputs up to the rank `asked`, all asynchronous resets and all clocks certainly keep their words.
     fn horizon(&mut self, most: u64, asked: usize) -> u64 {
         for at in self.movers.iter() {
             let Flop { data, output, width, .. } = self.flops[at];
@@ -431,8 +480,8 @@ impl Leap {
                 edges = edges.min(keeps(self.lines[self.outputs[at as usize] as usize], 0));
             }
         }
-        for &at in &self.cone.resets {
-            edges = edges.min(keeps(self.lines[self.resets[at as usize].1 as usize], 0));
+        for &net in &self.cone.triggers {
+            edges = edges.min(keeps(self.lines[net as usize], 0));
         }
         if edges >= BRIEF || edges == most {
             (self.brief, self.rest) = (0, 0);
@@ -463,7 +512,8 @@ impl Leap {
         let depends = |(at, flop): (usize, &Flop)| (self.movers.contains(at) || is_in(flop.data)).then_some(at as u32);
         cone.flops = self.flops.iter().enumerate().filter_map(depends).collect();
         cone.outputs = (0..self.outputs.len()).filter(|at| is_in(self.outputs[*at])).map(|at| at as u32).collect();
-        cone.resets = (0..self.resets.len()).filter(|at| is_in(self.resets[*at].1)).map(|at| at as u32).collect();
+        let triggers = self.resets.iter().map(|reset| reset.1).chain(self.clocks.iter().map(|clock| clock.net));
+        cone.triggers = triggers.filter(|net| is_in(*net)).collect();
         self.cone = cone;
     }
 }

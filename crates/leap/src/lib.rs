@@ -25,5 +25,5 @@ pub mod yosys;
 
 pub use engine::{Leap, Share};
 pub use line::{FOREVER, Line};
-pub use netlist::{AsynchronousReset, Cell, Net, Netlist, Output, Register};
+pub use netlist::{AsynchronousReset, Cell, MadeClock, Net, Netlist, Output, Register};
 pub use operation::{MOST_BITS, Operation, Widths};

@@ -26,7 +26,7 @@ pub struct Cell {
     pub widths: Widths,
 }
 
-/// A register on the rising edge of the clock.
+/// A register on the rising edge of the clock, or on an edge of a clock that the design makes.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Register {
     /// Its name in the design.
@@ -41,6 +41,17 @@ pub struct Register {
     pub set: u64,
     /// Its asynchronous reset.
     pub reset: Option<AsynchronousReset>,
+    /// Its own clock, if it is not that of the netlist.
+    pub clock: Option<MadeClock>,
+}
+
+/// A clock that the design makes: a bit of a register on the netlist's clock.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct MadeClock {
+    /// The bit.
+    pub net: Net,
+    /// Whether registers take their words at its rising edge, not the falling one.
+    pub rises: bool,
 }
 
 /// A reset that acts at once, between two edges too.
@@ -52,6 +63,8 @@ pub struct AsynchronousReset {
     pub active: bool,
     /// The word to which it resets.
     pub word: u64,
+    /// Whether it acts at the start too, if it is active then. In Verilog an input has no edge at the start.
+    pub at_start: bool,
 }
 
 /// An output, or a word inside that is looked at.
@@ -63,7 +76,7 @@ pub struct Output {
     pub net: Net,
 }
 
-/// A synthesised design with one clock, as words of at most [`MOST_BITS`] bits.
+/// A synthesised design with one clock, of which it may make others, as words of at most [`MOST_BITS`] bits.
 ///
 /// A cell takes words that are in the netlist already, so the cells are in topological order, and none depends on its
 /// own result.
@@ -129,8 +142,8 @@ impl Netlist {
     pub fn register(&mut self, name: &str, width: u8, (initial, set): (u64, u64)) -> Net {
         let output = self.net(width);
         let (initial, set) = (initial & set & mask(width), set & mask(width));
-        let (name, reset) = (name.to_string(), None);
-        self.registers.push(Register { name, output, data: output, initial, set, reset });
+        let (name, reset, clock) = (name.to_string(), None, None);
+        self.registers.push(Register { name, output, data: output, initial, set, reset, clock });
         output
     }
 
@@ -150,6 +163,19 @@ impl Netlist {
             taken = self.cell(Operation::Mux, &choices, width);
         }
         (self.registers[at].data, self.registers[at].reset) = (taken, reset);
+    }
+
+    /// Gives a register a clock of its own, by the net of its output. The register takes its word after those on the
+    /// netlist's clock have theirs. The clock must be a bit of a register on the netlist's clock whose reset, if it has
+    /// one, depends on inputs alone.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such register, or the clock has more than one bit.
+    pub fn clock_by(&mut self, register: Net, clock: MadeClock) {
+        assert_eq!(self.width(clock.net), 1, "a clock has one bit");
+        let at = self.registers.iter().position(|one| one.output == register).expect("a register");
+        self.registers[at].clock = Some(clock);
     }
 
     /// Adds an output, or a word inside that is looked at.

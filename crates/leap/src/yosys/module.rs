@@ -62,6 +62,8 @@ impl RawCell {
 pub(super) struct Module {
     /// The bit of the clock.
     pub(super) clock: Bit,
+    /// Whether it was VHDL.
+    pub(super) is_vhdl: bool,
     /// Names and bits of the inputs but for the clock, and of the outputs.
     pub(super) inputs: Vec<(String, Vec<Bit>)>,
     pub(super) outputs: Vec<(String, Vec<Bit>)>,
@@ -169,7 +171,7 @@ impl Module {
                 }
             }
         }
-        Ok(Self { clock, inputs, outputs, cells, names, initial })
+        Ok(Self { clock, is_vhdl: ignores_case, inputs, outputs, cells, names, initial })
     }
 
     /// Returns a name for a word, by its first bit that has one.

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use super::Unfit;
 use super::module::{Bit, Module, RawCell};
-use crate::netlist::{AsynchronousReset, Net, Netlist};
+use crate::netlist::{AsynchronousReset, MadeClock, Net, Netlist};
 use crate::operation::{MOST_BITS, Operation};
 
 /// The width of the widest word, as a number of bits in a list.
@@ -57,15 +57,6 @@ impl<'m> Reader<'m> {
 
     pub(super) fn netlist(mut self) -> Result<Netlist, Unfit> {
         let module = self.module;
-        let unclocked = |cell: &RawCell| cell.is_register() && cell.port("CLK") != [module.clock];
-        if let Some(register) = module.cells.iter().find(|cell| unclocked(cell)) {
-            let (name, clock) = (module.name(register.port("Q")), module.name(register.port("CLK")));
-            return Err(Unfit(format!("`{clock}` clocks register `{name}`, and is not the scene's clock")));
-        }
-        if let Some(register) = module.cells.iter().find(|cell| cell.is_register() && !cell.is_set("CLK_POLARITY")) {
-            let name = module.name(register.port("Q"));
-            return Err(Unfit(format!("register `{name}` takes its word at the falling edge of the clock")));
-        }
         for (at, (name, bits)) in module.inputs.iter().enumerate() {
             self.drive(Driver::Input(at), bits)?;
             let words = bits.chunks(MOST).map(|bits| self.netlist.input(name, bits.len() as u8)).collect();
@@ -73,6 +64,9 @@ impl<'m> Reader<'m> {
         }
         for (at, cell) in module.cells.iter().enumerate() {
             self.drive(Driver::Cell(at), cell.port(cell.result()))?;
+        }
+        for register in module.cells.iter().filter(|cell| cell.is_register()) {
+            self.check_clock(register)?;
         }
         for (at, cell) in module.cells.iter().enumerate().filter(|(_, cell)| cell.is_register()) {
             let bits = cell.port("Q");
@@ -93,6 +87,35 @@ impl<'m> Reader<'m> {
             self.netlist.output(name, net);
         }
         Ok(self.netlist)
+    }
+
+    fn is_input(&self, bit: Bit) -> bool {
+        self.module.inputs.iter().any(|(_, bits)| bits.contains(&bit))
+    }
+
+    /// Refuses a register whose clock is neither that of the netlist nor a bit of a register on that clock, which an
+    /// input may reset. Verilog alone may make clocks: Verilator lets the logic before a register settle before such a
+    /// clock, and VHDL reads it as it was.
+    fn check_clock(&self, register: &RawCell) -> Result<(), Unfit> {
+        let (module, clock) = (self.module, register.port("CLK"));
+        let name = |cell: &RawCell| module.name(cell.port("Q"));
+        let is_own = |cell: &RawCell| cell.port("CLK") == [module.clock];
+        if is_own(register) && !register.is_set("CLK_POLARITY") {
+            return Err(Unfit(format!(
+                "register `{}` takes its word at the falling edge of the clock",
+                name(register)
+            )));
+        }
+        let makes = |cell: &&RawCell| {
+            cell.is_register() && is_own(cell) && cell.port("ARST").iter().all(|bit| self.is_input(*bit))
+        };
+        let is_made =
+            !module.is_vhdl && clock.first().and_then(|bit| self.driver(*bit)).is_some_and(|cell| makes(&cell));
+        if is_own(register) || is_made {
+            return Ok(());
+        }
+        let clock = module.name(clock);
+        Err(Unfit(format!("`{clock}` clocks register `{}`, and is not the scene's clock", name(register))))
     }
 
     fn drive(&mut self, driver: Driver, bits: &[Bit]) -> Result<(), Unfit> {
@@ -129,9 +152,14 @@ impl<'m> Reader<'m> {
             let data = self.word(data)?;
             let reset = reset.map(|net| {
                 let word = of.iter().enumerate().map(|(at, bit)| u64::from(*bit == Bit::One) << at).sum();
-                AsynchronousReset { net, active: cell.is_set("ARST_POLARITY"), word }
+                let at_start = self.module.is_vhdl || !cell.port("ARST").iter().all(|bit| self.is_input(*bit));
+                AsynchronousReset { net, active: cell.is_set("ARST_POLARITY"), word, at_start }
             });
             self.netlist.connect(register, data, reset);
+            if cell.port("CLK") != [self.module.clock] {
+                let net = self.word(cell.port("CLK"))?;
+                self.netlist.clock_by(register, MadeClock { net, rises: cell.is_set("CLK_POLARITY") });
+            }
         }
         Ok(())
     }

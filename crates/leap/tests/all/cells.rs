@@ -186,6 +186,34 @@ fn every_line_of_narrow_words_is_the_word_of_its_cell() {
     assert!(cases > 50_000, "{cases} cases");
 }
 
+/// Words of the greatest width, where masks and shifts by the width are at their ends.
+#[test]
+fn words_of_64_bits_are_those_of_the_standard() {
+    let (mut random, mut operations) = (Random(3), 0);
+    for operation in ALL.into_iter().chain([LAST]) {
+        let widths = match operation {
+            Operation::Extend { .. } | Operation::Concat => Widths { result: 64, a: 40, b: 24 },
+            Operation::Mux => Widths { result: 64, a: 1, b: 64 },
+            Operation::ShiftLeft | Operation::ShiftRight { .. } => Widths { result: 64, a: 64, b: 7 },
+            _ if operation.fits(Widths { result: 64, a: 64, b: 64 }) => Widths { result: 64, a: 64, b: 64 },
+            Operation::Slice { .. } => Widths { result: 61, a: 64, b: 64 },
+            _ => Widths { result: 1, a: 64, b: 64 },
+        };
+        assert!(operation.fits(widths), "{operation:?}");
+        let of = of_operands(operation, widths);
+        for _ in 0..2000 {
+            let words = of.map(|width| {
+                let ends = [0, u64::MAX, 1 << 63, 64][random.below(4) as usize];
+                (if random.below(2) == 0 { ends } else { random.bits() }) & u64::MAX >> (64 - width)
+            });
+            let said = operation.word(widths, words);
+            assert_eq!(said, verilog::word(operation, widths.result, of, words), "{operation:?} {words:?}");
+        }
+        operations += 1;
+    }
+    assert_eq!(operations, 29);
+}
+
 /// An equality has the longest horizon there is: the first edge at which brute force finds another word.
 #[test]
 fn an_equality_lasts_exactly_as_long_as_it_holds() {

@@ -1,6 +1,6 @@
 //! Whole netlists, held against stepping every cell at every edge by the Verilog standard.
 
-use hpu_leap::{AsynchronousReset, Leap, Net, Netlist, Operation};
+use hpu_leap::{AsynchronousReset, Leap, MadeClock, Net, Netlist, Operation};
 
 use crate::random::Random;
 use crate::verilog;
@@ -20,6 +20,10 @@ struct Plain {
     /// Place of the register, place of its data, and its asynchronous reset.
     registers: Vec<(usize, usize, Option<Reset>)>,
     outputs: Vec<usize>,
+    /// Registers on clocks that the netlist makes: their places, those of the clocks, the level after an edge.
+    made: Vec<(usize, usize, u64)>,
+    /// The edges that these clocks have had.
+    rose: u64,
 }
 
 impl Plain {
@@ -50,11 +54,20 @@ impl Plain {
     }
 
     fn connect(&mut self, register: usize, data: usize, reset: Option<Reset>) {
-        let asynchronous =
-            reset.map(|(net, active, word)| AsynchronousReset { net: self.nets[net], active: active == 1, word });
+        let asynchronous = reset.map(|(net, active, word)| AsynchronousReset {
+            net: self.nets[net],
+            active: active == 1,
+            word,
+            at_start: true,
+        });
         self.netlist.connect(self.nets[register], self.nets[data], asynchronous);
         let at = self.registers.iter().position(|one| one.0 == register).expect("a register");
         self.registers[at] = (register, data, reset);
+    }
+
+    fn clock_by(&mut self, register: usize, clock: usize, rises: bool) {
+        self.netlist.clock_by(self.nets[register], MadeClock { net: self.nets[clock], rises });
+        self.made.push((register, clock, u64::from(rises)));
     }
 
     fn cell(&mut self, operation: Operation, operands: &[usize], width: u8) -> usize {
@@ -103,15 +116,27 @@ impl Plain {
     }
 
     fn edge(&mut self) {
-        let next: Vec<_> = self
-            .registers
-            .iter()
-            .map(|(_, data, reset)| match reset {
-                Some((net, active, word)) if self.words[*net] == *active => *word,
-                _ => self.words[*data],
-            })
-            .collect();
-        for ((register, ..), word) in self.registers.iter().zip(next) {
+        let is_made = |register: usize| self.made.iter().any(|made| made.0 == register);
+        let own: Vec<_> = self.registers.iter().filter(|one| !is_made(one.0)).copied().collect();
+        let before = self.words.clone();
+        self.take(&own);
+        let has_edge = |register: usize| {
+            let mut clocks = self.made.iter().filter(|made| made.0 == register);
+            clocks.any(|&(_, clock, active)| before[clock] != active && self.words[clock] == active)
+        };
+        let made: Vec<_> = self.registers.iter().filter(|one| has_edge(one.0)).copied().collect();
+        self.rose += made.len() as u64;
+        self.take(&made);
+    }
+
+    /// Gives registers their next words, all at once.
+    fn take(&mut self, registers: &[(usize, usize, Option<Reset>)]) {
+        let next = registers.iter().map(|(_, data, reset)| match reset {
+            Some((net, active, word)) if self.words[*net] == *active => *word,
+            _ => self.words[*data],
+        });
+        let next: Vec<_> = next.collect();
+        for ((register, ..), word) in registers.iter().zip(next) {
             self.words[*register] = word;
         }
         self.settle();
@@ -170,9 +195,16 @@ fn same(plain: &mut Plain, edges: u64, random: &mut Random) -> f64 {
     leap.share().leapt as f64 / edge as f64
 }
 
-/// Returns a netlist with counters, accumulators, random logic and asynchronous resets.
+/// Returns a netlist with counters, accumulators, random logic, asynchronous resets, and clocks that it makes.
 fn random_netlist(random: &mut Random) -> Plain {
     let mut plain = Plain::default();
+    if random.below(8) == 0 {
+        // Registers and outputs at rest before all others, which then have numbers from 64 on.
+        for _ in 0..64 {
+            let rests = plain.register(1, 0);
+            plain.output(rests);
+        }
+    }
     for _ in 0..1 + random.below(3) {
         plain.input(1 + random.below(6) as u8);
     }
@@ -221,6 +253,7 @@ fn random_netlist(random: &mut Random) -> Plain {
             }
         };
     }
+    let (source, makes) = (registers[0], random.below(3) == 0);
     for &register in &registers {
         let width = plain.widths[register];
         let picked = random.below(plain.nets.len() as u64) as usize;
@@ -246,11 +279,21 @@ fn random_netlist(random: &mut Random) -> Plain {
             }
             _ => plain.fitted(picked, width, random),
         };
-        let reset = (random.below(6) == 0).then(|| {
+        let is_reset = random.below(6) == 0 && !(makes && register == source);
+        let reset = is_reset.then(|| {
             let trigger = random.below(plain.nets.len() as u64) as usize;
             (plain.fitted(trigger, 1, random), random.below(2), random.below(1 << width))
         });
         plain.connect(register, data, reset);
+    }
+    if makes {
+        let low = random.below(u64::from(plain.widths[source]).min(5)) as u8;
+        let bit = plain.cell(Operation::Slice { low }, &[source], 1);
+        for &register in &registers[1..] {
+            if random.below(2) == 0 {
+                plain.clock_by(register, bit, random.below(3) > 0);
+            }
+        }
     }
     for _ in 0..4 {
         plain.output(random.below(plain.nets.len() as u64) as usize);
@@ -260,14 +303,16 @@ fn random_netlist(random: &mut Random) -> Plain {
 
 #[test]
 fn random_netlists_have_the_words_of_plain_stepping() {
-    let (mut leapt, mut resets) = (0.0, 0);
+    let (mut leapt, mut resets, mut made) = (0.0, 0, 0);
     const NETLISTS: u64 = 500;
     for seed in 1..=NETLISTS {
         let mut random = Random(seed * 0x9e37_79b9_7f4a_7c15);
         let mut plain = random_netlist(&mut random);
         resets += u32::from(plain.registers.iter().any(|(.., reset)| reset.is_some()));
         leapt += same(&mut plain, 3000, &mut random);
+        made += u32::from(plain.rose > 20);
     }
+    assert!(made > 50, "{made} netlists with clocks of their own");
     let share = leapt / NETLISTS as f64;
     assert!(share > 0.2, "only {share} of the edges are leapt over");
     assert!(resets > 50, "{resets} netlists with asynchronous resets");
@@ -301,6 +346,26 @@ fn slopes_that_do_not_last_are_not_leapt_over() {
     }
     assert_eq!((changes.len(), &changes[..4], changes[47]), (48, &[5039, 9144, 13_250, 17_355][..], 198_310));
     assert_eq!(leap.registers().collect::<Vec<_>>(), [95, 213_684]);
+}
+
+/// A reset by an input that is active from the start has had no edge: its register keeps its initial word up to the
+/// first edge of its clock.
+#[test]
+fn a_reset_without_an_edge_waits_for_the_clock() {
+    for at_start in [false, true] {
+        let mut netlist = Netlist::default();
+        let clear = netlist.input("clear", 1);
+        let register = netlist.register("register", 8, (5, 255));
+        netlist.connect(register, register, Some(AsynchronousReset { net: clear, active: true, word: 9, at_start }));
+        netlist.output("output", register);
+        let mut leap = Leap::new(&netlist, (&[5], &[1]), &[0]);
+        assert_eq!(leap.output(0), if at_start { 9 } else { 5 });
+        leap.clock(1, 0, |_, _, _| {});
+        assert_eq!(leap.output(0), 9);
+        let mut leap = Leap::new(&netlist, (&[5], &[0]), &[0]);
+        leap.input(&[1]);
+        assert_eq!(leap.output(0), 9);
+    }
 }
 
 /// A word that an input reaches without a register is told after the next edge, however long the jump could be.

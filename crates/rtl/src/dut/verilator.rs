@@ -309,6 +309,7 @@ impl Simulators {
         };
         let verilog = repaired(&text, vhdl)?.ok_or_else(untold)?;
         let verilog = told.map_or_else(|| verilog.clone(), |told| told.spoken(&verilog));
+        let verilog = with_small_top(&verilog, &dut.top);
         write(folder, SYNTHESISED, verilog.as_bytes())?;
         Ok((vec![PlainName::fixed(SYNTHESISED)], unchecked))
     }
@@ -766,6 +767,16 @@ fn decoded(field: &str) -> String {
         }
     }
     name
+}
+
+/// Returns synthesised Verilog with the name of its topmost module in small letters. GHDL writes this name alone as the
+/// entity is declared.
+fn with_small_top(verilog: &str, top: &str) -> String {
+    let mut named = verilog.lines().filter_map(|line| line.strip_prefix("module "));
+    match named.find(|name| name.eq_ignore_ascii_case(top)) {
+        Some(name) => verilog.replace(&format!("module {name}\n"), &format!("module {}\n", top.to_lowercase())),
+        None => verilog.to_string(),
+    }
 }
 
 /// Returns a name of synthesised Verilog as VHDL has it: see [`with_escaped_names`](crate::cost::verilog).

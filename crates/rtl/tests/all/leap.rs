@@ -166,13 +166,18 @@ fn runs_of_three_phases_are_those_of_verilator_to_the_last_bit() {
 
 /// Returns a scene around Verilog of its own, with the clock `clk` and inputs at 0.
 fn around(verilog: &str, more: &str, engine: &str) -> DutScene {
+    around_file(("t.v", verilog), ("t", "clk"), more, engine)
+}
+
+/// Returns a scene around a file, with this top and this clock.
+fn around_file((file, code): (&str, &str), (top, clock): (&str, &str), more: &str, engine: &str) -> DutScene {
     let folder = hpu_rtl::temporary::Temporary::folder().expect("a folder");
-    std::fs::write(folder.path().join("t.v"), verilog).expect("a file");
+    std::fs::write(folder.path().join(file), code).expect("a file");
     let text = format!(
         "about = \"a design\"\ndevice = {{ kind = \"motor\", motor = \"vasudevan_2007\", wheel_ratio = 7 }}\n\
          clock = {{ frequency = \"10 MHz\" }}\nrun = {{ duration = \"1 ms\" }}\n\
          hand = {{ kind = \"spring_damper\", stiffness = \"0.3 N.m/rad\", damping = 0, path = [[0, 0], [1, 1]] }}\n\
-         [dut]\nfiles = [\"t.v\"]\ntop = \"t\"\nclock = \"clk\"\nengine = \"{engine}\"\n{more}"
+         [dut]\nfiles = [\"{file}\"]\ntop = \"{top}\"\nclock = \"{clock}\"\nengine = \"{engine}\"\n{more}"
     );
     let file = SceneFile { name: "t.toml".to_string(), text, data: folder.path().to_path_buf(), is_shipped: false };
     match file.parse(&[]).unwrap_or_else(|error| panic!("{error}")) {
@@ -190,6 +195,21 @@ fn designs_that_no_netlist_represents_are_refused_by_name() {
         (module(q, "always @* if (a) q = b;"), "`q` is a latch"),
         (module("output y", "wire z = ~(y & a); assign y = z | b;"), "is in a combinational loop"),
         (module(q, "wire g = clk & a; always @(posedge g) q <= b;"), "`g` clocks register `q`"),
+        (
+            module(
+                q,
+                "reg c, d; always @(posedge clk) c <= a; always @(posedge c) d <= b; always @(posedge d) q <= a;",
+            ),
+            "`d` clocks register `q`",
+        ),
+        (
+            module(
+                q,
+                "reg c, r; always @(posedge clk) r <= a; always @(posedge clk, posedge r) if (r) c <= 1; else c <= ~c;
+                 always @(posedge c) q <= b;",
+            ),
+            "`c` clocks register `q`",
+        ),
         (module(q, "always @(negedge clk) q <= b;"), "register `q` takes its word at the falling edge of the clock"),
         (module(q, "always @(posedge clk) begin q <= b; if (a) $display(\"a\"); end"), "`$display`"),
         (module(q, "always @(posedge clk) case (a) 1'b0: q <= b; default: q <= 1'bx; endcase"), "may take a value x"),
@@ -400,6 +420,48 @@ fn tables_that_nothing_writes_answer_as_in_verilator() {
 }
 
 /// Functions with words of their own, called under a condition: elsewhere these are unknown, and nothing sees them.
+/// GHDL's synthesis writes the name of the topmost entity as it is declared, and all other names in small letters.
+#[test]
+fn capitals_in_names_of_vhdl_do_not_matter() {
+    let vhdl = "library IEEE; use IEEE.std_logic_1164.all; use IEEE.numeric_std.all;
+        entity Up_Counter is port (CLK : in std_logic; En : in std_logic; Count : out unsigned(7 downto 0) := x\"05\");
+        end Up_Counter;
+        architecture Rtl of Up_Counter is signal n : unsigned(7 downto 0) := x\"05\"; begin
+          Count <= n;
+          process(CLK) begin if rising_edge(CLK) then if En = '1' then n <= n + 3; end if; end if; end process;
+        end Rtl;";
+    for top in ["Up_Counter", "UP_COUNTER", "up_counter"] {
+        let design = built(&around_file(("t.vhd", vhdl), (top, "clk"), "", "leap"));
+        let mut changes = Vec::new();
+        let mut running = design.start(&[1, 0], &[false; 2], &mut changes).expect("a simulation");
+        running.clock(&[1, 0], 50, Asked::Outputs, &mut changes).expect("edges");
+        let words: Vec<_> = changes.iter().map(|change| (change.edge, change.bits)).collect();
+        let counted = (0..=50).map(|edge| (edge, Some((5 + 3 * edge) % 256)));
+        assert_eq!(words, counted.collect::<Vec<_>>(), "{top}");
+    }
+}
+
+/// GHDL 2.0's synthesis loses the sign of a word that `resize` makes shorter; here it is the first port of its entity.
+#[test]
+fn the_first_port_of_an_entity_keeps_its_sign_where_it_is_made_shorter() {
+    let vhdl = "library ieee; use ieee.std_logic_1164.all; use ieee.numeric_std.all;
+        entity t is port (
+          x : in std_logic_vector(7 downto 0); clk : in std_logic; y : out std_logic_vector(3 downto 0));
+        end;
+        architecture rtl of t is begin
+          process(clk) begin if rising_edge(clk) then y <= std_logic_vector(resize(signed(x), 4)); end if; end process;
+        end;";
+    let design = built(&around_file(("t.vhd", vhdl), ("t", "clk"), "registers = \"zero\"", "leap"));
+    let mut running = design.start(&[0, 0], &[false; 2], &mut Vec::new()).expect("a simulation");
+    let mut y = 0;
+    for x in 0..256u64 {
+        let mut changes = Vec::new();
+        running.clock(&[x, 0], 1, Asked::Outputs, &mut changes).expect("edges");
+        y = changes.last().and_then(|change| change.bits).unwrap_or(y);
+        assert_eq!(y, x >> 7 << 3 | x & 7, "{x}");
+    }
+}
+
 #[test]
 fn functions_under_a_condition_answer_as_in_verilator() {
     same_answers(
@@ -415,9 +477,14 @@ fn functions_under_a_condition_answer_as_in_verilator() {
            else limited = z[15:0];
          end
          endfunction
+         function integer digits;
+           input integer v;
+           for (digits = 0; v > 0; digits = digits + 1) v = v >> 1;
+         endfunction
+         localparam MOST = digits(9);
          reg signed [15:0] turned;
          always @(posedge clk or negedge rst)
-           if (!rst) begin sum <= 0; low <= 0; end
+           if (!rst) begin sum <= 0; low <= MOST; end
            else begin
              if (en) begin
                sum <= limited(sum, a);
@@ -428,6 +495,29 @@ fn functions_under_a_condition_answer_as_in_verilator() {
          endmodule\n",
         "reset = { port = \"rst\", active = \"low\" }\n",
         (300, false),
+    );
+}
+
+/// Clocks that registers make: both of their edges, logic before the registers, registers on either side, and resets,
+/// which are edges too. A reset that is active from the start has had no edge.
+#[test]
+fn clocks_that_a_design_makes_answer_as_in_verilator() {
+    same_answers(
+        "module t(input clk, input clear, input en, input [7:0] a, output reg [7:0] slow, output [7:0] sum,
+           output reg [15:0] count, output reg [7:0] turned, output reg [3:0] low, output reg old,
+           output reg [7:0] back);
+         reg half, set;
+         reg [7:0] mixed;
+         assign sum = slow + turned + count[7:0];
+         always @(posedge clk) begin half <= en ^ half; count <= count + 1; old <= slow[0]; mixed <= sum ^ a; end
+         always @(posedge clk or posedge clear) if (clear) set <= 1; else set <= a[0] & ~set;
+         always @(posedge half or negedge clear) if (!clear) slow <= 3; else slow <= slow + sum + mixed + half;
+         always @(negedge count[4]) begin turned <= turned + a + count[3:0]; low <= {low[2:0], half}; end
+         always @(posedge set) back <= back + count[7:0] + turned;
+         initial begin half = 1; set = 0; count = 0; slow = 0; turned = 0; low = 0; old = 0; back = 0; mixed = 0; end
+         endmodule\n",
+        "",
+        (400, false),
     );
 }
 

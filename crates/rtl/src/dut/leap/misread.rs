@@ -224,11 +224,14 @@ fn counts(header: &str, all: &[String]) -> bool {
     is_integer && is_number(value.trim()) && by.is_some_and(|by| is_number(by) || by == "+" || by == "-")
 }
 
-/// Returns whether all declarations of a name in the files are those of integers of 32 bits.
+/// Returns whether all declarations of a name in the files are those of integers of 32 bits. Calls of a function of
+/// this name are no declarations.
 fn is_integer(name: &str, all: &[String]) -> bool {
     let (mut is_one, mut is_other) = (false, false);
     for statement in all.iter().flat_map(|code| code.split(';')) {
-        let of: Vec<_> = words(statement).map(|(_, word)| word).collect();
+        let is_called = |(at, word): &(usize, &str)| statement[at + word.len()..].trim_start().starts_with('(');
+        let of: Vec<_> =
+            words(statement).filter(|one| one.1 != name || !is_called(one)).map(|(_, word)| word).collect();
         if of.contains(&name) {
             is_one |= of.iter().any(|word| INTEGERS.contains(word));
             is_other |= of.iter().any(|word| NARROW.contains(word));
@@ -552,6 +555,13 @@ mod tests {
             ("integer i; for (i = 1; i < 8; i = i << 1) m[i] = a;", false),
             ("integer i; for (i = 1; i < 8; i = i * 2) m[i] = a;", false),
             ("integer i; function [1:0] f(input [1:0] i); endfunction for (i = 0; i < 8; i = i + 1) m[i] = a;", false),
+            (
+                "function integer f; input integer v; for (f = 0; v > 0; f = f + 1) v = v >> 1; endfunction
+              localparam N = f(8); reg [f(N)-1:0] a;",
+                true,
+            ),
+            ("function integer f; endfunction wire [f (8):0] f; for (f = 0; f < 8; f = f + 1) m[f] = a;", false),
+            ("function [3:0] f; input [3:0] v; for (f = 0; v > 0; f = f + 1) v = v >> 1; endfunction", false),
             ("for (i = 0; i < 8; i = i + 1) m[i] = a;", false),
             ("for", false),
         ] {

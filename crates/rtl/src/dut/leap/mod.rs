@@ -14,18 +14,18 @@ use std::path::Path;
 use std::sync::Arc;
 
 use hpu_cosim::dut::{Change, Design, Fault, Inside, Port, RunningDesign};
-use hpu_cosim::scene::{Dut, Registers};
+use hpu_cosim::scene::{Dut, DutScene, Registers};
 use hpu_cosim::script;
 use hpu_cosim::script::{Fixed, Script, Verilog, Yosys};
 use hpu_leap::{Netlist, yosys};
 
 pub use self::compared::{Difference, Found, LeapsBeside};
 use self::running::Running;
-use super::Simulators;
 use super::build::{Model, common_cycle, write, write_files};
 use super::fallback::wires;
 use super::files::PlainName;
 use super::verilator::{Described, XML, in_vhdl, port, read, sources};
+use super::{Simulators, allowed};
 use crate::cost::NO_DPI;
 use crate::engines::error::Error;
 use crate::engines::note::note;
@@ -35,7 +35,7 @@ use crate::engines::tool::Tool;
 /// reason why there is none, if there is one.
 const RESULTS: [&str; 5] = [NETLIST, PORTS, NOTES, UNCHECKED, UNFIT];
 /// Version of the rules by which designs are refused. Raise it with each new one.
-const RULES: &str = "3";
+const RULES: &str = "4";
 const NETLIST: &str = "netlist.json";
 /// The JSON of Yosys before it simplifies anything.
 const UNSIMPLIFIED: &str = "unsimplified.json";
@@ -75,6 +75,18 @@ enum Source {
 }
 
 impl Simulators {
+    /// Returns the netlist of a scene's design.
+    ///
+    /// # Errors
+    ///
+    /// When it has none, a tool is missing, or a tool refuses the design.
+    pub fn netlist_of(&self, scene: &DutScene) -> Result<Arc<Netlist>, Fault> {
+        allowed(&scene.dut)?;
+        let prepared = self.prepared(&scene.dut)?;
+        let leaping = self.leaping(&Model::of(scene, &prepared), Inside::Nothing)?;
+        leaping.map(|leaping| leaping.netlist).map_err(Into::into)
+    }
+
     /// Builds the netlist of a design, or tells why it has none.
     ///
     /// # Errors
