@@ -1,0 +1,411 @@
+//! Bounds of random loops and of staircases, against exact pulses and brute force.
+
+use hpu_cosim::scene::{Scene, shipped};
+
+use super::*;
+use crate::certify::{Checked, certify, stale_gain};
+use crate::interval::Interval;
+
+fn known(name: &str, set: &[(&str, &str)]) -> Scene {
+    let shipped = shipped().iter().find(|scene| scene.name == name).expect("it is shipped");
+    let set: Vec<_> = set.iter().map(|(key, value)| ((*key).into(), (*value).into())).collect();
+    Scene::parse(name, shipped.text, &set, &mut |_| unreachable!()).expect("a scene")
+}
+
+fn undamped(set: &[(&str, &str)]) -> Scene {
+    known("hybrid-wall", &[&[("wall.damping", "0")], set].concat())
+}
+
+/// Returns a loop of a real stiffness with the pulse's end at a whole clock.
+fn at(stiffness: f64, act: f64) -> Sampled {
+    let scene = undamped(&[]);
+    let step = scene.words().expect("words").realised;
+    let step = step.torque_quantum_nm / step.count_rad;
+    Sampled::of(&scene, stiffness / step, Some(act)).unwrap_or_else(|why| panic!("{why}"))
+}
+
+#[test]
+fn levels_and_sums_are_those_of_other_numerics() {
+    // lambda(1.5, h 120), lambda(1.0, h 64), half of the sums at 1.5, 1.0 and 0.5; the pulse ends at 1024 of 4096.
+    for (stiffness, climb, level) in [(1.5, 120.0, 2.359_305_674_998_9), (1.0, 64.0, 0.591_718_395_414_17)] {
+        let spectrum = at(stiffness, 1024.0).dissipation([0.0, 0.0], 0.0).responses();
+        let weights = [climb, 1e-14, 1e-14, 1e-14, 1e-14];
+        let found = spectrum.iter().fold(0.0, |most: f64, at| most.max(at.level(weights)));
+        // The grid misses the maximum by no more than its steps allow.
+        assert!(found <= level * (1.0 + 1e-9) && found > level * (1.0 - 2e-3), "{stiffness}: {found}");
+    }
+    for (stiffness, sum) in [(1.5, 3.924_120_675_601_8), (1.0, 2.414_751_600_245_6), (0.5, 1.268_763_989_633_7)] {
+        let found = 0.5 * at(stiffness, 1024.0).sums[0][2];
+        assert!((found / sum - 1.0).abs() < 1e-9, "{stiffness}: {found}");
+    }
+}
+
+#[test]
+fn hybrid_wall_as_shipped_is_proved_beyond_a_stiffness() {
+    let set = SteadySet::new(&known("hybrid-wall", &[]), [0.04, 4.0]).expect("a loop of that kind");
+    let last = set.proved.last().expect("some");
+    assert!(last.stiffness >= 1.0 && set.proved.len() == 24, "{last:?}");
+}
+
+#[test]
+fn hybrid_wall_without_damping_is_proved_beyond_a_stiffness() {
+    let set = SteadySet::new(&undamped(&[]), [0.04, 4.0]).expect("a loop of that kind");
+    let last = set.proved.last().expect("some");
+    assert!(last.stiffness >= 1.4 && set.proved.len() == 37, "{last:?}");
+    assert!(set.proved.iter().all(|word| word.bound.rms_counts < SETTLED_COUNTS));
+    assert!(set.beyond.is_some() && !set.ended);
+}
+
+#[test]
+fn a_witness_of_another_scene_word_or_pulse_is_rejected() {
+    let scene = undamped(&[]);
+    let (witness, bound) = steady(&scene, 36, None).map_err(|_| ()).expect("a witness");
+    assert_eq!(check(&scene, &witness).expect("it holds"), bound);
+    let others: [&[(&str, &str)]; 8] = [
+        &[("device.inductance", "0.25 mH")],
+        &[("device.rotor_inertia", "1.3e-6 kg.m^2")],
+        &[("device.resistance", "2.5 Ohm")],
+        &[("hand.stiffness", "0.4 N.m/rad")],
+        &[("hand.damping", "0.01 mN.m.s/rad")],
+        &[("clock.frequency", "45 MHz")],
+        &[("method.pwm.bits", "11")],
+        &[("wall.position", "1.45 rad")],
+    ];
+    for set in others {
+        let other = check(&undamped(set), &witness).map(|bound| bound.rms_counts);
+        assert!(other.is_err(), "{set:?}: {other:?}");
+    }
+    for word in [30, 34, 38, 42, 72] {
+        assert!(check(&scene, &Witness { word, ..witness.clone() }).is_err(), "{word}");
+    }
+    for by in [-60.0, 60.0] {
+        assert!(check(&scene, &Witness { act: witness.act + by, ..witness.clone() }).is_err(), "{by}");
+    }
+}
+
+#[test]
+fn a_witness_that_claims_more_is_rejected() {
+    let scene = undamped(&[]);
+    let (good, _) = steady(&scene, 36, None).map_err(|_| ()).expect("a witness");
+    let bad = |change: &dyn Fn(&mut Witness)| {
+        let mut witness = good.clone();
+        change(&mut witness);
+        check(&scene, &witness)
+    };
+    let changes: [&dyn Fn(&mut Witness); 16] = [
+        &|witness| witness.level *= 0.99,
+        &|witness| witness.sizes[0] *= 0.999,
+        &|witness| witness.sizes[0] = 1e6,
+        &|witness| witness.decay = 0.99,
+        &|witness| witness.decay = 1.0,
+        &|witness| witness.shape = witness.shape.map(|cell| 1e-3 * cell),
+        &|witness| witness.storage = witness.storage.map(|cell| -cell),
+        &|witness| witness.storage[0] *= 1.05,
+        &|witness| witness.weights[0] = 0.0,
+        &|witness| witness.weights[1] = -1e-6,
+        &|witness| witness.weights[2] = 0.0,
+        &|witness| witness.storage[4] = f64::NAN,
+        // All of the inequality but the angle itself by a half.
+        &|witness| {
+            witness.level *= 0.5;
+            witness.weights = witness.weights.map(|weight| 0.5 * weight);
+            witness.storage = witness.storage.map(|cell| 0.5 * cell);
+        },
+        // Sizes that contact does not end, and such from which the motion grows.
+        &|witness| witness.far = witness.sizes.map(|size| 1.01 * size),
+        &|witness| witness.far[1] = 0.5 * (witness.sizes[1] + witness.far[1]) * 1e-3,
+        &|witness| witness.far[0] *= 0.99,
+    ];
+    for (index, change) in changes.into_iter().enumerate() {
+        assert!(bad(change).is_err(), "change {index}: {:?}", bad(change));
+    }
+}
+
+#[test]
+fn a_witness_of_a_damped_wall_that_claims_more_is_rejected() {
+    let scene = known("hybrid-wall", &[]);
+    let (good, _) = steady(&scene, 20, None).map_err(|_| ()).expect("a witness");
+    let changes: [&dyn Fn(&mut Witness); 5] = [
+        &|witness| witness.sizes[0] *= 0.99,
+        &|witness| witness.sizes[1] *= 0.99,
+        &|witness| witness.weights[3] *= 0.7,
+        &|witness| witness.weights[4] *= 0.95,
+        &|witness| witness.weights[4] = 0.0,
+    ];
+    for (index, change) in changes.into_iter().enumerate() {
+        let mut witness = good.clone();
+        change(&mut witness);
+        let checked = check(&scene, &witness);
+        assert!(checked.is_err(), "change {index}: {checked:?}");
+    }
+    // The difference of a sample no longer fits the velocity.
+    let narrow = known("hybrid-wall", &[("method.velocity_bits", "3")]);
+    let checked = check(&narrow, &good);
+    assert!(checked.is_err(), "{checked:?}");
+    // A pulse that ends elsewhere, where the inequality has much to spare.
+    let sampled = Sampled::new(&scene, 20).expect("a loop of that kind");
+    let found = sampled.found(None).expect("a level");
+    let spare = sampled.witness(20, &found, 0.15).expect("a storage");
+    assert!(check(&scene, &spare).is_ok());
+    for by in [-15.0, 15.0] {
+        let checked = check(&scene, &Witness { act: spare.act + by, ..spare.clone() });
+        assert!(checked.is_err(), "{by}: {checked:?}");
+    }
+}
+
+#[test]
+fn a_certificate_of_another_scene_stiffness_or_duty_is_rejected() {
+    let overrides = [("wall.damping".to_string(), "0".to_string())];
+    let shipped = shipped().iter().find(|scene| scene.name == "hybrid-wall").expect("it is shipped");
+    let set = SteadySet::new(&undamped(&[]), [1.4, 1.6]).expect("a loop of that kind");
+    let text = certificate(&set, "hybrid-wall", shipped.text, &overrides);
+    let Ok(Checked::Accepted(proved)) = certify(&text) else { panic!("it holds") };
+    assert_eq!(proved, set.proved.iter().map(|word| (word.stiffness, word.bound)).collect::<Vec<_>>());
+    let first = &set.proved[0];
+    let told = |key: &str, value: f64, other: f64| (format!("{key} = {value:e}"), format!("{key} = {other:e}"));
+    for (old, new) in [
+        ("stiffness = \"0.3 N.m/rad\"".to_string(), "stiffness = \"0.31 N.m/rad\"".to_string()),
+        ("position = \"1.5 rad\"".into(), "position = \"1.49 rad\"".into()),
+        ("\"0\"]".into(), "\"0.1 mN.m.s/rad\"]".into()),
+        told("stiffness", first.stiffness, first.stiffness * 1.01),
+        told("duty", first.bound.duty, first.bound.duty + 1e-3),
+        told("rms_counts", first.bound.rms_counts, first.bound.rms_counts * 0.999),
+        (format!("word = {}\n", first.witness.word), format!("word = {}\n", first.witness.word + 1)),
+        ("storage".into(), "store".into()),
+        ("for ever".into(), "for an hour".into()),
+    ] {
+        let changed = text.replace(&old, &new);
+        assert!(changed != text, "{old} is not in it");
+        let found = certify(&changed);
+        // A key that is missing, and another claim, make another file of it.
+        let is_other = old == "storage" || old == "for ever";
+        assert!(matches!(found, Ok(Checked::Rejected(_))) != is_other, "{old} became {new}: {found:?}");
+        assert_eq!(found.is_err(), is_other, "{old} became {new}");
+    }
+    assert!(certify("").is_err() && certify("claim = 3").is_err() && certify("[").is_err());
+}
+
+#[test]
+fn no_multiplier_is_below_zero() {
+    // Under a hand that damps, a soft word needs none of the staircase's multiplier.
+    let scene = undamped(&[("hand.damping", "1 mN.m.s/rad")]);
+    let sampled = Sampled::new(&scene, 5).expect("a loop of that kind");
+    let mut found = sampled.found(None).expect("a level");
+    for climb in [0.01, -0.01] {
+        found.weights = [climb, 0.1, 0.1, 0.1, 0.1];
+        let responses = found.dissipation.responses();
+        found.level = responses.iter().fold(0.0, |most: f64, at| most.max(at.level(found.weights)));
+        let witness = sampled.witness(5, &found, 0.02).expect("a storage");
+        let checked = check(&scene, &witness);
+        assert_eq!(checked.is_ok(), climb > 0.0, "{climb}: {checked:?}");
+    }
+}
+
+#[test]
+fn a_bound_has_each_of_its_parts() {
+    for scene in [undamped(&[]), known("hybrid-wall", &[])] {
+        let (witness, bound) = steady(&scene, 20, None).map_err(|_| ()).expect("a witness");
+        let [_, _, _, _, noise] = witness.weights;
+        let read = (0.25 * witness.level + noise).sqrt();
+        assert!(bound.rms_counts > read + 0.999 * witness.sizes[2] && witness.sizes[2] > 1e-3, "{bound:?}");
+        assert!(bound.rms_counts < 1.001 * (read + witness.sizes[2]), "{bound:?}");
+    }
+}
+
+#[test]
+fn a_pulse_that_ends_after_the_next_reading_is_refused() {
+    // 4 clocks before the period's end the modulator reads the next command. The stall torque is 265 mN.m.
+    let mut scene = undamped(&[]);
+    let (witness, _) = steady(&scene, 36, None).map_err(|_| ()).expect("a witness");
+    for (act, is_outside) in [(4090.0, false), (4093.5, true)] {
+        scene.hand = Hand::ConstantTorque { torque_nm: 0.265 * act / 4096.0 };
+        let error = check(&scene, &Witness { act, ..witness.clone() }).expect_err("too long a pulse").to_string();
+        assert_eq!(error.contains("ends outside of its period"), is_outside, "{act}: {error}");
+    }
+}
+
+#[test]
+fn the_checker_is_short_and_shares_no_code_but_intervals() {
+    let source = include_str!("certify/mod.rs");
+    let is_code = |line: &&str| !line.trim().is_empty() && !line.trim_start().starts_with("//");
+    assert!(source.lines().filter(is_code).count() <= 300);
+    let own = source.lines().filter(|line| line.contains("crate::"));
+    let known = ["use crate::Error;", "use crate::interval::", "use crate::square::"];
+    own.for_each(|line| assert!(known.iter().any(|known| line.starts_with(known)), "{line}"));
+}
+
+#[test]
+fn scenes_without_such_a_proof_are_refused_with_the_reason() {
+    for (name, set, why) in [
+        ("hybrid-wall", &[("method.rescaled", "true"), ("method.reference_rate", "1 kHz")][..], "scaled"),
+        ("hybrid-wall", &[("method.product", "drop_upper")], "wraps"),
+        ("conventional-wall-10khz", &[("wall.damping", "0")], "sampled"),
+        ("hybrid-wall", &[("wall.damping", "0"), ("method.pwm.duty", "immediate")], "at once"),
+        ("hybrid-wall", &[("wall.damping", "0"), ("model.bridge", "averaged")], "averaged"),
+        ("hybrid-wall", &[("wall.damping", "0"), ("device.coulomb_friction", "1 mN.m")], "friction"),
+        ("count-cycle", &[], "motor"),
+    ] {
+        let error = SteadySet::new(&known(name, set), [0.1, 1.0]).expect_err(why).to_string();
+        assert!(error.contains(why), "{name}: {error}");
+    }
+}
+
+/// Simulates the exact pulses of a word in SI units, clock by clock of their ends, and returns the rms of the angle
+/// at the readings about its mean, in counts. The first sample of the velocity is read at `phase`, in clocks.
+fn simulated(scene: &Scene, word: i64, start_counts: f64, phase: u64, periods: [usize; 2]) -> f64 {
+    let Device::Motor(motor) = &scene.device else { unreachable!() };
+    let (grip, grip_damping) = scene.hand.grip();
+    let (l, j, k) = (motor.inductance_h, motor.inertia_kg_m2(), motor.torque_constant_nm_per_a);
+    let ohm = motor.resistance_ohm + 2.0 * scene.bridge.on_resistance_ohm;
+    let drag = motor.viscous_friction_nm_s_per_rad + grip_damping;
+    let Hand::SpringDamper { path, .. } = &scene.hand else { unreachable!() };
+    let intent = path.last().expect("a path").angle_rad;
+    let clock_s = scene.clock.period_s();
+    // The state's last part is the supply; a positive command pushes back.
+    let rates = |supply: f64| {
+        let push = -supply * scene.bridge.supply_v / l;
+        vec![
+            vec![-ohm / l, -k / l, 0.0, push],
+            vec![k / j, -drag / j, -grip / j, grip * intent / j],
+            vec![0.0, 1.0, 0.0, 0.0],
+            vec![0.0; 4],
+        ]
+    };
+    let powers = |supply: f64| -> Vec<Matrix> {
+        (0..13).map(|bit| exponential(&scaled(&rates(supply), clock_s * f64::from(1 << bit)))).collect()
+    };
+    let (on, off) = (powers(1.0), powers(0.0));
+    let flow = |state: &mut [f64; 4], powers: &[Matrix], clocks: u64| {
+        for (bit, power) in powers.iter().enumerate() {
+            if clocks >> bit & 1 == 1 {
+                *state = std::array::from_fn(|row| (0..4).map(|of| power[row][of] * state[of]).sum());
+            }
+        }
+    };
+    let (count, wall) = (scene.encoder.count_rad(), scene.wall_count());
+    let (period, latency) = (1u64 << scene.method.pwm.bits, 4 + u64::from(scene.method.settling));
+    let slope = word as f64 * scene.method.stiffness_format.lsb();
+    let words = scene.words().expect("words");
+    let step = words.realised.torque_quantum_nm / count;
+    let depth = (intent / count - wall as f64) * grip / (grip + slope * step);
+    let mut state = [0.0, 0.0, (wall as f64 + depth + start_counts) * count, 1.0];
+    let mut seen = Vec::new();
+    // The clock and the count of the latest sample, and the difference that it left.
+    let (mut sample, mut latest, mut turned) = (phase, (state[2] / count).floor() as i64, 0);
+    let mut clock = 0;
+    for index in 0..periods[1] {
+        let inside = (state[2] / count).floor() - wall as f64;
+        let drag = (words.damping * turned) >> scene.method.damping_format.frac();
+        let spring = (slope * inside.max(0.0)).floor() as i64;
+        let command = (spring + drag).clamp(0, (period - latency) as i64) as u64;
+        if index >= periods[0] {
+            seen.push(state[2] / count);
+        }
+        // The supply is on for a part of the period; samples are read between its clocks.
+        let ends = [(latency, &off), (latency + command, &on), (period, &off)];
+        let mut within = 0;
+        for (end, powers) in ends {
+            while within < end {
+                let next = if sample >= clock { end.min(sample - clock) } else { end };
+                flow(&mut state, powers, next - within);
+                within = next;
+                if clock + within == sample && within < period {
+                    let counted = (state[2] / count).floor() as i64;
+                    (turned, latest, sample) = (counted - latest, counted, sample + words.period as u64);
+                }
+            }
+        }
+        clock += period;
+    }
+    let mean = seen.iter().sum::<f64>() / seen.len() as f64;
+    (seen.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / seen.len() as f64).sqrt()
+}
+
+fn random_loops(count: usize) {
+    let mut random = hpu_cosim::SplitMix64::new(64);
+    let mut share = move || (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
+    let (mut bounded, mut damped, mut most) = (0, 0, 0.0f64);
+    for index in 0..count {
+        let mut factor = |by: f64| libm::exp(by * (2.0 * share() - 1.0));
+        let mut set = vec![
+            ("device.inductance", format!("{:e}", 2.26e-4 * factor(0.7))),
+            ("device.rotor_inertia", format!("{:e}", 1.37e-6 * factor(0.7))),
+            ("hand.stiffness", format!("{:e}", 0.3 * factor(0.7))),
+            ("hand.damping", format!("{:e}", 1e-4 * factor(1.5))),
+            ("wall.position", format!("{:e}", 1.5 + 0.05 * libm::log(factor(1.0)))),
+            ("method.settling", format!("{}", (20.0 * factor(1.1)) as u32)),
+        ];
+        if index % 2 == 0 {
+            set.push(("wall.damping", format!("{:e}", 5e-5 * factor(1.0))));
+            set.push(("method.sample_rate", format!("{:e}", 2e3 * factor(1.5))));
+        }
+        let set: Vec<(&str, &str)> = set.iter().map(|(key, value)| (*key, value.as_str())).collect();
+        let scene = undamped(&set);
+        let word = 1 + (50.0 * share() * share()) as i64;
+        let Ok((_, bound)) = steady(&scene, word, None) else { continue };
+        bounded += 1;
+        damped += usize::from(scene.words().expect("words").damping > 0);
+        for _ in 0..3 {
+            let start = 4.0 * (2.0 * share() - 1.0);
+            let phase = (share() * scene.words().expect("words").period as f64) as u64;
+            let rms = simulated(&scene, word, start, phase, [3000, 6000]);
+            most = most.max(rms / bound.rms_counts);
+            assert!(rms <= bound.rms_counts, "{set:?}, word {word}: {rms}, bound {bound:?}");
+        }
+    }
+    println!("{bounded} loops, {damped} of them with damping, at most {most} of a bound");
+    assert!(bounded > count / 3 && damped > count / 8 && most > 0.1, "{bounded}, {damped} loops, {most} of a bound");
+}
+
+/// The difference of a sample of a motion in straight lines, without `T` times the latest step, has at most `γ²`
+/// times the squares of what its steps change.
+#[test]
+fn a_stale_difference_is_bounded_at_every_phase() {
+    let mut random = hpu_cosim::SplitMix64::new(65);
+    let mut share = move || (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
+    let mut most = 0.0f64;
+    for index in 0..3000 {
+        let sample = [0.3, 1.0, 2.0, 3.7, 12.207, 40.0][index % 6];
+        let gain = stale_gain(Interval::exact(sample)).hi;
+        // One change, changes of one sign, and at random; at rest before.
+        let changes: Vec<f64> = (0..60)
+            .map(|at| match index / 6 % 3 {
+                0 => f64::from(u8::from(at == 0)),
+                1 => libm::sin(0.2 * share() + f64::from(at) * 2.0 / sample.max(1.0)),
+                _ => 2.0 * share() - 1.0,
+            })
+            .collect();
+        let mut steps = vec![0.0];
+        changes.iter().for_each(|change| steps.push(steps.last().unwrap() + change));
+        steps.extend([*steps.last().unwrap(); 200]);
+        // The angle at reading n, and at any time by straight lines.
+        let mut angles = vec![0.0];
+        steps.iter().for_each(|step| angles.push(angles.last().unwrap() + step));
+        let angle = |time: f64| {
+            let at = time.max(0.0).floor() as usize;
+            angles[at] + (time.max(0.0) - at as f64) * (angles[at + 1] - angles[at])
+        };
+        let phase = sample * share();
+        let stale: f64 = (1..angles.len() - 1)
+            .map(|n| {
+                let read = n as f64 - (n as f64 - phase).rem_euclid(sample);
+                (angle(read) - angle(read - sample) - sample * (angles[n] - angles[n - 1])).powi(2)
+            })
+            .sum();
+        let all: f64 = changes.iter().map(|change| change * change).sum();
+        most = most.max(stale / (gain * all));
+        assert!(stale <= gain * all, "{sample}, {phase}: {stale}, {gain} {all}");
+    }
+    assert!(most > 0.6, "{most}");
+}
+
+#[test]
+fn no_random_loop_swings_beyond_its_bound() {
+    random_loops(40);
+}
+
+#[test]
+#[ignore = "testbench/long.sh runs it"]
+fn none_of_a_thousand_random_loops_swings_beyond_its_bound() {
+    random_loops(1000);
+}
