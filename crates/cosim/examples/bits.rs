@@ -11,12 +11,17 @@ use hpu_cosim::{Control, Simulation, Wired, WiredSimulation};
 use hpu_signal::{Cycle, Observe};
 use sha2::{Digest, Sha256};
 
+/// The first line of the record.
+const HEAD: &str =
+    "# SHA-256 of rows and summary of each shipped scene, by cargo run --release --example bits -p hpu-cosim.";
+
 /// Hashes the rows of a run: the bits of the plant's outputs, with their means and extremes between rows, and the words
 /// of all nets.
 #[derive(Default)]
 struct Rows {
     hash: Sha256,
     words: Vec<i64>,
+    row: Vec<u8>,
 }
 
 impl Observe for Rows {
@@ -27,9 +32,11 @@ impl Observe for Rows {
         words.clone_into(&mut self.words);
     }
     fn reals(&mut self, cycle: Cycle, values: &[f64]) {
-        self.hash.update(cycle.0.to_le_bytes());
-        values.iter().for_each(|value| self.hash.update(value.to_bits().to_le_bytes()));
-        self.words.iter().for_each(|word| self.hash.update(word.to_le_bytes()));
+        self.row.clear();
+        self.row.extend(cycle.0.to_le_bytes());
+        self.row.extend(values.iter().flat_map(|value| value.to_bits().to_le_bytes()));
+        self.row.extend(self.words.iter().flat_map(|word| word.to_le_bytes()));
+        self.hash.update(&self.row);
     }
 }
 
@@ -49,7 +56,7 @@ fn hexadecimal(hash: impl AsRef<[u8]>) -> String {
 ///
 /// If a shipped scene does not run.
 pub fn table() -> String {
-    let mut table = String::new();
+    let mut table = format!("{HEAD}\n");
     for shipped in shipped() {
         let scene = shipped.parse(&[]).unwrap_or_else(|error| panic!("{error}"));
         if matches!(scene, Experiment::Dut(_)) {
@@ -59,8 +66,7 @@ pub fn table() -> String {
         let (mut trace, mut rows) = (simulation.verdict_trace(), Rows::default());
         let mut summary = simulation.run(simulation.driver(), &mut trace, &mut rows, &Control::new());
         summary.wall_s = 0.0;
-        let [rows, summary] =
-            [rows.hash.finalize(), Sha256::digest(format!("{summary:?}"))].map(|hash| hexadecimal(hash));
+        let [rows, summary] = [rows.hash.finalize(), Sha256::digest(format!("{summary:?}"))].map(hexadecimal);
         writeln!(table, "{} {rows} {summary}", shipped.name).expect("a text grows");
     }
     table
