@@ -1,7 +1,7 @@
 //! Prints two hashes of the run of each shipped scene: of all rows of its trace, and of its summary.
 //!
-//! `testbench/record/hashes.txt` is what it prints on x86-64 Linux. A test of this crate holds each build to the record,
-//! and `testbench/systems.sh` holds the builds for other systems to it.
+//! `testbench/record/hashes.txt` is what it prints. A test of this crate holds each build to the record, and
+//! `testbench/systems.sh` the builds for other systems.
 
 use std::fmt::Write as _;
 use std::io::{self, Write as _};

@@ -72,7 +72,8 @@ impl SceneFile {
     ///
     /// # Errors
     ///
-    /// As [`std::fs::read`]; also when it is no ordinary file, larger than 256 MiB, or [elsewhere](on_a_disk).
+    /// As [`std::fs::read`]; also when it is no ordinary file, or larger than 256 MiB, and on Windows when its name is
+    /// that of a device or of a place on another machine.
     pub fn load(&self, file: &str) -> io::Result<Vec<u8>> {
         let read = || read_plain(&on_a_disk(&self.data, file)?);
         // A file of the same name where the command runs is another file.
@@ -80,9 +81,10 @@ impl SceneFile {
     }
 }
 
-/// Returns the path of a file that a scene in this folder names. On Windows a name may be that of a device, as `NUL`, or
-/// lead to another machine, which would be told who the user is. Such a file is refused, unless the scene itself is on
-/// that machine.
+/// Returns the path of a file that a scene in this folder names.
+///
+/// On Windows a name may be that of a device, as `NUL`, or lead to another machine, which would be told who the user
+/// is. Such a file is refused, unless the scene itself is on that machine.
 fn on_a_disk(folder: &Path, file: &str) -> io::Result<PathBuf> {
     let path = folder.join(file);
     let elsewhere = |path: &Path| match path::absolute(path).ok()?.components().next()? {

@@ -128,8 +128,8 @@ pub(crate) fn signal_name(signal: i32) -> &'static str {
 }
 
 /// Calls a function in a thread of its own, with the number of each signal that asks this process to end: Ctrl-C
-/// (SIGINT), SIGTERM, SIGHUP of a terminal that closes, and SIGQUIT. SIGHUP and SIGQUIT stay ignored where they were, as
-/// behind `nohup`.
+/// (SIGINT), SIGTERM, SIGHUP of a terminal that closes, and SIGQUIT. SIGHUP and SIGQUIT stay ignored where they were,
+/// as behind `nohup`.
 ///
 /// # Errors
 ///

@@ -10,9 +10,9 @@ use crate::text::message::is_unseen;
 const MOST_BYTES: usize = 150;
 
 /// The rule for a plain name, as messages tell it.
-const ACCEPTED: &str = "a plain name: no folder, no control character, none of < > : \" | ? *, no dot, dash or space at \
-                        its beginning, no dot or space at its end, none that Windows has for a device (CON, NUL, \
-                        COM1 and others), at most 150 bytes";
+const ACCEPTED: &str = "a plain name: no folder, no control character, none of < > : \" | ? *, no dot, dash or space \
+                        at its beginning, no dot or space at its end, none that Windows has for a device (CON, \
+                        NUL, COM1 and others), at most 150 bytes";
 
 /// A name that a file or folder can have wherever it stands: it names nothing outside the folder that it is put into,
 /// hides nothing, and is no option of a command. It is one on every system, so that a folder of results can be taken
