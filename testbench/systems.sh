@@ -68,7 +68,6 @@ commands() {
     "$@" widths hybrid-wall -o widths
     "$@" vectors pwm --count 500 -o vectors
     "$@" report hybrid-wall -o report.html
-    "$@" chart friction-wall -o chart
     "$@" keys --markdown
     "$@" scenes show hybrid-wall
     "$@" export fmu hybrid-wall --library "$scratch/libhpu.so" --library "$scratch/hpu.dll" -o x.fmu
