@@ -46,7 +46,10 @@ pub const COMMANDS: &[(&str, Form)] = &[
         ),
     ),
     ("testbench/test.sh", Form::NotHere("it runs this test")),
-    ("testbench/systems.sh", Form::NotHere("it builds for other systems, for some ten minutes; its record is committed")),
+    (
+        "testbench/systems.sh",
+        Form::NotHere("it builds for other systems, for some ten minutes; its record is committed"),
+    ),
     ("testbench/explorer.sh", Form::NotHere("it builds the engine for browsers, which testbench/browser.sh has")),
     (
         "hpu explore hybrid-wall -o explore.html",
