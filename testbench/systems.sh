@@ -57,22 +57,31 @@ C
 x86_64-w64-mingw32-gcc -shared -o "$scratch/wine/bcryptprimitives.dll" "$scratch/random.c" -ladvapi32
 export WINEPREFIX=$scratch/prefix WINEDEBUG=-all
 
-# The commands whose files and whose standard output are compared.
+# Runs a command, and says its exit code if there is one.
+hpu() {
+    echo "$ hpu $*"
+    "${program[@]}" --quiet "$@" || echo "code $?"
+}
+
+# The commands whose files, standard output and exit codes are compared.
 commands() {
-    "$@" run hybrid-wall -o run
-    "$@" run phantom-drop --vcd --parquet --no-plot -o drop
-    "$@" run gimbal-texture --set "run.duration=100 ms" -o gimbal
-    "$@" run replay-motion -o replay
-    "$@" limits hybrid-wall
-    "$@" map hybrid-wall --x "wall.stiffness=0.1..4:6" --y "wall.damping=0..0.4 mN.m.s/rad:4" -o map
-    "$@" widths hybrid-wall -o widths
-    "$@" vectors pwm --count 500 -o vectors
-    "$@" report hybrid-wall -o report.html
-    "$@" keys --markdown
-    "$@" scenes show hybrid-wall
-    "$@" export fmu hybrid-wall --library "$scratch/libhpu.so" --library "$scratch/hpu.dll" -o x.fmu
-    # The command starts itself for each shard.
-    "$@" sweep run sweep.toml -o sweep --shard-points 2
+    hpu run hybrid-wall -o run
+    hpu run phantom-drop --vcd --parquet --no-plot -o drop
+    hpu run gimbal-texture --set "run.duration=100 ms" -o gimbal
+    hpu run replay-motion -o replay
+    hpu limits hybrid-wall
+    hpu map hybrid-wall --x "wall.stiffness=0.1..4:6" --y "wall.damping=0..0.4 mN.m.s/rad:4" -o map
+    hpu widths hybrid-wall -o widths
+    hpu vectors pwm --count 500 -o vectors
+    hpu report hybrid-wall -o report.html
+    hpu keys --markdown
+    hpu scenes show hybrid-wall
+    hpu export fmu hybrid-wall --library "$scratch/libhpu.so" --library "$scratch/hpu.dll" -o x.fmu
+}
+
+# A command that starts itself for each shard. QEMU runs one program, and none that the program starts.
+sweep() {
+    hpu sweep run sweep.toml -o sweep --shard-points 2
 }
 
 cat >"$scratch/sweep.toml" <<'TOML'
@@ -93,7 +102,7 @@ plain() {
     find "$1" \( -name journal.txt -o -name 'manifest-*.json' -o -name '*.parquet' \) -delete
     find "$1" -type f \( -name '*.json' -o -name '*.html' -o -name said \) -print0 | xargs -0 sed -i -E \
         -e '/"(wall_s|edges_per_s|seconds)":/d; /<dt>(hpu|edges)</d; /^(edges|file|SHA-256)  |^wrote /d' \
-        -e '/^    "[a-z]+\\\\/s:\\\\:/:g' -e 's/ in [0-9.]+ [mu]?s$//'
+        -e '/^    "[a-z]+\\\\/s:\\\\:/:g' -e 's:^([a-z]+)\\:\1/:' -e 's/ in [0-9.]+ [mu]?s$//'
 }
 
 # Builds for a system, runs its programs, and compares.
@@ -107,40 +116,44 @@ system() {
     cp "$folder/hpu$suffix" "$folder/examples/bits$suffix" "$scratch/wine"
     "$@" "$scratch/wine/bits$suffix" >"$scratch/$triple" || true
     if cmp -s "$scratch/$triple" "$hashes"; then same="$scenes scenes, the same"; else same=differs; fi
-    diff "$hashes" "$scratch/$triple" | sed -n 's/^> \([^ ]*\).*/  other bits: \1/p'
+    diff "$hashes" "$scratch/$triple" | sed -n 's/^> \([^ ]*\).*/  other bits: \1/p' || true
     note "$name: hashes against record/hashes.txt" "$same"
 }
 
-# Runs the commands in a folder of their own, by a program.
-# ran FOLDER PROGRAM...
+# Runs the commands, or the sweep, in a folder of their own, by a program.
+# ran WHAT FOLDER PROGRAM...
 ran() {
-    local folder=$scratch/$1
-    shift
+    local what=$1 folder=$scratch/$1-$2
+    shift 2
+    program=("$@")
     mkdir "$folder"
     cp "$scratch/sweep.toml" "$folder"
-    (cd "$folder" && commands "$@" --quiet >said 2>errors) || { cat "$folder/errors" && return 1; }
+    (cd "$folder" && "$what" >said 2>errors)
+    if grep "^code " "$folder/said"; then cat "$folder/errors"; fi
+    rm "$folder/errors"
+    plain "$folder"
 }
 
-# Compares a folder with this system's.
-# compared NAME FOLDER
+# Compares the files of the commands, or of the sweep, with this system's.
+# compared NAME WHAT FOLDER
 compared() {
-    local files
-    plain "$scratch/$2"
-    rm -f "$scratch/$2/errors"
-    files=$(find "$scratch/$2" -type f | wc -l)
-    if diff -rq "$scratch/here" "$scratch/$2"; then
-        note "$1: $(grep -c '^    "\$@"' "$root/testbench/systems.sh") commands of hpu" "$files files, the same"
+    local files count
+    files=$(find "$scratch/$2-$3" -type f | wc -l)
+    count=$(grep -c '^\$ hpu' "$scratch/$2-here/said")
+    if diff -rq "$scratch/$2-here" "$scratch/$2-$3"; then
+        note "$1: $2 of hpu ($count)" "$files files, the same"
     else
-        note "$1: files of commands of hpu" differs
+        note "$1: $2 of hpu ($count)" differs
     fi
 }
 
 system "x86-64 Windows" $windows .exe wine
 cp "$target/$windows/release/hpu.dll" "$target/release/libhpu.so" "$scratch"
-ran here "$target/release/hpu"
-plain "$scratch/here"
-rm -f "$scratch/here/errors"
-ran windows wine "$scratch/wine/hpu.exe" && compared "x86-64 Windows" windows || note "x86-64 Windows: commands" fails
+for what in commands sweep; do
+    ran $what here "$target/release/hpu"
+    ran $what windows wine "$scratch/wine/hpu.exe"
+    compared "x86-64 Windows" $what windows
+done
 
 # What is refused there.
 # refused CODE TEXT ARGUMENT...
@@ -165,8 +178,8 @@ else
 fi
 
 system "aarch64 Linux" $arm "" qemu-aarch64 -L /usr/aarch64-linux-gnu
-ran arm qemu-aarch64 -L /usr/aarch64-linux-gnu "$scratch/wine/hpu" && compared "aarch64 Linux" arm ||
-    note "aarch64 Linux: commands" fails
+ran commands arm qemu-aarch64 -L /usr/aarch64-linux-gnu "$scratch/wine/hpu"
+compared "aarch64 Linux" commands arm
 
 # A linker that links nothing, for the library that hpu-vhpi compiles while it is built.
 cat >"$scratch/linker" <<'SH'
