@@ -203,6 +203,15 @@ pub(crate) fn is_trusted(found: &Metadata) -> bool {
     (is_ours(found) || found.uid() == 0) && is_closed
 }
 
+/// Waits until the entries of a folder are on the disk.
+///
+/// # Errors
+///
+/// When the folder cannot be opened, or the disk fails.
+pub fn sync_folder(folder: &Path) -> io::Result<()> {
+    File::open(folder)?.sync_all()
+}
+
 /// Returns how folders are made that no other user can look into.
 pub(crate) fn private_folders() -> DirBuilder {
     let mut builder = DirBuilder::new();

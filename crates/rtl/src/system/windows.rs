@@ -1,18 +1,12 @@
 //! Windows. The functions have the contracts of their namesakes in `unix.rs`; what differs is said here.
 
+use std::env;
 use std::fs::{DirBuilder, File, Metadata, OpenOptions};
 use std::io::{self, ErrorKind};
 use std::net::TcpStream;
 use std::os::windows::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
-use std::{env, thread};
-
-use signal_hook::consts::signal::{SIGINT, SIGTERM};
-use signal_hook::flag;
 
 /// Why no simulator, synthesis or solver is started on this system.
 pub(crate) const NO_TOOLS: Option<&str> =
@@ -28,8 +22,8 @@ pub(crate) const TEMPORARIES: &str = "C:\\Windows\\Temp";
 const OPENS_FOLDERS: u32 = 0x0200_0000;
 /// The flag by which a link is opened itself, `FILE_FLAG_OPEN_REPARSE_POINT`.
 const FOLLOWS_NO_LINK: u32 = 0x0020_0000;
-/// The time between two looks for a signal.
-const TICK: Duration = Duration::from_millis(50);
+/// The number of the signal of Ctrl-C.
+const INTERRUPT: i32 = 2;
 
 /// The place of a program in a list of those to be killed with this process. There is no such list here: a program that
 /// this process starts outlives it when it is killed.
@@ -80,20 +74,9 @@ pub(crate) fn signal_name(_: i32) -> &'static str {
     ""
 }
 
-/// Calls a function at each Ctrl-C, and at SIGTERM of the C library.
+/// Calls a function at each Ctrl-C, with the number that the signal has on the other systems.
 pub fn listen(mut heard: impl FnMut(i32) + Send + 'static) -> io::Result<()> {
-    let flags = [SIGINT, SIGTERM].map(|signal| (signal, Arc::new(AtomicBool::new(false))));
-    for (signal, flag) in &flags {
-        flag::register(*signal, Arc::clone(flag))?;
-    }
-    let listens = move || {
-        loop {
-            let raised = flags.iter().filter(|(_, flag)| flag.swap(false, Ordering::Relaxed));
-            raised.for_each(|(signal, _)| heard(*signal));
-            thread::sleep(TICK);
-        }
-    };
-    thread::Builder::new().name("signals".to_string()).spawn(listens).map(drop)
+    ctrlc::set_handler(move || heard(INTERRUPT)).map_err(io::Error::other)
 }
 
 /// Returns false: a closed console is a broken pipe.
@@ -137,6 +120,11 @@ pub(crate) fn is_ours(_: &Metadata) -> bool {
 /// Returns true, as [`is_ours`].
 pub(crate) fn is_trusted(_: &Metadata) -> bool {
     true
+}
+
+/// Does nothing: a folder cannot be opened to be written out, and the file system's own journal keeps its entries.
+pub fn sync_folder(_: &Path) -> io::Result<()> {
+    Ok(())
 }
 
 /// Returns how folders are made. They inherit the rights of the user's profile.
