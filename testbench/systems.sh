@@ -22,7 +22,7 @@ windows=x86_64-pc-windows-gnu
 arm=aarch64-unknown-linux-gnu
 checked="aarch64-apple-darwin x86_64-apple-darwin x86_64-pc-windows-msvc"
 # shellcheck disable=SC2086  # one word a target
-rustup target add --quiet $windows $arm $checked 2>/dev/null ||
+rustup --quiet target add $windows $arm $checked 2>/dev/null ||
     { echo "error: rustup is missing, or has not the standard library of $windows $arm $checked" >&2 && exit 3; }
 export CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_LINKER=aarch64-linux-gnu-gcc
 
@@ -189,8 +189,8 @@ SH
 chmod +x "$scratch/linker"
 for triple in $checked; do
     linker=CARGO_TARGET_$(echo "$triple" | tr a-z- A-Z_)_LINKER
-    if env "$linker=$scratch/linker" cargo check --locked --profile quick --quiet --target "$triple" -p hpu \
-        -p hpu-capi; then
+    if env "$linker=$scratch/linker" CARGO_TARGET_DIR="$target/check" \
+        cargo check --locked --profile quick --quiet --target "$triple" -p hpu -p hpu-capi; then
         note "$triple: sources of the command and libhpu" "compile; not linked, not run"
     else
         note "$triple: sources of the command and libhpu" fails
