@@ -621,6 +621,8 @@ pub const EXCEPTED: &[(&str, &str)] = &[
     ("is 1000 times slower than events", MACHINE),
     ("GHDL more than 30 000 times slower", MACHINE),
     ("Linux x86-64", "the machine that it is developed on"),
+    ("Windows x86-64", "the name of a system"),
+    ("aarch64", "the name of a processor"),
     ("It takes 50 to 400 times as long", MACHINE),
     // Settings that a reader chooses, and figures from the literature.
     ("They begin at 0, as in an FPGA", SETTING),
