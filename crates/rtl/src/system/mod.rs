@@ -1,7 +1,7 @@
 //! What the operating system decides: processes and their groups, signals, owners of files, folders of the user.
 //!
 //! A system has a file here, and all files have the same items; no other part of `hpu` asks which system it runs on.
-//! `unix` is Linux and macOS. On Windows no simulator is started ([`NO_TOOLS`]), so a process there has neither a group
+//! `unix` is Linux and macOS. On Windows no simulator is started (`NO_TOOLS`), so a process there has neither a group
 //! nor a stream to a simulator.
 
 #[cfg(unix)]
