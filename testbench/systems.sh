@@ -59,7 +59,7 @@ export WINEPREFIX=$scratch/prefix WINEDEBUG=-all
 
 # Runs a command, and says its exit code if there is one.
 hpu() {
-    echo "$ hpu $*"
+    echo "== hpu $*"
     "${program[@]}" --quiet "$@" || echo "code $?"
 }
 
@@ -139,7 +139,7 @@ ran() {
 compared() {
     local files count
     files=$(find "$scratch/$2-$3" -type f | wc -l)
-    count=$(grep -c '^\$ hpu' "$scratch/$2-here/said")
+    count=$(grep -c '^== hpu' "$scratch/$2-here/said")
     if diff -rq "$scratch/$2-here" "$scratch/$2-$3"; then
         note "$1: $2 of hpu ($count)" "$files files, the same"
     else
