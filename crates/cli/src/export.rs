@@ -1,5 +1,6 @@
 //! `hpu export`: a scene as a part of somebody else's simulation.
 
+use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
 use std::path::{Path, PathBuf};
 
 use clap::Subcommand;
@@ -22,7 +23,7 @@ enum What {
     Fmu(Fmu),
 }
 
-/// Write a scene as a Functional Mock-up Unit: FMI 3.0, co-simulation, for x86-64 Linux
+/// Write a scene as a Functional Mock-up Unit: FMI 3.0, co-simulation
 ///
 /// The unit is the scene's plant: its inputs are the logic's outputs (the gates, or a command), its outputs the
 /// encoder's lines and the other words that the logic reads, the states and the energies. With --loop it is the whole
@@ -42,9 +43,10 @@ struct Fmu {
     /// Export the whole loop instead of its plant
     #[arg(long = "loop")]
     is_loop: bool,
-    /// The library `libhpu.so` of the same version [default: beside the program]
+    /// The library `libhpu` of the same version: `libhpu.so`, `hpu.dll` or `libhpu.dylib`; of each system that the unit
+    /// is for [default: those beside the program]
     #[arg(long, value_name = "FILE")]
-    library: Option<PathBuf>,
+    library: Vec<PathBuf>,
 }
 
 /// Runs `hpu export`.
@@ -53,12 +55,16 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let source = scene::source(&args.scene)?;
     let mut load = |file: &str| source.load(file);
     let (text, _) = SceneText::read((&source.name, &source.text), &args.set.set, &mut load).map_err(Failure::file)?;
-    let place = args.library.clone().or_else(beside).ok_or_else(|| {
-        let why = "libhpu.so is not beside the program; `cargo build --release -p hpu-capi` makes it, and --library \
-                   names it";
-        Failure::new(Exit::NoTool, why)
-    })?;
-    let library = read_plain(&place).map_err(|error| Failure::at(&place, error))?;
+    let places = if args.library.is_empty() { beside() } else { args.library.clone() };
+    if places.is_empty() {
+        let why = format!(
+            "{DLL_PREFIX}hpu{DLL_SUFFIX} is not beside the program; `cargo build --release -p hpu-capi` makes it, and \
+             --library names it"
+        );
+        return Err(Failure::new(Exit::NoTool, why));
+    }
+    let read = |place: &PathBuf| read_plain(place).map_err(|error| Failure::at(place, error));
+    let libraries = places.iter().map(read).collect::<Result<Vec<_>, _>>()?;
     let file = Single::open(&args.out)?;
     let stem = Path::new(&source.name).file_stem().map_or_else(String::new, |stem| stem.display().to_string());
     let files: Vec<(String, Vec<u8>)> = text.files.into_iter().collect();
@@ -68,16 +74,18 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         text: &source.text,
         set: &args.set.set,
         files: &files,
-        library: &library,
+        libraries: &libraries,
     };
     let bytes = archive(&export, &source).map_err(Failure::file)?;
     file.write(&bytes)?;
     Ok(Exit::Fine)
 }
 
-/// Returns the library beside this program, or in `lib` beside its folder.
-fn beside() -> Option<PathBuf> {
-    let program = program::code().ok()?;
-    let folder = program.parent()?;
-    [folder.join("libhpu.so"), folder.join("../lib/libhpu.so")].into_iter().find(|place| place.is_file())
+/// Returns the libraries beside this program, or in `lib` beside its folder: at most one of each system.
+fn beside() -> Vec<PathBuf> {
+    let Some(program) = program::code().ok() else { return Vec::new() };
+    let folder = program.parent().unwrap_or(Path::new(""));
+    let found =
+        |name: &str| [folder.join(name), folder.join("../lib").join(name)].into_iter().find(|place| place.is_file());
+    ["libhpu.so", "hpu.dll", "libhpu.dylib"].into_iter().filter_map(found).collect()
 }

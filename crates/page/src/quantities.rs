@@ -34,7 +34,7 @@ fn significant(value: f64) -> String {
 
 /// Returns two digits of a number above zero, rounded up, for a condition that holds above that number.
 pub(crate) fn rounded_up(value: f64) -> String {
-    let tenth = 10f64.powi(value.log10().floor() as i32 - 1);
+    let tenth = 10f64.powi(libm::log10(value).floor() as i32 - 1);
     let text = format!("{:.1e}", (value / tenth).ceil() * tenth);
     text.parse().map_or(text, number)
 }

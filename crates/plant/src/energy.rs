@@ -52,7 +52,8 @@ impl Sums {
             let (total, sum) = (self.totals[index], self.totals[index] + more);
             let kept = sum - total;
             self.rests[index] += (total - (sum - kept)) + (more - kept);
-            self.rests[index] += times.mul_add(grown, -more) + times * (rest + (now.rests[index] - then.rests[index]));
+            self.rests[index] +=
+                libm::fma(times, grown, -more) + times * (rest + (now.rests[index] - then.rests[index]));
             self.totals[index] = sum;
         }
     }

@@ -50,7 +50,7 @@ pub(crate) fn solution(mut rows: Matrix) -> Option<Vec<f64>> {
 
 /// Returns `e^A` by Taylor's series of `A / 2^s`, squared `s` times.
 pub fn exponential(a: &Matrix) -> Matrix {
-    let squarings = norm(a).log2().ceil().max(0.0) as i32 + 2;
+    let squarings = libm::log2(norm(a)).ceil().max(0.0) as i32 + 2;
     let small = scaled(a, 0.5f64.powi(squarings));
     let mut sum = identity(a.len());
     // Horner: 1 + A (1 + A/2 (1 + A/3 (...))). The norm is at most a quarter, and a quarter to the 16th over 16! is

@@ -89,7 +89,7 @@ impl Series {
     pub fn exponential_change(&self) -> Self {
         const ORDER: i32 = 13;
         // Below an eighth, the alternating terms of the polynomial do not widen the enclosure by much.
-        let halvings = (self.norm().log2().ceil() as i32 + 3).max(0);
+        let halvings = (libm::log2(self.norm()).ceil() as i32 + 3).max(0);
         let small = self.map(|cell| cell.scaled(2f64.powi(-halvings)));
         let (mut term, mut sum) = (small.clone(), small.clone());
         for index in 2..=ORDER {

@@ -15,6 +15,7 @@ pub mod entity;
 pub mod formal;
 mod lockstep;
 mod netlists;
+pub mod system;
 mod vectors;
 
 pub use check::{Check, CheckOptions, check, generics_label};
@@ -25,7 +26,7 @@ pub use engines::cache_folder::CacheFolder;
 pub use engines::error::{Cause, Error};
 pub use engines::fault::Fault;
 pub use engines::ghdl::Library;
-pub use engines::group::{Group, is_ignored, stop_tools};
+pub use engines::group::{Group, stop_tools};
 pub use engines::hdl::{Hdl, Setup, differs_from_the_hardware};
 pub use engines::note::tell_notes;
 pub use engines::sources::vhdl;

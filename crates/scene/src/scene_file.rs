@@ -1,7 +1,7 @@
 //! The text of a scene, found by the path of its file or by its shipped name.
 
-use std::io;
-use std::path::{Path, PathBuf};
+use std::io::{self, ErrorKind};
+use std::path::{self, Component, Path, PathBuf, Prefix, is_separator};
 
 use crate::experiment::Experiment;
 use crate::experiment::devices::shipped;
@@ -25,14 +25,14 @@ pub struct SceneFile {
 }
 
 impl SceneFile {
-    /// Finds a scene by the path of its file, which has a slash or ends in `.toml`, or by its shipped name.
+    /// Finds a scene by the path of its file, which has a folder or ends in `.toml`, or by its shipped name.
     ///
     /// # Errors
     ///
     /// [`SceneError`] with the file's name when it cannot be read, or with the shipped names when there is no such
     /// scene.
     pub fn find(scene: &str) -> Result<Self, SceneError> {
-        let is_path = scene.contains('/') || scene.ends_with(".toml");
+        let is_path = scene.contains(is_separator) || scene.ends_with(".toml");
         if let (false, Some(Shipped { name, text })) = (is_path, shipped().iter().find(|shipped| shipped.name == scene))
         {
             let name = format!("testbench/scenes/{name}.toml");
@@ -72,10 +72,31 @@ impl SceneFile {
     ///
     /// # Errors
     ///
-    /// As [`std::fs::read`]; also when it is no ordinary file, or larger than 256 MiB.
+    /// As [`std::fs::read`]; also when it is no ordinary file, or larger than 256 MiB, and on Windows when its name is
+    /// that of a device or of a place on another machine.
     pub fn load(&self, file: &str) -> io::Result<Vec<u8>> {
-        let read = || read_plain(&self.data.join(file));
+        let read = || read_plain(&on_a_disk(&self.data, file)?);
         // A file of the same name where the command runs is another file.
         if self.is_shipped { shipped_file(file).or_else(|_| read()) } else { read() }
+    }
+}
+
+/// Returns the path of a file that a scene in this folder names.
+///
+/// On Windows a name may be that of a device, as `NUL`, or lead to another machine, which would be told who the user
+/// is. Such a file is refused, unless the scene itself is on that machine.
+fn on_a_disk(folder: &Path, file: &str) -> io::Result<PathBuf> {
+    let path = folder.join(file);
+    let elsewhere = |path: &Path| match path::absolute(path).ok()?.components().next()? {
+        Component::Prefix(prefix) if !matches!(prefix.kind(), Prefix::Disk(_) | Prefix::VerbatimDisk(_)) => {
+            Some(prefix.as_os_str().to_owned())
+        }
+        _ => None,
+    };
+    match elsewhere(&path) {
+        place if place.is_some() && place != elsewhere(&folder.join("scene.toml")) => {
+            Err(io::Error::new(ErrorKind::InvalidInput, "not on a disk of this machine; copy it beside the scene"))
+        }
+        _ => Ok(path),
     }
 }

@@ -11,18 +11,24 @@
 //! the port, the bits, and 1 where all bits are known. Before it answers, a simulator writes out everything that the
 //! design has said.
 
+#[cfg(unix)]
 mod foreign;
+#[cfg(unix)]
 mod served;
+#[cfg(unix)]
 mod vpi;
 
 use std::io::{self, Read, Write};
 
-pub use vpi::{INSIDE, LIST};
-
 /// Environment variable that makes a bench report its ports and end.
 pub const ASK: &str = "HPU_DUT_PORTS";
 
-/// The shared library. A file with these bytes is what GHDL loads.
+/// Environment variable that makes a bench report the signals inside.
+pub const INSIDE: &str = "HPU_DUT_INSIDE";
+/// The file beside a bench that lists the signals to be reported, one a line.
+pub const LIST: &str = "hpu_dut_inside";
+
+/// The shared library; empty on Windows, where `hpu` starts no GHDL. A file with these bytes is what GHDL loads.
 #[cfg(not(shared_library))]
 pub static LIBRARY: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/libhpu_vhpi.so"));
 

@@ -10,10 +10,7 @@ use std::fs;
 use std::mem;
 use std::ptr;
 
-/// Environment variable that makes a bench report the signals inside.
-pub const INSIDE: &str = "HPU_DUT_INSIDE";
-/// The file beside a bench that lists the signals to be reported, one a line.
-pub const LIST: &str = "hpu_dut_inside";
+use super::{INSIDE, LIST};
 
 /// The widest signal that is reported, in bits.
 const MOST_BITS: u32 = u64::BITS;

@@ -166,7 +166,7 @@ pub(crate) fn header(
     let timescale = Timescale::of(clock);
     let (start, end) = (timescale.in_thousands(span.start), timescale.in_thousands(span.end));
     // GTKWave shows 2^-zoom units of time in 200 pixels.
-    let zoom = -(end.saturating_sub(start).max(1) as f64 * 200.0 / f64::from(WAVES_WIDTH)).log2();
+    let zoom = -libm::log2(end.saturating_sub(start).max(1) as f64 * 200.0 / f64::from(WAVES_WIDTH));
     let mut marker = marker.map_or("-1".to_string(), |marker| timescale.in_thousands(marker).to_string());
     for (edge, _) in named.iter().take(26) {
         let _ = write!(marker, " {}", timescale.in_thousands(*edge));

@@ -30,17 +30,42 @@ pub struct Export<'a> {
     pub set: &'a [(String, String)],
     /// The data files that the scene names, by those names.
     pub files: &'a [(String, Vec<u8>)],
-    /// `libhpu` for `x86_64-linux`.
-    pub library: &'a [u8],
+    /// The shared library `libhpu`, of each system that the unit is for.
+    pub libraries: &'a [Vec<u8>],
+}
+
+/// Returns the place of a shared library in a unit, by the system and the processor that its first bytes name; `None`
+/// for a file that is no library for Linux, Windows or macOS on x86-64 or aarch64.
+fn place(library: &[u8]) -> Option<&'static str> {
+    let number = |at: usize| Some(u16::from_le_bytes(library.get(at..at + 2)?.try_into().ok()?));
+    // ELF and Mach-O of 64 bits, the lowest byte first; a program of Windows says where its own header is.
+    if library.starts_with(b"\x7fELF\x02\x01") {
+        return match number(18)? {
+            62 => Some("x86_64-linux/hpu.so"),
+            183 => Some("aarch64-linux/hpu.so"),
+            _ => None,
+        };
+    }
+    if library.starts_with(b"MZ") {
+        let at = usize::from(number(60)?);
+        let is_64 = library.get(at..at + 4)? == b"PE\0\0" && number(at + 4)? == 0x8664;
+        return is_64.then_some("x86_64-windows/hpu.dll");
+    }
+    match library.get(..8)? {
+        b"\xcf\xfa\xed\xfe\x07\0\0\x01" => Some("x86_64-darwin/hpu.dylib"),
+        b"\xcf\xfa\xed\xfe\x0c\0\0\x01" => Some("aarch64-darwin/hpu.dylib"),
+        _ => None,
+    }
 }
 
 /// Returns the archive of a unit. The same scene gives the same bytes.
 ///
 /// # Errors
 ///
-/// [`Status::Refused`] when the scene is refused or has no such unit, or names a file outside its folder.
+/// [`Status::Refused`] when the scene is refused or has no such unit, or names a file outside its folder, or when a
+/// library is for no system or for the same one as another.
 pub fn archive(export: &Export, file: &SceneFile) -> Result<Vec<u8>, Error> {
-    let Export { kind, name, text, set, files, library } = export;
+    let Export { kind, name, text, set, files, libraries } = export;
     let refused = |why: &dyn std::fmt::Display| Error::new(Status::Refused, why);
     let unit = Unit::open(*kind, file.clone(), set.to_vec())?;
     let mut hasher = DefaultHasher::new();
@@ -56,10 +81,17 @@ pub fn archive(export: &Export, file: &SceneFile) -> Result<Vec<u8>, Error> {
     let description = model_description(&unit, name, &token, unit.end_s());
     let mut parts: Vec<(String, &[u8])> = vec![
         ("modelDescription.xml".into(), description.as_bytes()),
-        ("binaries/x86_64-linux/hpu.so".into(), library),
         (format!("resources/{SCENE}"), text.as_bytes()),
         (format!("resources/{EXPORT}"), said.as_bytes()),
     ];
+    for library in *libraries {
+        let found = place(library).map(|place| format!("binaries/{place}"));
+        let place = found.ok_or_else(|| refused(&"a library is for neither Linux, Windows nor macOS of 64 bits"))?;
+        if parts.iter().any(|(other, _)| *other == place) {
+            return Err(refused(&format!("{place}: two libraries are for this system")));
+        }
+        parts.push((place, library));
+    }
     for (place, bytes) in *files {
         let is_inside = Path::new(place).components().all(|part| matches!(part, std::path::Component::Normal(_)));
         if !is_inside || [SCENE, EXPORT].contains(&place.as_str()) {

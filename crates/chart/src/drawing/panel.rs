@@ -26,11 +26,11 @@ pub(crate) struct Panel {
 /// Returns at most `most` round values within a range, and the number of decimals that they need.
 pub(crate) fn ticks(range: &Range<f64>, most: usize) -> (Vec<f64>, usize) {
     let least = (range.end - range.start) / most as f64;
-    let decade = 10f64.powf(least.log10().floor());
+    let decade = libm::exp10(libm::log10(least).floor());
     let step = [1.0, 2.0, 5.0, 10.0].map(|m| m * decade).into_iter().find(|step| *step >= least).unwrap_or(least);
     let first = (range.start / step - 1e-9).ceil() as i64;
     let last = (range.end / step + 1e-9).floor() as i64;
-    let decimals = (-step.log10() - 1e-9).ceil().max(0.0) as usize;
+    let decimals = (-libm::log10(step) - 1e-9).ceil().max(0.0) as usize;
     ((first..=last).map(|n| n as f64 * step).collect(), decimals)
 }
 

@@ -33,7 +33,7 @@ fn rate(value: f64) -> String {
     match value {
         value if !value.is_finite() || value <= 0.0 => "-".into(),
         value if !(1e-2..1e4).contains(&value) => format!("{value:.2e}"),
-        value => format!("{value:.*}", (2.0 - value.log10().floor()).max(0.0) as usize),
+        value => format!("{value:.*}", (2.0 - libm::log10(value).floor()).max(0.0) as usize),
     }
 }
 

@@ -75,7 +75,8 @@ pub fn interval(found: &Found) -> String {
 /// Returns a value with the digits that its scatter leaves.
 pub fn rounded(value: f64, found: &Found) -> String {
     let share = found.sd / value.abs();
-    let digits = if share.is_finite() && share > 0.0 { (1.0 - share.log10().floor()).clamp(2.0, 9.0) } else { 3.0 };
+    let digits =
+        if share.is_finite() && share > 0.0 { (1.0 - libm::log10(share).floor()).clamp(2.0, 9.0) } else { 3.0 };
     let text = format!("{value:.*e}", digits as usize - 1);
     text.parse().map_or(text, hpu_cosim::number)
 }

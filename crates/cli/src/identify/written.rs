@@ -14,8 +14,11 @@ pub fn scene(
     result: &Identification,
     command: &str,
 ) -> Result<String, Failure> {
-    let mut document: DocumentMut =
-        source.text.parse().map_err(|error| Failure::file(format!("{}: {error}", source.name)))?;
+    let mut document: DocumentMut = source
+        .text
+        .replace("\r\n", "\n")
+        .parse()
+        .map_err(|error| Failure::file(format!("{}: {error}", source.name)))?;
     let mut comments = format!("# Identified by: {}\n", command.replace('\n', " "));
     for (found, unit) in result.found.found.iter().zip(&result.units) {
         let value = rounded(found.value, found);

@@ -113,7 +113,7 @@ fn left_out_pa(simulation: &GimbalSimulation, shear: &Shear) -> f64 {
     let scene = simulation.scene();
     let [height, _, roll] = scene.target.bounds();
     let most_m = (scene.gimbal.radii_m()[0] + height[1])
-        * roll.map(|roll_rad| roll_rad.sin().abs()).into_iter().fold(0.0, f64::max);
+        * roll.map(|roll_rad| libm::sin(roll_rad).abs()).into_iter().fold(0.0, f64::max);
     let gain = simulation.words().shear_gain as f64 * scene.method.config.shear.gain.lsb();
     shear.stress_pa(memory_bound(shear.order(), shear.memory) * gain * most_m)
 }

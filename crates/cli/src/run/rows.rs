@@ -11,6 +11,7 @@ use std::thread::{self, JoinHandle};
 
 use hpu_cosim::{AnySimulation, Control, SIGNS, Simulation};
 use hpu_page::trace_table::{TraceColumns, TraceTable};
+use hpu_rtl::system::free_bytes;
 use hpu_signal::{Cycle, Observe, Signal};
 use hpu_wave::differs;
 
@@ -64,21 +65,6 @@ impl Estimate {
         }
         terminal::tell(&format!("{said}; how much the waveforms take depends on what happens"));
         Ok(())
-    }
-}
-
-/// Returns the bytes that are free for this user on the disk of a folder; `None` where the system does not tell.
-fn free_bytes(dir: &Path) -> Option<u64> {
-    #[cfg(unix)]
-    {
-        let disk = nix::sys::statvfs::statvfs(dir).ok()?;
-        #[allow(clippy::useless_conversion, reason = "on some systems these are of 32 bits")]
-        Some(u64::from(disk.blocks_available()).saturating_mul(u64::from(disk.fragment_size())))
-    }
-    #[cfg(not(unix))]
-    {
-        let _ = dir;
-        None
     }
 }
 

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use hpu_rtl::{Cache, CacheFolder, Error, temporary};
+use hpu_rtl::{Cache, CacheFolder, Error, system, temporary};
 
 use crate::shell::exit::Failure;
 
@@ -31,10 +31,7 @@ impl Remember {
 
 /// Returns a folder of this program in the user's cache, for what is `kept` there.
 pub fn cache_folder(name: &str, kept: &'static str) -> CacheFolder {
-    // A relative path would be a place in the current folder.
-    let set = |name| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
-    let users = set("XDG_CACHE_HOME").or_else(|| Some(set("HOME")?.join(".cache")));
-    CacheFolder::new(users.map(|users| users.join("hpu").join(name)), kept)
+    CacheFolder::new(system::caches().map(|users| users.join("hpu").join(name)), kept)
 }
 
 /// Returns the path of a folder of the cache.

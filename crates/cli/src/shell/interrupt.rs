@@ -6,9 +6,7 @@ use std::thread;
 use std::time::Duration;
 
 use hpu_cosim::Control;
-use hpu_rtl::{is_ignored, stop_tools, temporary};
-use signal_hook::consts::signal::{SIGHUP, SIGINT, SIGQUIT, SIGTERM};
-use signal_hook::iterator::Signals;
+use hpu_rtl::{stop_tools, system, temporary};
 
 use crate::shell::exit::{Exit, Failure};
 use crate::shell::progress::Watch;
@@ -23,27 +21,21 @@ static SIGNAL: AtomicI32 = AtomicI32::new(0);
 const PATIENCE: Duration = Duration::from_millis(1500);
 
 /// Starts to listen for signals. The first signal asks the command to stop within [`PATIENCE`], if the command checks
-/// `CONTROL.stop`. The second signal ends the program, and so does the first if the command does not check. SIGHUP and
-/// SIGQUIT stay ignored where they were, as behind `nohup`.
+/// `CONTROL.stop`. The second signal ends the program, and so does the first if the command does not check.
 pub fn listen() -> Result<(), Failure> {
-    let ending = [SIGHUP, SIGQUIT].into_iter().filter(|signal| !is_ignored(*signal));
-    let listening = Signals::new([SIGINT, SIGTERM].into_iter().chain(ending)).and_then(|mut signals| {
-        thread::Builder::new().name("signals".to_string()).spawn(move || {
-            for signal in signals.forever() {
-                let is_first = SIGNAL.compare_exchange(0, signal, Ordering::Relaxed, Ordering::Relaxed).is_ok();
-                CONTROL.stop.store(true, Ordering::Relaxed);
-                if !is_first || !HEEDED.load(Ordering::Relaxed) {
-                    end();
-                }
-                stop_tools();
-                thread::spawn(|| {
-                    thread::sleep(PATIENCE);
-                    end();
-                });
-            }
-        })
+    let listening = system::listen(|signal| {
+        let is_first = SIGNAL.compare_exchange(0, signal, Ordering::Relaxed, Ordering::Relaxed).is_ok();
+        CONTROL.stop.store(true, Ordering::Relaxed);
+        if !is_first || !HEEDED.load(Ordering::Relaxed) {
+            end();
+        }
+        stop_tools();
+        thread::spawn(|| {
+            thread::sleep(PATIENCE);
+            end();
+        });
     });
-    listening.map(drop).map_err(|error| Failure::usage(format!("cannot listen for signals: {error}")))
+    listening.map_err(|error| Failure::usage(format!("cannot listen for signals: {error}")))
 }
 
 /// Ends the program. What was printed or committed until then remains.

@@ -6,14 +6,12 @@
 use std::borrow::Cow;
 use std::collections::hash_map::RandomState;
 use std::env;
-use std::fs::File;
 use std::hash::BuildHasher;
 use std::io::{self, ErrorKind, IsTerminal, Write};
-use std::os::fd::AsFd;
-use std::os::unix::fs::FileTypeExt;
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
 use hpu_cosim::{printable, printable_json};
+use hpu_rtl::system;
 use serde_json::Value;
 
 use crate::shell::exit::Failure;
@@ -64,17 +62,10 @@ fn write(text: &str) -> Result<(), Failure> {
         out.write_all(text.as_bytes()).and_then(|()| out.flush())
     });
     match printed {
-        Err(error) if error.kind() == ErrorKind::BrokenPipe || is_hung_up(&error) => Ok(()),
+        Err(error) if error.kind() == ErrorKind::BrokenPipe || system::is_hung_up(&error) => Ok(()),
         Err(error) => Err(Failure::file(format!("standard output: {error}"))),
         Ok(()) => Ok(()),
     }
-}
-
-/// Returns whether a write failed because the terminal behind stdout is gone. The same error on a disk is one.
-fn is_hung_up(error: &io::Error) -> bool {
-    const EIO: i32 = 5;
-    let stdout = io::stdout().as_fd().try_clone_to_owned().and_then(|stdout| File::from(stdout).metadata());
-    error.raw_os_error() == Some(EIO) && stdout.is_ok_and(|stdout| stdout.file_type().is_char_device())
 }
 
 /// Prints the reason why the program could not do its job.
@@ -114,7 +105,7 @@ fn marks() -> &'static [char; 3] {
 
 fn coloured() -> bool {
     let set = |name| env::var_os(name).is_some_and(|value| !value.is_empty());
-    io::stdout().is_terminal() && !set("NO_COLOR") && env::var_os("TERM").is_none_or(|term| term != "dumb")
+    io::stdout().is_terminal() && !set("NO_COLOR") && system::obeys_escapes()
 }
 
 /// Returns text in green or red on a terminal that shows colours.

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use hpu_farm::Points;
+use hpu_rtl::system;
 use hpu_rtl::temporary::{self, Temporary, sweep_files};
 use hpu_study::map::SceneText;
 use serde_json::{Value, json};
@@ -212,7 +213,7 @@ impl Manifest {
 pub fn put(file: Temporary, place: &Path) -> Result<(), Failure> {
     temporary::place(vec![(file, place.to_path_buf())]).map_err(|(place, error)| Failure::at(&place, error))?;
     let folder = place.parent().unwrap_or(Path::new("."));
-    fs::File::open(folder).and_then(|folder| folder.sync_all()).map_err(|error| Failure::at(folder, error))
+    system::sync_folder(folder).map_err(|error| Failure::at(folder, error))
 }
 
 /// Returns the checksum over a manifest without it.

@@ -6,7 +6,6 @@
 //! single kill from outside therefore makes no point poison.
 
 use std::fs::{self, File};
-use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Stdio};
 use std::sync::atomic::AtomicBool;
@@ -17,7 +16,7 @@ use hpu_farm::{Failed, FileRow, GROUP_ROWS, PointResult, Row, append, seal};
 use hpu_page::{Page, Parquet};
 use hpu_rtl::dut::is_forbidden;
 use hpu_rtl::temporary::{Temporary, sweep_files};
-use hpu_rtl::{Fault, output};
+use hpu_rtl::{Fault, output, system};
 
 use super::files::{before, check, metadata, said};
 use super::manifest::{Planned, put};
@@ -212,7 +211,7 @@ fn alone(planned: &Planned, index: u64, point: usize) -> Result<Alone, Failure> 
 
 /// Returns how a process ended.
 pub fn told(status: ExitStatus) -> String {
-    match (status.signal(), status.code()) {
+    match (system::killed_by(status), status.code()) {
         (Some(signal), _) => format!("by signal {signal}"),
         (None, code) => format!("with exit code {}", code.unwrap_or_default()),
     }

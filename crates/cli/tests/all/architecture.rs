@@ -189,3 +189,76 @@ fn no_line_of_a_source_has_more_than_120_characters() {
     }
     assert!(long.is_empty(), "more than 120 characters: {long:#?}");
 }
+
+/// Calls a function with each file of the crates' sources, without its tests: its path below `crates/`, its text.
+fn each_source(folder: &Path, look: &mut dyn FnMut(&str, &str)) {
+    for entry in fs::read_dir(folder).expect("sources are readable") {
+        let path = entry.expect("an entry").path();
+        let name = path.to_str().expect("a name");
+        if path.is_dir() {
+            each_source(&path, look);
+        } else if name.ends_with(".rs") && !name.ends_with("tests.rs") {
+            let text = fs::read_to_string(&path).expect("text");
+            let own = text.split("#[cfg(test)]\nmod tests {").next().expect("a part before");
+            look(name.rsplit_once("/crates/").expect("below crates/").1, own);
+        }
+    }
+}
+
+/// Adds the lines of all sources, but for comments, in which a text stands, if it is not in these places.
+fn lines_with(is_meant: impl Fn(&str) -> bool, places: &[&str]) -> Vec<String> {
+    let crates = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("crates/");
+    let mut found = Vec::new();
+    for (name, _) in MAY_KNOW {
+        each_source(&crates.join(name).join("src"), &mut |path, text| {
+            if !places.iter().any(|place| path.starts_with(place)) {
+                let lines = text.lines().zip(1..).filter(|(line, _)| !line.trim_start().starts_with("//"));
+                found.extend(lines.filter(|(line, _)| is_meant(line)).map(|(line, at)| format!("{path}:{at}: {line}")));
+            }
+        });
+    }
+    found
+}
+
+/// The functions of `f64` that the standard library asks the system for, and whose bits are the system's.
+const OF_THE_SYSTEM: [&str; 27] = [
+    "acos", "acosh", "asin", "asinh", "atan", "atan2", "atanh", "cbrt", "cos", "cosh", "exp", "exp2", "exp_m1",
+    "hypot", "ln", "ln_1p", "log10", "log2", "mul_add", "powf", "sin", "sin_cos", "sinh", "tan", "tanh", "gamma",
+    "ln_gamma",
+];
+
+/// Methods of these names in these files are of intervals and of an arm's numbers, which ask `libm`, or are the
+/// processor's own instruction.
+const OF_OTHER_TYPES: [&str; 7] = [
+    "plant/src/arm/dynamics.rs",
+    "plant/src/arm/gimbal.rs",
+    "plant/src/arm/model.rs",
+    "plant/src/flow/double.rs",
+    "prove/src/arms/gimbal.rs",
+    "prove/src/interval.rs",
+    "prove/src/linear/characteristic.rs",
+];
+
+#[test]
+fn results_depend_on_no_function_of_the_system() {
+    let is_meant = |line: &str| {
+        let calls = |name: &str| line.contains(&format!(".{name}(")) || line.contains(&format!("f64::{name}"));
+        OF_THE_SYSTEM.iter().any(|name| calls(name))
+    };
+    let found = lines_with(is_meant, &OF_OTHER_TYPES);
+    assert!(found.is_empty(), "write libm::...: {found:#?}");
+    // The list of other files is not longer than it must be.
+    for place in OF_OTHER_TYPES {
+        let others: Vec<_> = OF_OTHER_TYPES.into_iter().filter(|other| *other != place).collect();
+        assert!(!lines_with(is_meant, &others).is_empty(), "{place} has no such line");
+    }
+}
+
+#[test]
+fn what_a_system_decides_stands_in_one_place() {
+    let asks =
+        ["std::os::", "cfg(unix", "cfg(windows", "cfg(not(unix", "cfg(not(windows", "target_os", "libc::", "nix::"];
+    let is_meant = |line: &str| asks.iter().any(|ask| line.contains(ask));
+    let found = lines_with(is_meant, &["rtl/src/system/", "vhpi/src/"]);
+    assert!(found.is_empty(), "it belongs into crates/rtl/src/system: {found:#?}");
+}

@@ -46,6 +46,10 @@ pub const COMMANDS: &[(&str, Form)] = &[
         ),
     ),
     ("testbench/test.sh", Form::NotHere("it runs this test")),
+    (
+        "testbench/systems.sh",
+        Form::NotHere("it builds for other systems, for some ten minutes; its record is committed"),
+    ),
     ("testbench/explorer.sh", Form::NotHere("it builds the engine for browsers, which testbench/browser.sh has")),
     (
         "hpu explore hybrid-wall -o explore.html",
@@ -622,6 +626,8 @@ pub const EXCEPTED: &[(&str, &str)] = &[
     ("is 1000 times slower than events", MACHINE),
     ("GHDL more than 30 000 times slower", MACHINE),
     ("Linux x86-64", "the machine that it is developed on"),
+    ("Windows x86-64", "the name of a system"),
+    ("aarch64", "the name of a processor"),
     ("It takes 50 to 400 times as long", MACHINE),
     // Settings that a reader chooses, and figures from the literature.
     ("They begin at 0, as in an FPGA", SETTING),

@@ -155,7 +155,7 @@ pub fn stress_error_pa(trace: &Trace) -> [f64; 2] {
 /// Returns the change of the radius by one position of the crank's servo, where it is greatest; `None` if the target
 /// moves in the judged window, so that the motion is judged by how it follows.
 fn still_within_m(scene: &GimbalScene) -> Option<f64> {
-    let levers = (0..=1800).map(|tenth| scene.gimbal.lever_m(&f64::from(tenth).mul_add(0.1, 0.0).to_radians()).abs());
+    let levers = (0..=1800).map(|tenth| scene.gimbal.lever_m(&(0.1 * f64::from(tenth)).to_radians()).abs());
     let steepest_m = levers.fold(0.0, f64::max);
     (!scene.follows()).then_some(steepest_m * scene.count_rad())
 }

@@ -27,7 +27,7 @@ pub fn unseen_contact(scene: &Scene, realised: &Realised, trace: &Trace, summary
     }
     let farthest_rad = trace.judged_rows(ANGLE).iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let depth = farthest_rad - realised.wall_position_rad;
-    let half_range = realised.count_rad * f64::from(scene.method.position_bits - 1).exp2();
+    let half_range = realised.count_rad * libm::exp2(f64::from(scene.method.position_bits - 1));
     let is_past = depth > HIDDEN_COUNTS * realised.count_rad;
     is_past.then_some(Unseen { depth, wrapped: realised.count_rad > 0.0 && depth >= half_range })
 }
@@ -41,7 +41,7 @@ pub fn product_wraps(scene: &Scene, realised: &Realised, trace: &Trace, summary:
     }
     displayed_stiffness((scene.wall.position_rad, scene.wall.stiffness_nm_per_rad), trace, summary.averages)?;
     let depth = trace.judged_rows(ANGLE).last()? - scene.wall.position_rad;
-    let full = realised.torque_quantum_nm * f64::from(scene.method.pwm.bits).exp2();
+    let full = realised.torque_quantum_nm * libm::exp2(f64::from(scene.method.pwm.bits));
     let wraps = (realised.stiffness_nm_per_rad * depth / full) as u64;
     (wraps > 0).then_some(wraps)
 }

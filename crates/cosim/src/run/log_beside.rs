@@ -258,7 +258,7 @@ impl Observe for LogBeside {
         let (to, now) = (cycle.0, values[at]);
         self.fill(to, |edge| {
             let share = (edge - from) as f64 / (to - from) as f64;
-            share.mul_add(now - was, was)
+            libm::fma(share, now - was, was)
         });
         self.last = (to, now);
     }

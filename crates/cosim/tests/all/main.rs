@@ -1,6 +1,7 @@
 //! All tests of the crate in one binary: linked once, and spread over the cores together.
 
 mod between_rows;
+mod bits;
 mod bounded;
 mod common;
 mod contact;

@@ -39,7 +39,7 @@ pub fn exact(frequency_hz: f64) -> f64 {
     // Frequencies are in units of the cutoff.
     let w = frequency_hz / CUTOFF_HZ;
     let slow = SQRT_2 * w;
-    slow.hypot(1.0) / slow.hypot(1.0 - w * w)
+    libm::hypot(slow, 1.0) / libm::hypot(slow, 1.0 - w * w)
 }
 
 /// Returns `|1 - H|` of the bilinear transform, which maps each frequency to another one and the cutoff to itself.
@@ -65,7 +65,7 @@ pub fn analog(frequency_hz: f64) -> f64 {
         }
         shaper = shaper.after(half_s);
     }
-    left[0].hypot(left[1]) * 2.0 / f64::from(HOLDS)
+    libm::hypot(left[0], left[1]) * 2.0 / f64::from(HOLDS)
 }
 
 /// Bits of a force's magnitude in the words that are measured.
@@ -99,7 +99,7 @@ pub fn digital(frequency_hz: f64) -> f64 {
         let (sin, cos) = wave(sample);
         [left[0] + slow * sin, left[1] + slow * cos]
     });
-    left[0].hypot(left[1]) * 2.0 / (WATCHED as f64 * full)
+    libm::hypot(left[0], left[1]) * 2.0 / (WATCHED as f64 * full)
 }
 
 /// Returns the greatest value of `1 - H` under a step of 1: in closed form, of the plant's shaper read every 0.1 ms,

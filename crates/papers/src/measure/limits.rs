@@ -234,7 +234,7 @@ fn told(damping: Option<[f64; 2]>, scene: &Scene) -> String {
     if holds == 0.0 {
         return "0".into();
     }
-    let decimals = (2 - (holds * 1e3).log10().floor() as i32).max(0) as usize;
+    let decimals = (2 - libm::log10(holds * 1e3).floor() as i32).max(0) as usize;
     let seen = format!("{:.decimals$} to {:.decimals$} mN.m.s/rad", fails * 1e3, holds * 1e3);
     let Ok(realised) = scene.words().map(|words| words.realised) else { return seen };
     let quantum = realised.torque_quantum_nm / realised.count_rad;

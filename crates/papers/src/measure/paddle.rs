@@ -45,7 +45,7 @@ pub(super) fn paddle(asked: &Asked, control: &Control) -> Result<Values, Error> 
         let pair = new.windows(2).find(|pair| angles[pair[0]] < angle && angles[pair[1]] >= angle);
         pair.map_or(f64::INFINITY, |pair| {
             let share = (angle - angles[pair[0]]) / (angles[pair[1]] - angles[pair[0]]);
-            share.mul_add(trace.time_s(pair[1]) - trace.time_s(pair[0]), trace.time_s(pair[0]))
+            libm::fma(share, trace.time_s(pair[1]) - trace.time_s(pair[0]), trace.time_s(pair[0]))
         })
     };
     let half = &angles[angles.len() / 2..];

@@ -45,7 +45,10 @@ const KEYS: [&str; 6] = ["name", "title", "notes", "let", "group", "claim"];
 ///
 /// Returns all errors of the file.
 pub fn read(name: &str, bytes: &[u8], verbs: &[&str], load: Arc<Load>) -> Result<Study, FileErrors> {
-    let (mut file, document) = File::parse(name, bytes)?;
+    // The parser keeps the line ends of Windows in texts of several lines.
+    let ends = bytes.iter().zip(bytes.iter().skip(1).chain([&0]));
+    let bytes: Vec<u8> = ends.filter(|pair| *pair != (&b'\r', &b'\n')).map(|(byte, _)| *byte).collect();
+    let (mut file, document) = File::parse(name, &bytes)?;
     let top = document.as_table();
     file.accept(top, "", &[&KEYS, verbs].concat());
     let mut vars = Variables::default();

@@ -137,7 +137,7 @@ impl Scalar for Expr {
     fn sin_cos(&self) -> (Self, Self) {
         match self {
             Self::Number(number) => {
-                let (sine, cosine) = number.sin_cos();
+                let (sine, cosine) = libm::sincos(*number);
                 (Self::Number(sine), Self::Number(cosine))
             }
             Self::Node(tape, index) => (Self::node(tape, Op::Sine(*index)), Self::node(tape, Op::Cosine(*index))),

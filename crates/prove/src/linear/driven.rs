@@ -147,7 +147,7 @@ pub(super) fn searched(pulses: &Pulses, scene: &Scene, range: [f64; 2], looks: u
     let at = |index: usize| match index {
         0 => low,
         index if index == looks - 1 => high,
-        index => low * (high / low).powf(index as f64 / (looks - 1) as f64),
+        index => low * libm::pow(high / low, index as f64 / (looks - 1) as f64),
     };
     let decays = |stiffness: f64| pulses.growth_per_s(stiffness) < 0.0;
     let looks: Vec<(f64, bool)> = (0..looks).map(at).map(|stiffness| (stiffness, decays(stiffness))).collect();
@@ -187,9 +187,9 @@ impl Search<'_> {
         // The place of a stiffness between the crossings: the logarithm of its distances. The proof holds over a part
         // of the way to a crossing, and over all of the rest where that is short.
         let floor = before.map_or(0.0, |[inside, _]| inside);
-        let place = |at: f64| (at - floor).ln() - after.map_or(0.0, |[inside, _]| (inside - at).ln());
+        let place = |at: f64| libm::log(at - floor) - after.map_or(0.0, |[inside, _]| libm::log(inside - at));
         let stiffness = |place: f64| {
-            let ratio = place.exp();
+            let ratio = libm::exp(place);
             after.map_or(floor + ratio, |[inside, _]| inside - (inside - floor) / (1.0 + ratio))
         };
         let nearest = NEAREST * to;

@@ -136,7 +136,7 @@ impl OpenLoop {
         let mut away = [Interval::ZERO; ALONG];
         if self.live {
             away[0] = range.minus(middle);
-            let unit = 2f64.powi(high.log2().floor() as i32);
+            let unit = 2f64.powi(libm::log2(high).floor() as i32);
             let by = |matrix: &[Vec<Interval>]| -> Vec<Vec<Interval>> {
                 let mut slope = none.clone();
                 for (row, by) in slope.iter_mut().zip(springs(matrix)) {
@@ -165,7 +165,7 @@ impl OpenLoop {
             away[of] = *half;
             let slope = at(&balanced(slope), range);
             // The ratio of the plant's size to the side's.
-            let unit = 2f64.powi(half.hi.log2().floor() as i32);
+            let unit = 2f64.powi(libm::log2(half.hi).floor() as i32);
             let over = along(&at(&plant, range), &slope, unit, 2);
             put(&over[0], &|jet| &mut jet.over, 1.0);
             put(&over[1], &|jet| &mut jet.slopes[of], unit);
@@ -367,7 +367,7 @@ fn balance(a: &mut [Vec<Interval>], stiffness: f64) -> Vec<f64> {
             });
             // A scale f makes the row 1/f as large and the column f times as large.
             let ratio: f64 = if row == 0.0 || column == 0.0 { continue } else { row / column };
-            let scale = 2f64.powi((0.5 * ratio.log2()).round() as i32);
+            let scale = 2f64.powi((0.5 * libm::log2(ratio)).round() as i32);
             scales[state] *= scale;
             for cell in &mut a[state] {
                 *cell = cell.scaled(1.0 / scale);

@@ -39,7 +39,7 @@ impl Ripple {
             return None;
         }
         let counts = |stiffness: f64| pulses.rms_rad(rest.duty(stiffness)) / scene.encoder.count_rad();
-        let at = |index: usize| low * (high / low).powf(index as f64 / (LOOKS - 1) as f64);
+        let at = |index: usize| low * libm::pow(high / low, index as f64 / (LOOKS - 1) as f64);
         let looks: Vec<[f64; 2]> = (0..LOOKS).map(at).map(|stiffness| [stiffness, counts(stiffness)]).collect();
         let narrowed = |mut inside: f64, mut outside: f64| {
             while (outside - inside).abs() > 1e-12 * outside {
@@ -160,7 +160,7 @@ fn fixed(map: &Matrix, states: usize) -> Option<[f64; 3]> {
 /// Returns the integral of `x x'` over a time from a state on: a Taylor series over a short time, doubled.
 fn integral(rates: &Matrix, time_s: f64, state: &[f64; 4]) -> Matrix {
     let norm = rates.iter().map(|row| row.iter().map(|x| x.abs()).sum::<f64>()).fold(0.0, f64::max) * time_s;
-    let halvings = (norm.max(1e-9).log2().ceil() as i32 + 4).max(0);
+    let halvings = (libm::log2(norm.max(1e-9)).ceil() as i32 + 4).max(0);
     let short_s = time_s * 0.5f64.powi(halvings);
     let mut term: Matrix = state.iter().map(|x| state.iter().map(|y| x * y * short_s).collect()).collect();
     let mut sum = term.clone();

@@ -124,7 +124,7 @@ impl BoxSet {
             let end = |index: usize| match index {
                 0 => low,
                 STRETCHES => high,
-                index => low * (high / low).powf(index as f64 / STRETCHES as f64),
+                index => low * libm::pow(high / low, index as f64 / STRETCHES as f64),
             };
             for index in 0..STRETCHES {
                 crossed.extend(search.crossed([end(index), end(index + 1)], NARROW, MOST_BOXES)?);
@@ -156,7 +156,7 @@ impl BoxSet {
 
     /// Returns how much of what settles at the points of the box is proved for all of it, as a share of its logarithm.
     pub fn share(&self) -> f64 {
-        let length = |stretches: &[[f64; 2]]| stretches.iter().map(|[low, high]| (high / low).ln()).sum::<f64>();
+        let length = |stretches: &[[f64; 2]]| stretches.iter().map(|[low, high]| libm::log(high / low)).sum::<f64>();
         let all = length(&self.at_points);
         if all == 0.0 { 0.0 } else { length(&self.proved) / all }
     }

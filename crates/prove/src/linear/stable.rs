@@ -175,7 +175,7 @@ impl StableSet {
 
 /// Rounds a positive number up or down to seven digits.
 pub(super) fn inwards(value: f64, up: bool) -> f64 {
-    let unit = 10f64.powi(6 - value.log10().floor() as i32);
+    let unit = 10f64.powi(6 - libm::log10(value).floor() as i32);
     (if up { (value * unit).ceil() } else { (value * unit).floor() }) / unit
 }
 

@@ -216,7 +216,7 @@ fn balanced(a: &[Vec<Interval>]) -> (Matrix, Vec<f64>) {
             if row == 0.0 || column == 0.0 {
                 continue;
             }
-            let unit = 2f64.powi((row / column).log2().div_euclid(2.0) as i32);
+            let unit = 2f64.powi(libm::log2(row / column).div_euclid(2.0) as i32);
             for (other, cells) in a.iter_mut().enumerate() {
                 if other == state {
                     for (column, cell) in cells.iter_mut().enumerate() {

@@ -1,9 +1,6 @@
 //! A simulator that runs as a process and answers requests.
 
 use std::io::{self, Read};
-use std::os::fd::AsRawFd;
-use std::os::unix::net::UnixStream;
-use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::process::{Command, Stdio};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
@@ -16,6 +13,7 @@ use super::said::{Ears, LONGEST};
 use crate::engines::error::{Error, Reason};
 use crate::engines::group::{Group, is_stopping};
 use crate::engines::tool::{Fault as ToolFault, Tool, ToolError};
+use crate::system;
 
 /// The longest time for an answer, unless the tools have another time limit. A request has at most some ten thousand
 /// edges.
@@ -42,7 +40,7 @@ struct Said {
 pub(crate) struct Process {
     tool: Tool,
     group: Group,
-    stream: UnixStream,
+    stream: system::Stream,
     said: Arc<Mutex<Said>>,
     readers: Vec<JoinHandle<()>>,
     limit: Duration,
@@ -64,21 +62,10 @@ impl Process {
         changes: &mut Vec<Change>,
     ) -> Result<Self, Error> {
         let not_started = |error| ToolError::new(tool, SIMULATE, ToolFault::NotStarted(error), "");
-        let (ours, theirs) = UnixStream::pair().map_err(not_started)?;
-        let descriptor = theirs.as_raw_fd();
-        let given = move || {
-            // SAFETY: this runs between fork and exec, on descriptors that belong to this process.
-            let done = unsafe {
-                if descriptor == DESCRIPTOR {
-                    libc::fcntl(descriptor, libc::F_SETFD, 0)
-                } else {
-                    libc::dup2(descriptor, DESCRIPTOR)
-                }
-            };
-            if done < 0 { Err(io::Error::last_os_error()) } else { Ok(()) }
-        };
-        // SAFETY: `given` calls nothing but `dup2` or `fcntl`, which are safe between fork and exec.
-        unsafe { command.pre_exec(given) };
+        if system::NO_TOOLS.is_some() {
+            return Err(ToolError::new(tool, SIMULATE, ToolFault::Missing, "").into());
+        }
+        let (ours, theirs) = system::stream_to(&mut command, DESCRIPTOR).map_err(not_started)?;
         command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
         let mut group = Group::start(&mut command).map_err(|fault| ToolError::new(tool, SIMULATE, fault, ""))?;
         drop(theirs);
@@ -144,7 +131,7 @@ impl Process {
             };
             let ended = status.and_then(|status| {
                 let code = status.code().map(ToolFault::Failed);
-                code.or(status.signal().map(ToolFault::Killed))
+                code.or(system::killed_by(status).map(ToolFault::Killed))
             });
             // A process that was killed while the tools are being stopped was killed on purpose.
             if is_stopping() { ToolFault::Stopped } else { ended.unwrap_or(ToolFault::Silent("answer")) }

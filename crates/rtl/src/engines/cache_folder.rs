@@ -1,16 +1,14 @@
 //! A folder of the user's cache, which may not be there, or of no use: without a HOME as under cron, read-only, full,
 //! mounted without programs. Results then stay with this process, and a note says why.
 
-use std::fs::{self, Permissions};
-use std::io::{self, ErrorKind, Write};
-use std::os::unix::ffi::OsStrExt;
-use std::os::unix::fs::PermissionsExt;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use crate::engines::note::note;
 use crate::engines::owned;
 use crate::engines::temporary::Temporary;
+use crate::system;
 
 /// Room that a folder must have to be no reason for a tool's failure: much more than a built model takes.
 const ROOM: usize = 32 << 20;
@@ -78,8 +76,7 @@ impl CacheFolder {
         let probe = Temporary::file(dir, "probe")?;
         probe.open()?.write_all(&[0; 4096])?;
         if self.runs {
-            fs::set_permissions(probe.path(), Permissions::from_mode(0o700))?;
-            may_run(probe.path())?;
+            system::may_run(probe.path())?;
         }
         Ok(())
     }
@@ -106,16 +103,4 @@ fn own_folder() -> io::Result<&'static Path> {
     let own = outer.path().join("cache");
     owned::make_folders(&own)?;
     Ok(&OWN.get_or_init(|| (outer, own)).1)
-}
-
-/// Returns an error if the file system does not let a file run, as one that is mounted with `noexec`.
-fn may_run(file: &Path) -> io::Result<()> {
-    let path = std::ffi::CString::new(file.as_os_str().as_bytes()).map_err(|_| ErrorKind::InvalidInput)?;
-    // SAFETY: `path` is a text that ends with a zero.
-    if unsafe { libc::access(path.as_ptr(), libc::X_OK) } == 0 {
-        return Ok(());
-    }
-    let error = io::Error::last_os_error();
-    let said = format!("its file system lets no program run ({error})");
-    Err(if error.kind() == ErrorKind::PermissionDenied { io::Error::new(error.kind(), said) } else { error })
 }

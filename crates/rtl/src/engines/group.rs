@@ -2,8 +2,6 @@
 
 use std::ffi::OsString;
 use std::io;
-use std::mem::MaybeUninit;
-use std::os::unix::process::CommandExt;
 use std::path::PathBuf;
 use std::process::{Child, Command, ExitStatus};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -11,14 +9,10 @@ use std::time::{Duration, Instant};
 use std::{env, fmt, thread};
 
 use crate::engines::fault::Fault;
-use crate::engines::lifeline;
+use crate::system;
 
 /// The time in which a program must end its jobs.
 const PATIENCE: Duration = Duration::from_secs(1);
-/// The PATH of the system where there is none, as under `env -i`. Tools that start others need one.
-const SYSTEM: &str = "/usr/local/bin:/usr/bin:/bin";
-/// A PATH on which nothing is found.
-const NOWHERE: &str = "/nonexistent";
 
 /// The process groups of the programs that are running and not reaped, so that their numbers are theirs.
 struct Running {
@@ -29,30 +23,9 @@ struct Running {
 /// The number of a group.
 #[derive(Clone, Copy, PartialEq, Eq)]
 struct Number {
-    id: i32,
+    id: u32,
     /// Whether the program has jobs in other groups, which it ends itself when it is asked to end.
     has_jobs: bool,
-}
-
-impl Number {
-    fn signal(self, signal: i32) {
-        // SAFETY: `kill` takes two numbers and touches no memory of ours.
-        unsafe { libc::kill(-self.id, signal) };
-    }
-
-    /// Returns whether the first process of the group has ended. It is left to be reaped, so that its number is not
-    /// given to another process.
-    fn has_ended(self) -> io::Result<bool> {
-        let mut info = MaybeUninit::<libc::siginfo_t>::zeroed();
-        let options = libc::WEXITED | libc::WNOHANG | libc::WNOWAIT;
-        // SAFETY: `waitid` writes into `info`, which is plain data, and zero if nothing has ended.
-        let done = unsafe { libc::waitid(libc::P_PID, self.id.unsigned_abs(), info.as_mut_ptr(), options) };
-        if done != 0 {
-            return Err(io::Error::last_os_error());
-        }
-        // SAFETY: `info` was written, and its process is that of a child.
-        Ok(unsafe { info.assume_init().si_pid() } != 0)
-    }
 }
 
 static RUNNING: Mutex<Running> = Mutex::new(Running { stopped: false, groups: Vec::new() });
@@ -72,47 +45,38 @@ pub fn stop_tools() {
     let mut running = running();
     running.stopped = true;
     let (with_jobs, others): (Vec<Number>, Vec<Number>) = running.groups.iter().partition(|group| group.has_jobs);
-    others.iter().for_each(|group| group.signal(libc::SIGKILL));
+    others.iter().for_each(|group| system::kill(group.id));
     // GNU parallel starts no job any more when it is asked to end once, and ends its jobs when it is asked twice.
     for _ in 0..if with_jobs.is_empty() { 0 } else { 2 } {
-        with_jobs.iter().for_each(|group| group.signal(libc::SIGTERM));
+        with_jobs.iter().for_each(|group| system::ask_to_end(group.id));
         thread::sleep(PATIENCE / 20);
     }
     let begin = Instant::now();
-    while begin.elapsed() < PATIENCE && with_jobs.iter().any(|group| matches!(group.has_ended(), Ok(false))) {
+    while begin.elapsed() < PATIENCE && with_jobs.iter().any(|group| system::goes_on(group.id)) {
         thread::sleep(PATIENCE / 100);
     }
-    with_jobs.iter().for_each(|group| group.signal(libc::SIGKILL));
-}
-
-/// Returns whether a signal is ignored, as SIGHUP is behind `nohup`.
-pub fn is_ignored(signal: i32) -> bool {
-    let mut old = MaybeUninit::<libc::sigaction>::zeroed();
-    // SAFETY: without a new action, `sigaction` only writes the present one, which is plain data.
-    let (result, old) = unsafe { (libc::sigaction(signal, std::ptr::null(), old.as_mut_ptr()), old.assume_init()) };
-    result == 0 && old.sa_sigaction == libc::SIG_IGN
+    with_jobs.iter().for_each(|group| system::kill(group.id));
 }
 
 /// Returns the folders in which programs are looked for: those of the PATH that have an absolute path. Empty and
 /// relative ones would name the current folder, whose files may be anybody's.
 pub(crate) fn folders() -> Vec<PathBuf> {
-    let path = env::var_os("PATH").unwrap_or_else(|| SYSTEM.into());
+    let path = env::var_os("PATH").unwrap_or_else(|| system::PATH.into());
     env::split_paths(&path).filter(|folder| folder.is_absolute()).collect()
 }
 
 /// Returns the PATH of a program that is started.
 fn path() -> OsString {
-    // A folder of a PATH has no colon.
+    // A folder of a PATH has no separator.
     let path = env::join_paths(folders()).unwrap_or_default();
-    // The C library takes an empty PATH for the current folder.
-    if path.is_empty() { NOWHERE.into() } else { path }
+    if path.is_empty() { system::NOWHERE.into() } else { path }
 }
 
 /// A program with all processes that it starts. They are killed when this value is dropped, and when hpu is killed.
 pub struct Group {
     pub(crate) child: Child,
     number: Number,
-    entry: Option<lifeline::Entry>,
+    entry: Option<system::Entry>,
 }
 
 impl fmt::Debug for Group {
@@ -142,16 +106,16 @@ impl Group {
     }
 
     fn begin(command: &mut Command, has_jobs: bool) -> Result<Self, Fault> {
-        command.process_group(0).env("PATH", path());
+        command.env("PATH", path());
         let mut running = running();
         if running.stopped {
             return Err(Fault::Stopped);
         }
-        let (child, entry) = lifeline::start(command, has_jobs).map_err(|error| match error.kind() {
+        let (child, entry) = system::start(command, has_jobs).map_err(|error| match error.kind() {
             io::ErrorKind::NotFound => Fault::Missing,
             _ => Fault::NotStarted(error),
         })?;
-        let number = Number { id: child.id().cast_signed(), has_jobs };
+        let number = Number { id: child.id(), has_jobs };
         running.groups.push(number);
         Ok(Self { child, number, entry })
     }
@@ -163,7 +127,7 @@ impl Group {
     /// When the system cannot tell.
     pub fn ended(&mut self) -> io::Result<Option<ExitStatus>> {
         // Of a process that is reaped, the system tells nothing any more; `wait` remembers its status.
-        if matches!(self.number.has_ended(), Ok(false)) {
+        if matches!(system::has_ended(&mut self.child), Ok(false)) {
             return Ok(None);
         }
         self.release();
@@ -174,7 +138,7 @@ impl Group {
     pub(crate) fn release(&mut self) {
         let mut running = running();
         if let Some(at) = running.groups.iter().position(|group| *group == self.number) {
-            self.number.signal(libc::SIGKILL);
+            system::kill(self.number.id);
             running.groups.swap_remove(at);
         }
         drop(running);
@@ -197,14 +161,14 @@ mod tests {
     fn the_number_of_a_group_is_forgotten_before_its_process_is_reaped() {
         let mut group = Group::start(Command::new("sh").args(["-c", "exit 3"])).expect("a shell");
         let number = group.number;
-        while !number.has_ended().expect("a child") {
+        while !system::has_ended(&mut group.child).expect("a child") {
             thread::sleep(Duration::from_millis(1));
         }
         // It has ended, and its number is still its own.
         let state = std::fs::read_to_string(format!("/proc/{}/stat", number.id)).expect("a process");
         assert!(state.contains(") Z ") && running().groups.contains(&number), "{state}");
         assert_eq!(group.ended().expect("a child").and_then(|status| status.code()), Some(3));
-        assert!(!running().groups.contains(&number) && number.has_ended().is_err());
+        assert!(!running().groups.contains(&number) && system::has_ended(&mut group.child).is_err());
         // Asked again, it tells the same, and nothing is signalled.
         assert_eq!(group.ended().expect("a child").and_then(|status| status.code()), Some(3));
     }

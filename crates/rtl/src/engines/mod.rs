@@ -8,7 +8,6 @@ pub(crate) mod ghdl;
 pub(crate) mod group;
 pub(crate) mod hdl;
 pub(crate) mod library;
-pub(crate) mod lifeline;
 pub(crate) mod note;
 pub(crate) mod owned;
 pub(crate) mod sealed;

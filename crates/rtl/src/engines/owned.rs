@@ -4,10 +4,12 @@
 //! is found there is looked at before it is opened. It is opened without waiting, because a FIFO has no end, and
 //! without following a link.
 
-use std::fs::{self, DirBuilder, File, Metadata, OpenOptions};
+use std::fs::{self, File, Metadata};
 use std::io::{self, ErrorKind, Read};
-use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt};
 use std::path::Path;
+
+use crate::system;
+pub(crate) use crate::system::{is_ours, is_trusted};
 
 /// Opens an ordinary file or a folder for reading, if `is_wanted` says so of it.
 ///
@@ -20,7 +22,7 @@ pub(crate) fn open(path: &Path, is_wanted: impl Fn(&Metadata) -> bool) -> io::Re
     if !is_one(&fs::symlink_metadata(path)?) {
         return Err(other());
     }
-    let file = OpenOptions::new().read(true).custom_flags(libc::O_NOFOLLOW | libc::O_NONBLOCK).open(path)?;
+    let file = system::open(path)?;
     // It may have become another one meanwhile.
     if is_one(&file.metadata()?) { Ok(file) } else { Err(other()) }
 }
@@ -36,28 +38,13 @@ pub(crate) fn read(path: &Path) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Returns whether an entry is this user's.
-pub(crate) fn is_ours(found: &Metadata) -> bool {
-    // SAFETY: `geteuid` cannot fail.
-    found.uid() == unsafe { libc::geteuid() }
-}
-
-/// Returns whether an entry is this user's or the administrator's, and nobody else can write to it. The user's own
-/// group may, where it has no other member by the habit of the system (a umask of 002).
-pub(crate) fn is_trusted(found: &Metadata) -> bool {
-    // SAFETY: `getegid` cannot fail.
-    let is_own_group = found.gid() == unsafe { libc::getegid() };
-    let is_closed = found.mode() & 0o002 == 0 && (found.mode() & 0o020 == 0 || is_own_group);
-    (is_ours(found) || found.uid() == 0) && is_closed
-}
-
 /// Makes a folder, and those above it that are missing, which no other user can look into.
 ///
 /// # Errors
 ///
 /// When a folder cannot be made.
 pub(crate) fn make_folders(path: &Path) -> io::Result<()> {
-    DirBuilder::new().recursive(true).mode(0o700).create(path)
+    system::private_folders().recursive(true).create(path)
 }
 
 /// Makes a folder that is not there yet, which no other user can look into.
@@ -66,12 +53,12 @@ pub(crate) fn make_folders(path: &Path) -> io::Result<()> {
 ///
 /// When the folder cannot be made.
 pub(crate) fn make_folder(path: &Path) -> io::Result<()> {
-    DirBuilder::new().mode(0o700).create(path)
+    system::private_folders().create(path)
 }
 
 #[cfg(test)]
 mod tests {
-    use std::os::unix::fs::{PermissionsExt, symlink};
+    use std::os::unix::fs::{MetadataExt, PermissionsExt, symlink};
     use std::process::Command;
 
     use super::*;

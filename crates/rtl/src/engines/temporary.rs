@@ -6,7 +6,6 @@
 
 use std::fs::{self, File, TryLockError};
 use std::io;
-use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -15,6 +14,7 @@ use std::time::Duration;
 use std::{mem, path, process};
 
 use crate::engines::owned;
+use crate::system;
 
 /// Prefix of the folders' names.
 const FOLDERS: &str = "hpu-ghdl-work-";
@@ -32,7 +32,7 @@ fn own() -> MutexGuard<'static, Vec<PathBuf>> {
 /// relative one would be another place.
 pub fn parent() -> PathBuf {
     let dir = std::env::temp_dir();
-    if dir.as_os_str().is_empty() { PathBuf::from("/tmp") } else { path::absolute(&dir).unwrap_or(dir) }
+    if dir.as_os_str().is_empty() { PathBuf::from(system::TEMPORARIES) } else { path::absolute(&dir).unwrap_or(dir) }
 }
 
 /// A locked temporary file or folder, which is removed when this value is dropped.
@@ -92,7 +92,7 @@ impl Temporary {
             };
             let is_ours = match file.try_lock() {
                 Ok(()) => {
-                    fs::metadata(&path).is_ok_and(|found| file.metadata().is_ok_and(|it| it.ino() == found.ino()))
+                    fs::metadata(&path).is_ok_and(|found| file.metadata().is_ok_and(|it| system::is_same(&it, &found)))
                 }
                 Err(TryLockError::WouldBlock) => false,
                 // The file system has no locks, so no process can take the file for a leftover either.

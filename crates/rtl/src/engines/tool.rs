@@ -4,7 +4,6 @@
 //! runs longer, writes more, or is stopped from here is killed with all processes that it started.
 
 use std::io::Read;
-use std::os::unix::process::ExitStatusExt;
 use std::process::{Command, ExitStatus, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
@@ -12,6 +11,7 @@ use std::time::{Duration, Instant};
 use std::{fmt, thread};
 
 use crate::engines::group::{Group, folders, is_stopping};
+use crate::system;
 
 pub use crate::engines::fault::Fault;
 
@@ -185,6 +185,7 @@ impl fmt::Display for ToolError {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let (tool, step) = (self.tool.name(), &self.step);
         match &self.fault {
+            Fault::Missing if let Some(why) = system::NO_TOOLS => return write!(f, "`{tool}` is not started: {why}"),
             Fault::Missing => return write!(f, "`{tool}` is not installed; on Debian: {INSTALL}"),
             Fault::TooOld(found, least) => {
                 return write!(f, "`{tool}` is version {found}, which is too old: {least} or later is needed");
@@ -193,7 +194,7 @@ impl fmt::Display for ToolError {
             Fault::Stopped => return write!(f, "{tool} was stopped"),
             Fault::Failed(code) => write!(f, "{tool} ended with code {code} when asked to {step}")?,
             Fault::Killed(signal) => {
-                write!(f, "{tool} was killed by signal {signal}{} when asked to {step}", signal_name(*signal))?;
+                write!(f, "{tool} was killed by signal {signal}{} when asked to {step}", system::signal_name(*signal))?;
             }
             Fault::Silent(what) => {
                 write!(f, "{tool} ended without an error and without a {what} when asked to {step}")?
@@ -214,23 +215,6 @@ impl fmt::Display for ToolError {
 }
 
 impl std::error::Error for ToolError {}
-
-fn signal_name(signal: i32) -> &'static str {
-    match signal {
-        libc::SIGHUP => " (SIGHUP)",
-        libc::SIGINT => " (SIGINT)",
-        libc::SIGILL => " (SIGILL)",
-        libc::SIGABRT => " (SIGABRT)",
-        libc::SIGBUS => " (SIGBUS)",
-        libc::SIGFPE => " (SIGFPE)",
-        libc::SIGKILL => " (SIGKILL)",
-        libc::SIGSEGV => " (SIGSEGV)",
-        libc::SIGPIPE => " (SIGPIPE)",
-        libc::SIGTERM => " (SIGTERM)",
-        libc::SIGXCPU => " (SIGXCPU)",
-        _ => "",
-    }
-}
 
 /// The output of a tool.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
@@ -285,6 +269,9 @@ pub(crate) fn run_unless(
     mut command: Command,
     limit: Duration,
 ) -> Result<Said, ToolError> {
+    if system::NO_TOOLS.is_some() {
+        return Err(ToolError::new(tool, step, Fault::Missing, ""));
+    }
     if tool == Tool::Yosys {
         // It would keep what it was told in `.yosys_history` there.
         command.env_remove("HOME");
@@ -292,7 +279,7 @@ pub(crate) fn run_unless(
     let (said, ended) = output(is_needless, command, Stdio::null(), limit);
     let fault = match ended {
         Ok(status) if status.success() => return Ok(said),
-        Ok(status) => status.signal().map_or(Fault::Failed(status.code().unwrap_or(-1)), Fault::Killed),
+        Ok(status) => system::killed_by(status).map_or(Fault::Failed(status.code().unwrap_or(-1)), Fault::Killed),
         Err(fault) => fault,
     };
     // A tool that was killed while the tools are being stopped was killed on purpose.

@@ -180,7 +180,7 @@ impl Part {
             let after = points.partition_point(|point| point.0 <= time_s);
             let (from, to) = (points[after.max(1) - 1], points[after.min(points.len() - 1)]);
             let share = if to.0 > from.0 { (time_s - from.0) / (to.0 - from.0) } else { 0.0 };
-            (time_s, share.clamp(0.0, 1.0).mul_add(to.1 - from.1, from.1))
+            (time_s, libm::fma(share.clamp(0.0, 1.0), to.1 - from.1, from.1))
         };
         let mut part: Vec<_> = points.iter().copied().filter(|(time_s, _)| (low_s..=high_s).contains(time_s)).collect();
         if first.0 < low_s && part.first().is_none_or(|point| point.0 > low_s) {

@@ -332,7 +332,7 @@ fn sampled(s: &Section, reading: Reading, slides: bool, clock: Clock) -> Result<
     if latency_s * rate_hz > MOST_WAITING as f64 {
         return Err(s.error("latency", format!("accepted: {MOST_WAITING} periods of `rate` at most")));
     }
-    let counts = f64::from(bits).exp2();
+    let counts = libm::exp2(f64::from(bits));
     let scale = if !is_round {
         counts * gain(s)? / s.read(&key::range)?
     } else if slides && !s.has("span") {
@@ -347,11 +347,11 @@ fn sampled(s: &Section, reading: Reading, slides: bool, clock: Clock) -> Result<
             return Err(s.error(key, reason));
         }
     }
-    let fine = |counts: f64| (counts * f64::from(FRACTION).exp2()).round() as i64;
+    let fine = |counts: f64| (counts * libm::exp2(f64::from(FRACTION))).round() as i64;
     Ok(Sampled {
         reading,
         triggered,
-        scale: scale * f64::from(FRACTION).exp2(),
+        scale: scale * libm::exp2(f64::from(FRACTION)),
         bits,
         period,
         phase: clock.edges(s.read(&key::phase)?),

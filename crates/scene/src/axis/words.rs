@@ -329,7 +329,7 @@ impl Scene {
             .map_or(1.0, |to| ramp(to.stiffness_nm_per_rad, asked).min(ramp(to.scale, features.scale)));
         Push {
             stiffness: features.scale * weakest / (wall.recip() + features.stiffest.recip()),
-            most: words.realised.torque_quantum_nm * f64::from(words.config.pwm.width).exp2(),
+            most: words.realised.torque_quantum_nm * libm::exp2(f64::from(words.config.pwm.width)),
         }
     }
 

@@ -80,7 +80,7 @@ impl SampledWallMethod {
     /// sample period: of a corner `f` the word nearest to `1 - exp(-2 pi f T)`, `T` being the velocity's period.
     pub fn weight(&self, sample_period_s: f64) -> (u32, u32) {
         let Some(corner_hz) = self.corner_hz else { return (1, self.shift) };
-        let share = -(-corner_hz * self.turn_s(sample_period_s)).exp_m1();
+        let share = -libm::expm1(-corner_hz * self.turn_s(sample_period_s));
         ((share * f64::from(1u32 << WEIGHT_BITS)).round() as u32, WEIGHT_BITS)
     }
 
@@ -91,7 +91,7 @@ impl SampledWallMethod {
     /// the word nearest to `K^2 / D`, `A1` that nearest to `2 (K^2 - 1) / D`.
     pub fn section(&self, sample_period_s: f64) -> Option<([i64; 3], u32)> {
         let corner_hz = self.corner_hz.filter(|_| self.order == 2)?;
-        let k = (0.5 * corner_hz * self.turn_s(sample_period_s)).tan();
+        let k = libm::tan(0.5 * corner_hz * self.turn_s(sample_period_s));
         let d = 1.0 + std::f64::consts::SQRT_2 * k + k * k;
         let word = |value: f64| (value * ONE).round() as i32;
         let (b0, a1) = (word(k * k / d).cast_unsigned(), word(2.0 * (k * k - 1.0) / d));
@@ -105,11 +105,11 @@ impl SampledWallMethod {
     pub fn realised_corner_hz(&self, sample_period_s: f64) -> Option<f64> {
         if let Some(([b0, a1, a2], _)) = self.section(sample_period_s) {
             let k = (4.0 * b0 as f64 / (ONE - a1 as f64 + a2 as f64)).sqrt();
-            return Some(2.0 * k.atan() / self.turn_s(sample_period_s));
+            return Some(2.0 * libm::atan(k) / self.turn_s(sample_period_s));
         }
         let (word, frac) = self.weight(sample_period_s);
         let share = f64::from(word) * 0.5f64.powi(frac.cast_signed());
-        let corner_hz = -(-share).ln_1p() / self.turn_s(sample_period_s);
+        let corner_hz = -libm::log1p(-share) / self.turn_s(sample_period_s);
         (self.estimator == Estimator::Filtered && corner_hz.is_finite()).then_some(corner_hz)
     }
 
@@ -124,7 +124,8 @@ impl SampledWallMethod {
         let whole = 1u32 << WEIGHT_BITS;
         if self.corner_hz.is_some() && self.order == 1 && !(1..whole).contains(&found.0) {
             let half = 0.5 / f64::from(whole);
-            let [least_hz, most_hz] = [-half, half - 1.0].map(|less| -less.ln_1p() / self.turn_s(setting.period_s));
+            let [least_hz, most_hz] =
+                [-half, half - 1.0].map(|less| -libm::log1p(less) / self.turn_s(setting.period_s));
             let reason = format!(
                 "rounds to a weight of {} in {WEIGHT_BITS} bits; accepted at this sample rate: {} to {} Hz",
                 found.0 / whole,
@@ -152,7 +153,7 @@ impl SampledWallMethod {
                 // The least corner whose K^2 / D is the least share c that the fraction bits allow.
                 let c = 0.5f64.powi(room.cast_signed() + 1);
                 let k = (c + (c * c + 2.0 * c * (1.0 - c)).sqrt()) / (std::f64::consts::SQRT_2 * (1.0 - c));
-                let least_hz = 2.0 * k.atan() / self.turn_s(setting.period_s);
+                let least_hz = 2.0 * libm::atan(k) / self.turn_s(setting.period_s);
                 let reason = format!(
                     "a filter of the second order has {room} bits beside those of position and velocity; accepted at \
                      this sample rate: {} to {} Hz",

@@ -114,7 +114,7 @@ impl PaddleScene {
         let method = &self.method;
         let codes = self.sampled(method.current);
         // A sum of codes is a mean times their number.
-        let unit_a = f64::from(FRACTION).exp2() / (codes.scale * f64::from(method.window));
+        let unit_a = libm::exp2(f64::from(FRACTION)) / (codes.scale * f64::from(method.window));
         let count_rad = if method.position.is_some() { method.code_rad } else { self.encoder.count_rad() };
         let normal = PaddleConfig::default();
         let steps_per_v = f64::from(normal.pwm.centre) / self.bridge.supply_v;
@@ -186,7 +186,7 @@ impl PaddleScene {
             return Err(self.error("method.torque_limit", reason));
         }
         let haptic = FilteredPidConfig { command_width, least: -most, most, ..normal.haptic };
-        let limit = method.integral_limit_v * steps_per_v * f64::from(normal.current.sum_frac).exp2();
+        let limit = method.integral_limit_v * steps_per_v * libm::exp2(f64::from(normal.current.sum_frac));
         let current = FilteredPidConfig {
             least: self.whole("method.duty_limit", (-duty).floor())?,
             most: self.whole("method.duty_limit", duty.floor())?,

@@ -188,7 +188,7 @@ fn method(s: &Section, drop: &Drop) -> Result<PhantomMethod, SceneError> {
         Words::PlainQ22 => Config::plain_q22(),
     };
     let depth_width = s.read(&key::depth_bits)?;
-    let length_lsbs = f64::from(config.formats.length_frac).exp2();
+    let length_lsbs = libm::exp2(f64::from(config.formats.length_frac));
     let lengths = drop.lengths_m.map(|length_m| (length_m * length_lsbs).round() as u32);
     let config = Config { depth_width, lengths, ..config };
     Ok(PhantomMethod { shared, config: if shared { config.shared() } else { config } })

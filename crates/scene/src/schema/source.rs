@@ -206,6 +206,8 @@ impl Source {
         overrides: &[(String, String)],
         schema: &'static Schema,
     ) -> Result<Self, SceneError> {
+        // The parser keeps the line ends of Windows in texts of several lines.
+        let text = &*text.replace("\r\n", "\n");
         let document = Document::parse(text.to_string()).map_err(|error| SceneError {
             place: place(file, &Lines::new(text), error.span().map_or(0, |span| span.start)),
             key: String::new(),

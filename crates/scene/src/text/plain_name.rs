@@ -10,11 +10,13 @@ use crate::text::message::is_unseen;
 const MOST_BYTES: usize = 150;
 
 /// The rule for a plain name, as messages tell it.
-const ACCEPTED: &str = "a plain name: no folder, no control character, no dot, dash or space at its beginning, no dot \
-                        or space at its end, at most 150 bytes";
+const ACCEPTED: &str = "a plain name: no folder, no control character, none of < > : \" | ? *, no dot, dash or space \
+                        at its beginning, no dot or space at its end, none that Windows has for a device (CON, \
+                        NUL, COM1 and others), at most 150 bytes";
 
 /// A name that a file or folder can have wherever it stands: it names nothing outside the folder that it is put into,
-/// hides nothing, and is no option of a command. Only its check makes one.
+/// hides nothing, and is no option of a command. It is one on every system, so that a folder of results can be taken
+/// from one to another. Only its check makes one.
 ///
 /// # Example
 ///
@@ -35,7 +37,7 @@ impl PlainName {
         while name.len() > MOST_BYTES {
             name.pop();
         }
-        if name.is_empty() || name.starts_with(STARTS) {
+        if name.is_empty() || name.starts_with(STARTS) || is_device(&name) {
             name.replace_range(..name.len().min(1), "_");
         }
         if name.ends_with(ENDS) {
@@ -46,7 +48,11 @@ impl PlainName {
 
     /// Returns whether a text is one part of a path that a plain name can begin: a plain name of any length.
     pub fn begins(part: &str) -> bool {
-        !part.is_empty() && !part.starts_with(STARTS) && !part.ends_with(ENDS) && part.chars().all(is_taken)
+        !part.is_empty()
+            && !part.starts_with(STARTS)
+            && !part.ends_with(ENDS)
+            && part.chars().all(is_taken)
+            && !is_device(part)
     }
 
     /// Returns the name as text.
@@ -60,7 +66,20 @@ const STARTS: [char; 3] = ['.', '-', ' '];
 const ENDS: [char; 2] = ['.', ' '];
 
 fn is_taken(c: char) -> bool {
-    !matches!(c, '/' | '\\') && !is_unseen(c)
+    !matches!(c, '/' | '\\' | '<' | '>' | ':' | '"' | '|' | '?' | '*') && !is_unseen(c)
+}
+
+/// Returns whether Windows takes a name for a device, whatever its ending and its folder.
+fn is_device(name: &str) -> bool {
+    let stem = name.split('.').next().unwrap_or(name).trim_end().to_ascii_uppercase();
+    let is_port = |stem: &str| {
+        let number = stem.strip_prefix("COM").or_else(|| stem.strip_prefix("LPT"));
+        number.is_some_and(|number| {
+            let mut digits = number.chars();
+            digits.next().is_some_and(|digit| "123456789\u{b9}\u{b2}\u{b3}".contains(digit)) && digits.next().is_none()
+        })
+    };
+    ["CON", "PRN", "AUX", "NUL", "CONIN$", "CONOUT$"].contains(&stem.as_str()) || is_port(&stem)
 }
 
 impl FromStr for PlainName {
@@ -95,7 +114,7 @@ mod tests {
 
     use super::PlainName;
 
-    const HOSTILE: [&str; 22] = [
+    const HOSTILE: [&str; 34] = [
         "",
         ".",
         "..",
@@ -118,6 +137,18 @@ mod tests {
         "a\u{202e}gvs.b",
         "a\u{2028}b",
         "\u{2067}a",
+        "con",
+        "NUL.txt",
+        "aux .tar.gz",
+        "Com1",
+        "lpt9.csv",
+        "COM\u{b9}",
+        "conout$",
+        "C:a",
+        "a:stream",
+        "a?",
+        "a\"b",
+        "<a|b>*",
     ];
 
     #[test]
@@ -125,7 +156,21 @@ mod tests {
         for text in HOSTILE.into_iter().map(String::from).chain(["a".repeat(151), "é".repeat(76)]) {
             assert!(text.parse::<PlainName>().is_err(), "{text:?}");
         }
-        for text in ["map", "phantom-table-2", "Knie é 膝", "a.b", "$(touch x)", "a'b\"c", "%{}", &"a".repeat(150)] {
+        for text in [
+            "map",
+            "phantom-table-2",
+            "Knie é 膝",
+            "a.b",
+            "$(touch x)",
+            "a'b",
+            "%{}",
+            "console",
+            "COM10",
+            "COM",
+            "LPT0",
+            "a.con",
+            &"a".repeat(150),
+        ] {
             assert_eq!(text.parse::<PlainName>().map(|name| name.to_string()).as_deref(), Ok(text));
         }
     }

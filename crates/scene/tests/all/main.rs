@@ -6,6 +6,7 @@ mod keys;
 mod lab_files;
 mod laws;
 mod library;
+mod line_ends;
 mod methods;
 mod network;
 mod phantom_refusals;

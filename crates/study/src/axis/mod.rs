@@ -96,7 +96,7 @@ impl widths::Device for Scene {
             return Err("a recording has no device that could move at random".into());
         }
         let words = self.words()?;
-        let half = f64::from(self.method.position_bits - 1).exp2() - 1.0;
+        let half = libm::exp2(f64::from(self.method.position_bits - 1)) - 1.0;
         let surface = Format::signed(self.method.position_bits).wrap(words.reference.into()) as f64;
         let most_per_s = match &self.device {
             // The current of a network's converter, not a voltage, ends its speed.

@@ -63,7 +63,7 @@ impl map::Device for GimbalScene {
 impl widths::Device for GimbalScene {
     /// Each servo passes through all its positions.
     fn reaches(&self) -> Result<Vec<Reach>, Error> {
-        let half = f64::from(self.method.config.gimbal.count_width - 1).exp2() - 1.0;
+        let half = libm::exp2(f64::from(self.method.config.gimbal.count_width - 1)) - 1.0;
         Ok((0..3).map(|_| Reach { counts: [-half, half], most_per_s: f64::INFINITY }).collect())
     }
 

@@ -49,7 +49,7 @@ pub struct Free {
 impl Free {
     /// Returns the value whose size has this logarithm, within the bounds.
     fn value(&self, at: f64) -> f64 {
-        at.exp().copysign(self.start).clamp(self.bounds.0, self.bounds.1)
+        libm::exp(at).copysign(self.start).clamp(self.bounds.0, self.bounds.1)
     }
 }
 
@@ -224,7 +224,7 @@ impl Search<'_, '_> {
         self.sets += 1;
         let rows = (self.runs)(&values, self.shifts.as_deref()).map_err(Ended::Failed)?.ok_or(Ended::Stopped)?;
         let sum = rows.iter().flat_map(|rows| &rows.off).map(|off| off * off).sum();
-        Ok(Place { at: values.iter().map(|value| value.abs().ln()).collect(), rows, sum })
+        Ok(Place { at: values.iter().map(|value| libm::log(value.abs())).collect(), rows, sum })
     }
 
     fn moved(&mut self, from: &Place, key: usize, by: f64) -> Result<Place, Ended> {
@@ -376,7 +376,7 @@ impl Search<'_, '_> {
     }
 
     fn identify(&mut self) -> Result<Identified, Ended> {
-        let start = self.place(&self.free.iter().map(|free| free.start.abs().ln()).collect::<Vec<_>>())?;
+        let start = self.place(&self.free.iter().map(|free| libm::log(free.start.abs())).collect::<Vec<_>>())?;
         let rows: usize = start.rows.iter().map(|rows| rows.off.len()).sum();
         if rows <= self.free.len() {
             let reason = format!("{rows} rows for {} keys; give longer logs, or fewer keys", self.free.len());

@@ -107,7 +107,7 @@ fn autoregression(off: &[f64]) -> Vec<f64> {
     let (mut forward, mut backward) = (off.to_vec(), off.to_vec());
     let mut variance = off.iter().map(|off| off * off).sum::<f64>() / count as f64;
     let mut coefficients: Vec<f64> = Vec::new();
-    let mut best = (count as f64 * variance.ln(), Vec::new());
+    let mut best = (count as f64 * libm::log(variance), Vec::new());
     for order in 1..=ORDER.min(count / 10) {
         let pairs = || (order..count).map(|row| (forward[row], backward[row - 1]));
         let power: f64 = pairs().map(|(ahead, behind)| ahead * ahead + behind * behind).sum();
@@ -124,7 +124,7 @@ fn autoregression(off: &[f64]) -> Vec<f64> {
             backward[row] = behind - reflection * ahead;
         }
         variance *= 1.0 - reflection * reflection;
-        let criterion = count as f64 * variance.ln() + 2.0 * order as f64;
+        let criterion = count as f64 * libm::log(variance) + 2.0 * order as f64;
         if criterion < best.0 {
             best = (criterion, coefficients.clone());
         }

@@ -171,8 +171,8 @@ fn spread(least: i128, most: i128, count: usize) -> Vec<i128> {
     if most - least < count as i128 {
         return (least..=most).collect();
     }
-    let (low, high) = ((least as f64).ln(), (most as f64).ln());
-    let at = |k: usize| (low + (high - low) * k as f64 / (count - 1) as f64).exp().round() as i128;
+    let (low, high) = (libm::log(least as f64), libm::log(most as f64));
+    let at = |k: usize| libm::exp(low + (high - low) * k as f64 / (count - 1) as f64).round() as i128;
     let mut words: Vec<i128> = (0..count).map(|k| at(k).clamp(least, most)).collect();
     words.dedup();
     words

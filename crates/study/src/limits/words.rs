@@ -214,7 +214,7 @@ impl WordsSet {
 
     /// Returns a stiffness with as many decimals as the finest part of the grid has.
     pub fn digits(&self, stiffness: f64) -> String {
-        let decimals = (-(self.step * self.finest as f64).log10().floor()).max(0.0) as usize;
+        let decimals = (-libm::log10(self.step * self.finest as f64).floor()).max(0.0) as usize;
         format!("{stiffness:.decimals$}")
     }
 }

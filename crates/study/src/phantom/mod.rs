@@ -94,7 +94,7 @@ impl widths::Device for Scene {
 
     /// Each joint passes through all counts that its tables hold.
     fn reaches(&self) -> Result<Vec<Reach>, Error> {
-        let half = f64::from(self.method.config.depth_width - 1).exp2() - 1.0;
+        let half = libm::exp2(f64::from(self.method.config.depth_width - 1)) - 1.0;
         Ok((0..3).map(|_| Reach { counts: [-half, half], most_per_s: f64::INFINITY }).collect())
     }
 }

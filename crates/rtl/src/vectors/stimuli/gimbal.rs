@@ -111,7 +111,7 @@ impl Targets {
     fn aim(&self, random: &mut SplitMix64, inputs: &[Signal], words: &mut [i64]) {
         let mut angle =
             || if random.one_in(8) { 0.0 } else { (2.0 * unit(random) - 1.0) * std::f64::consts::FRAC_PI_3 };
-        let [(pitch_sine, pitch_cosine), (roll_sine, roll_cosine)] = [angle(), angle()].map(f64::sin_cos);
+        let [(pitch_sine, pitch_cosine), (roll_sine, roll_cosine)] = [angle(), angle()].map(libm::sincos);
         let [least, most] = self.reach;
         let share = if random.one_in(8) { random.below(2) as f64 } else { 1.1 * unit(random) - 0.05 };
         let radius = least + share * (most - least);

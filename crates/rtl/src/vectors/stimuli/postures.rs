@@ -23,7 +23,7 @@ pub(crate) fn pose(random: &mut SplitMix64, inputs: &[Signal], words: &mut [i64]
     };
     if place("sine1").is_some() && !random.one_in(4) {
         let angles: [f64; 3] = std::array::from_fn(|_| 2.0 * unit(random) - 1.0);
-        let [(s1, c1), (s2, c2), (s3, c3)] = angles.map(f64::sin_cos);
+        let [(s1, c1), (s2, c2), (s3, c3)] = angles.map(libm::sincos);
         for (name, value) in
             [("sine1", s1), ("cosine1", c1), ("sine2", s2), ("cosine2", c2), ("sine3", s3), ("cosine3", c3)]
         {
@@ -43,7 +43,7 @@ pub(crate) fn pose(random: &mut SplitMix64, inputs: &[Signal], words: &mut [i64]
         {
             put(words, name, sign * 0.02 * unit(random));
         }
-        put(words, "stiffness", f64::exp2(16.0 * unit(random)) - 1.0);
+        put(words, "stiffness", libm::exp2(16.0 * unit(random)) - 1.0);
         if place("sine1").is_none() {
             for name in ["x", "y", "z"] {
                 put(words, name, 0.06 * unit(random) - 0.03);
