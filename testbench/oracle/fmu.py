@@ -97,8 +97,9 @@ class Plant:
 
 def descriptions(work):
     """Every scene that has a plant with a clock validates without a remark; the others say why they have no unit."""
+    # The first bytes of a library for Linux: a unit of which a description alone is read.
     empty = work / "empty"
-    empty.write_bytes(b"no library")
+    empty.write_bytes(b"\x7fELF\x02\x01" + bytes(12) + b"\x3e\x00")
     listed = subprocess.run([HPU, "scenes", "--json"], capture_output=True, text=True, check=True).stdout
     names = [scene["name"] for scene in json.loads(listed)["scenes"]]
     units, refused = 0, []
@@ -199,6 +200,43 @@ def kept(folder, description):
     return len(passes[0])
 
 
+def tuned(folder, description):
+    """A parameter that is set in mid-run: where it does not matter yet, as if it had been so from the start; the value
+    that it has changes nothing; in the wall it changes the motion. States that are kept have it."""
+    stiffness = description.modelVariables[[each.name for each in description.modelVariables].index("wall.stiffness")]
+    assert stiffness.variability == "tunable"
+
+    def stiff(unit, value):
+        unit.slave.setFloat64([stiffness.valueReference], [value])
+
+    # The hand touches the wall after some milliseconds.
+    free, inside, end = 1e-3, 0.1, 0.2
+    seen = {}
+    for start, tuning in (
+        (2.0, None), (1.0, None), (1.0, (free, 2.0)), (1.0, (inside, 1.0)), (1.0, (inside, 2.0)), (2.0, (inside, 1.0))
+    ):
+        unit = Unit(folder, description, {"wall.stiffness": start})
+        time = 0.0
+        if tuning:
+            time, value = tuning
+            unit.step(0.0, time)
+            stiff(unit, value)
+            assert unit.slave.getFloat64([stiffness.valueReference]) == [value]
+            refused(lambda unit=unit: stiff(unit, -1.0))
+        unit.step(time, end - time)
+        seen[start, tuning] = unit.seen()
+        if tuning:
+            state = unit.slave.getFMUState()
+            unit.step(end, 1e-2)
+            after = unit.seen()
+            unit.slave.setFMUState(state)
+            assert unit.seen() == seen[start, tuning]
+            unit.step(end, 1e-2)
+            assert unit.seen() == after
+    assert seen[1.0, (free, 2.0)] == seen[2.0, None] and seen[1.0, (inside, 1.0)] == seen[1.0, None]
+    assert len({str(one) for one in seen.values()}) == 4
+
+
 def refused(call):
     try:
         call()
@@ -243,6 +281,7 @@ def main():
         changes = early(folder, description, 50_000_000)
         steps = kept(folder, description) + kept(whole_folder, whole)
         wrong(folder, description)
+        tuned(whole_folder, whole)
         # A parameter of a unit is that key of the scene.
         stiff = Unit(whole_folder, whole, {"wall.stiffness": 2.0})
         stiff.step(0.0, 0.3)

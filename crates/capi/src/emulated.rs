@@ -147,6 +147,24 @@ impl Emulated {
         Ok(())
     }
 
+    /// Goes on with the constant words of the scene with these overrides, from the next clock edge on.
+    ///
+    /// # Errors
+    ///
+    /// [`Status::Refused`] when the scene is refused, and [`Status::Argument`] when it has other blocks: formats that
+    /// the scene leaves open are chosen by the values. The loop then goes on as before.
+    pub fn tune(&mut self, file: &SceneFile, overrides: &[(String, String)]) -> Result<(), Error> {
+        let other = Self::open(file, overrides)?;
+        let (now, then) = (self.running.wiring(), other.running.wiring());
+        if other.nets != self.nets || then.generics() != now.generics() {
+            let text = "other formats would be chosen for it; set it before the start, or choose them in the scene";
+            return Err(Error::new(Status::Argument, text));
+        }
+        self.running.tune(&other.running.constants());
+        self.now.nets(Cycle(self.edge()), self.running.wiring().words());
+        Ok(())
+    }
+
     /// Returns the plant's part of a run's summary, from the start to the present edge.
     pub fn summary(&self) -> Summary {
         self.running.world().summary()

@@ -28,9 +28,9 @@ enum What {
 /// The unit is the scene's plant: its inputs are the logic's outputs (the gates, or a command), its outputs the
 /// encoder's lines and the other words that the logic reads, the states and the energies. With --loop it is the whole
 /// loop with the scene's own blocks, without an input; its outputs are all nets and states. Position, stiffness and
-/// damping of a wall are parameters. Times become clock edges by rounding to the nearest one. With event mode and early
-/// return a step of a plant ends where a word of an output has changed. States can be kept and set. A design of your
-/// own is not exported, only the plant around it.
+/// damping of a wall are parameters; a loop takes the latter two at any time, from the next clock edge on. Times become
+/// clock edges by rounding to the nearest one. With event mode and early return a step of a plant ends where a word of
+/// an output has changed. States can be kept and set. A design of your own is not exported, only the plant around it.
 #[derive(clap::Args)]
 struct Fmu {
     #[arg(help = "A shipped scene or a TOML file", value_name = "SCENE")]

@@ -303,8 +303,11 @@ extern "C" fn fmi3SetFloat64(
 ) -> i32 {
     call(instance, |this| {
         let (references, values) = taken((references, count), (values, places))?;
-        this.stands(&[Stage::Instantiated, Stage::Initializing])?;
-        references.iter().zip(values).try_for_each(|(reference, value)| this.unit.set(*reference, *value))
+        this.stands(&[Stage::Instantiated, Stage::Initializing, Stage::Step, Stage::Event])?;
+        let has_begun = matches!(this.stage, Stage::Step | Stage::Event);
+        references.iter().zip(values).try_for_each(|(reference, value)| {
+            if has_begun { this.unit.tune(*reference, *value) } else { this.unit.set(*reference, *value) }
+        })
     })
 }
 

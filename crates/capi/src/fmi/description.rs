@@ -76,6 +76,7 @@ fn described(reference: usize, variable: &Variable) -> String {
     let causality = match causality {
         Causality::Time => "causality=\"independent\" variability=\"continuous\"".to_string(),
         Causality::Parameter => format!("causality=\"parameter\" variability=\"fixed\" start=\"{start:?}\""),
+        Causality::Tunable => format!("causality=\"parameter\" variability=\"tunable\" start=\"{start:?}\""),
         Causality::Input => format!("causality=\"input\" variability=\"discrete\" start=\"{start}\""),
         Causality::Output if *is_word => "causality=\"output\" variability=\"discrete\"".to_string(),
         Causality::Output => "causality=\"output\" variability=\"continuous\"".to_string(),

@@ -31,7 +31,10 @@ impl Kind {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Causality {
     Time,
+    /// A parameter that is set before the start.
     Parameter,
+    /// A parameter that is set at any time.
+    Tunable,
     Input,
     Output,
 }
@@ -67,10 +70,13 @@ enum Model {
     Loop(Emulated),
 }
 
-/// A state to come back to. A loop has no input, so its edge is all of it.
+/// A parameter that was set after the start: the clock edge, the parameter's index, and its value.
+type Tuned = (u64, usize, f64);
+
+/// A state to come back to. Of a loop, its edge and what was set on the way are all of it.
 pub(super) enum Snapshot {
     Plant(Box<Plant>),
-    Loop(u64),
+    Loop(u64, Vec<Tuned>),
 }
 
 /// A unit: a scene, its parameters and its model.
@@ -80,6 +86,7 @@ pub(super) struct Unit {
     set: Vec<(String, String)>,
     model: Model,
     variables: Vec<Variable>,
+    tuned: Vec<Tuned>,
 }
 
 impl Unit {
@@ -87,7 +94,7 @@ impl Unit {
     pub(super) fn open(kind: Kind, file: SceneFile, set: Vec<(String, String)>) -> Result<Self, Error> {
         let model = Model::open(kind, &file, &set)?;
         let variables = model.variables(&file, &set);
-        Ok(Self { kind, file, set, model, variables })
+        Ok(Self { kind, file, set, model, variables, tuned: Vec::new() })
     }
 
     pub(super) fn variables(&self) -> &[Variable] {
@@ -127,11 +134,15 @@ impl Unit {
 
     /// Returns a real variable. `time` is the importer's.
     pub(super) fn real(&mut self, reference: u32, time: f64) -> Result<f64, Error> {
-        use Causality::{Output, Parameter, Time};
-        let (at, variable) = self.variable(reference, &[Time, Parameter, Output], false)?;
+        use Causality::{Output, Parameter, Time, Tunable};
+        let (at, variable) = self.variable(reference, &[Time, Parameter, Tunable, Output], false)?;
         match variable.causality {
             Time => return Ok(time),
             Parameter => return Ok(variable.start),
+            Tunable => {
+                let latest = self.tuned.iter().rfind(|(_, tuned, _)| *tuned == at);
+                return Ok(latest.map_or(variable.start, |(_, _, value)| *value));
+            }
             _ => {}
         }
         let first = self.first(Output);
@@ -170,9 +181,25 @@ impl Unit {
         plant.drive(&driven)
     }
 
-    /// Sets a parameter. The model is opened anew, at the start.
+    /// Sets a parameter after the start, from the next clock edge on.
+    pub(super) fn tune(&mut self, reference: u32, value: f64) -> Result<(), Error> {
+        let (at, _) = self.variable(reference, &[Causality::Tunable], false)?;
+        let Model::Loop(emulated) = &self.model else { unreachable!("a plant has no such parameter") };
+        self.tune_at((emulated.edge(), at, value))
+    }
+
+    fn tune_at(&mut self, tuned: Tuned) -> Result<(), Error> {
+        let Model::Loop(emulated) = &mut self.model else { unreachable!("a plant has no such parameter") };
+        let all = self.tuned.iter().chain([&tuned]);
+        let keys = all.map(|(_, at, value)| (self.variables[*at].name.clone(), format!("{value:?}")));
+        emulated.tune(&self.file, &self.set.iter().cloned().chain(keys).collect::<Vec<_>>())?;
+        self.tuned.push(tuned);
+        Ok(())
+    }
+
+    /// Sets a parameter before the start. The model is opened anew.
     pub(super) fn set(&mut self, reference: u32, value: f64) -> Result<(), Error> {
-        let (at, variable) = self.variable(reference, &[Causality::Parameter], false)?;
+        let (at, variable) = self.variable(reference, &[Causality::Parameter, Causality::Tunable], false)?;
         let mut set = self.set.clone();
         set.push((variable.name.clone(), format!("{value:?}")));
         let driven = if let Model::Plant(plant) = &self.model { plant.driven().to_vec() } else { Vec::new() };
@@ -188,6 +215,7 @@ impl Unit {
     /// Opens the model anew, at the start.
     pub(super) fn reset(&mut self) -> Result<(), Error> {
         self.model = Model::open(self.kind, &self.file, &self.set)?;
+        self.tuned.clear();
         Ok(())
     }
 
@@ -223,18 +251,27 @@ impl Unit {
     pub(super) fn snapshot(&self) -> Snapshot {
         match &self.model {
             Model::Plant(plant) => Snapshot::Plant(Box::new(plant.copy())),
-            Model::Loop(emulated) => Snapshot::Loop(emulated.edge()),
+            Model::Loop(emulated) => Snapshot::Loop(emulated.edge(), self.tuned.clone()),
         }
+    }
+
+    /// Moves a loop to a clock edge.
+    fn go_on_to(&mut self, edge: u64) -> Result<(), Error> {
+        let Model::Loop(emulated) = &mut self.model else { unreachable!("the state is of this unit") };
+        emulated.step(edge - emulated.edge(), &Control::new())
     }
 
     /// Comes back to a state of this unit with the same parameters.
     pub(super) fn restore(&mut self, snapshot: &Snapshot) -> Result<(), Error> {
         match snapshot {
             Snapshot::Plant(plant) => self.model = Model::Plant(Box::new(plant.copy())),
-            Snapshot::Loop(edge) => {
+            Snapshot::Loop(edge, tuned) => {
                 self.reset()?;
-                let Model::Loop(emulated) = &mut self.model else { unreachable!("the state is of this unit") };
-                emulated.step(*edge, &Control::new())?;
+                for one in tuned {
+                    self.go_on_to(one.0)?;
+                    self.tune_at(*one)?;
+                }
+                self.go_on_to(*edge)?;
             }
         }
         Ok(())
@@ -259,7 +296,7 @@ impl Model {
             start: 0.0,
         };
         let mut all = vec![time];
-        all.extend(parameters(file, set));
+        all.extend(parameters(file, set, matches!(self, Self::Loop(_))));
         let word = |signal: &Signal, causality: Causality, start: i64| Variable {
             name: signal.name.to_string(),
             causality,
@@ -315,8 +352,9 @@ fn unit_of(name: &str) -> &'static str {
     ENDS.iter().find(|(end, _)| name.ends_with(end)).map_or("", |(_, unit)| unit)
 }
 
-/// Returns the keys of a wall on a motor or a mass, as parameters.
-fn parameters(file: &SceneFile, set: &[(String, String)]) -> Vec<Variable> {
+/// Returns the keys of a wall on a motor or a mass, as parameters. A loop takes its stiffness and its damping at any
+/// time.
+fn parameters(file: &SceneFile, set: &[(String, String)], is_loop: bool) -> Vec<Variable> {
     let Ok(Experiment::Axis(scene)) = file.plant(set) else { return Vec::new() };
     if scene.network.is_some() || !matches!(scene.device, Device::Motor(_) | Device::Mass(_)) {
         return Vec::new();
@@ -335,7 +373,7 @@ fn parameters(file: &SceneFile, set: &[(String, String)]) -> Vec<Variable> {
     known
         .map(|(name, unit, start, doc)| Variable {
             name: name.into(),
-            causality: Causality::Parameter,
+            causality: if is_loop && name != "wall.position" { Causality::Tunable } else { Causality::Parameter },
             is_word: false,
             unit,
             doc: doc.into(),

@@ -205,16 +205,15 @@ fn each_source(folder: &Path, look: &mut dyn FnMut(&str, &str)) {
     }
 }
 
-/// Adds the lines of all sources, but for comments, in which a text stands, if it is not in these places.
-fn lines_with(is_meant: impl Fn(&str) -> bool, places: &[&str]) -> Vec<String> {
+/// Returns the lines of all sources, but for comments, in which one of these texts stands: path and line.
+fn lines_with(texts: &[String]) -> Vec<(String, String)> {
     let crates = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("crates/");
     let mut found = Vec::new();
     for (name, _) in MAY_KNOW {
-        each_source(&crates.join(name).join("src"), &mut |path, text| {
-            if !places.iter().any(|place| path.starts_with(place)) {
-                let lines = text.lines().zip(1..).filter(|(line, _)| !line.trim_start().starts_with("//"));
-                found.extend(lines.filter(|(line, _)| is_meant(line)).map(|(line, at)| format!("{path}:{at}: {line}")));
-            }
+        each_source(&crates.join(name).join("src"), &mut |path, source| {
+            let lines = source.lines().zip(1..).filter(|(line, _)| !line.trim_start().starts_with("//"));
+            let meant = lines.filter(|(line, _)| texts.iter().any(|text| line.contains(text)));
+            found.extend(meant.map(|(line, at)| (path.to_string(), format!("{at}: {line}"))));
         });
     }
     found
@@ -241,16 +240,13 @@ const OF_OTHER_TYPES: [&str; 7] = [
 
 #[test]
 fn results_depend_on_no_function_of_the_system() {
-    let is_meant = |line: &str| {
-        let calls = |name: &str| line.contains(&format!(".{name}(")) || line.contains(&format!("f64::{name}"));
-        OF_THE_SYSTEM.iter().any(|name| calls(name))
-    };
-    let found = lines_with(is_meant, &OF_OTHER_TYPES);
-    assert!(found.is_empty(), "write libm::...: {found:#?}");
-    // The list of other files is not longer than it must be.
+    let calls = OF_THE_SYSTEM.iter().flat_map(|name| [format!(".{name}("), format!("f64::{name}")]);
+    let found = lines_with(&calls.collect::<Vec<_>>());
+    let (meant, others): (Vec<_>, Vec<_>) = found.iter().partition(|(path, _)| OF_OTHER_TYPES.contains(&&**path));
+    assert!(others.is_empty(), "write libm::...: {others:#?}");
+    // The list of files is not longer than it must be.
     for place in OF_OTHER_TYPES {
-        let others: Vec<_> = OF_OTHER_TYPES.into_iter().filter(|other| *other != place).collect();
-        assert!(!lines_with(is_meant, &others).is_empty(), "{place} has no such line");
+        assert!(meant.iter().any(|(path, _)| path == place), "{place} has no such line");
     }
 }
 
@@ -258,7 +254,8 @@ fn results_depend_on_no_function_of_the_system() {
 fn what_a_system_decides_stands_in_one_place() {
     let asks =
         ["std::os::", "cfg(unix", "cfg(windows", "cfg(not(unix", "cfg(not(windows", "target_os", "libc::", "nix::"];
-    let is_meant = |line: &str| asks.iter().any(|ask| line.contains(ask));
-    let found = lines_with(is_meant, &["rtl/src/system/", "vhpi/src/"]);
-    assert!(found.is_empty(), "it belongs into crates/rtl/src/system: {found:#?}");
+    let found = lines_with(&asks.map(String::from));
+    let is_meant = |path: &str| ["rtl/src/system/", "vhpi/src/"].iter().any(|place| path.starts_with(place));
+    let others: Vec<_> = found.iter().filter(|(path, _)| !is_meant(path)).collect();
+    assert!(others.is_empty(), "it belongs into crates/rtl/src/system: {others:#?}");
 }

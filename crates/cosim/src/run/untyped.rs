@@ -126,6 +126,8 @@ pub trait AnyClosedLoop<'s> {
     fn leap(&mut self, end: u64, observer: &mut dyn Observe);
     /// Returns the constant words of the wiring's inputs; words that the world drives are 0.
     fn constants(&self) -> Vec<i64>;
+    /// Gives the wiring other constant words, from the edge after the present one on.
+    fn tune(&mut self, constants: &[i64]);
     /// Returns the wiring.
     fn wiring(&self) -> &dyn AnyWiring;
     /// Returns the wiring, to be changed.
@@ -158,6 +160,11 @@ where
     }
     fn constants(&self) -> Vec<i64> {
         flatten(&self.1)
+    }
+    fn tune(&mut self, constants: &[i64]) {
+        let constants = bundle(constants);
+        self.0.tune(&self.1, &constants);
+        self.1 = constants;
     }
     fn wiring(&self) -> &dyn AnyWiring {
         &self.0.wiring

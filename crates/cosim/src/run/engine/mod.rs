@@ -27,7 +27,7 @@ mod rows;
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-use hpu_datapath::{Repeat, Wiring};
+use hpu_datapath::{Repeat, Wiring, bundle, flatten};
 use hpu_signal::{Cycle, Observe, Ports};
 
 use crate::result::stays::Stays;
@@ -266,6 +266,25 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         self.rows.log(&self.world, self.edge, observer);
         control.progress.store(self.edge, Ordering::Relaxed);
         true
+    }
+
+    /// Goes on with other constant words, of which these are those before, from the edge after the present one on.
+    pub(crate) fn tune(&mut self, before: &E::In, after: &E::In) {
+        self.meet();
+        self.repeated = None;
+        let mut input = flatten(&self.input);
+        for ((word, before), after) in input.iter_mut().zip(flatten(before)).zip(flatten(after)) {
+            // Words that the world drives are 0 in both.
+            if before != after {
+                *word = after;
+            }
+        }
+        self.input = bundle(&input);
+        // At the first edge all words are taken.
+        if self.edge > 0 {
+            self.wiring.take(&self.input);
+            self.look_ahead();
+        }
     }
 
     /// Runs one edge.
