@@ -209,8 +209,8 @@ def tuned(folder, description):
     def stiff(unit, value):
         unit.slave.setFloat64([stiffness.valueReference], [value])
 
-    # The hand touches the wall after some milliseconds.
-    free, inside, end = 1e-3, 0.1, 0.2
+    # The hand comes to the wall between the first two of these times.
+    free, inside, end = 0.1, 0.23, 0.24
     seen = {}
     for start, tuning in (
         (2.0, None), (1.0, None), (1.0, (free, 2.0)), (1.0, (inside, 1.0)), (1.0, (inside, 2.0)), (2.0, (inside, 1.0))
