@@ -237,6 +237,32 @@ def tuned(folder, description):
     assert len({str(one) for one in seen.values()}) == 4
 
 
+def drivers(work):
+    """Loops that are tuned in mid-run are the same at every communication point, from event to event and edge by edge."""
+    random.seed(7)
+    points = 0
+    for scene in ("hybrid-wall", "count-cycle", "fast-velocity", "impulse-engine"):
+        units = []
+        for solver in ("events", "clock"):
+            out = work / f"{scene}-{solver}.fmu"
+            done = export(scene, out, "--library", LIBHPU, "--loop", "--set", f"model.solver={solver}")
+            assert done.returncode == 0, done.stderr
+            units.append(Unit(extract(str(out), unzipdir=str(out.with_suffix(""))), read_model_description(str(out))))
+        time = 0.0
+        for _ in range(8):
+            step = random.uniform(0.005, 0.02)
+            for unit in units:
+                unit.step(time, step)
+            time += step
+            assert units[0].seen() == units[1].seen(), (scene, time)
+            points += 1
+            reference = [units[0].variables["wall.stiffness"].valueReference]
+            value = units[0].slave.getFloat64(reference)[0] * random.choice([0.9, 1.05, 1.1])
+            for unit in units:
+                unit.slave.setFloat64(reference, [value])
+    return points
+
+
 def refused(call):
     try:
         call()
@@ -282,6 +308,7 @@ def main():
         steps = kept(folder, description) + kept(whole_folder, whole)
         wrong(folder, description)
         tuned(whole_folder, whole)
+        points += drivers(work)
         # A parameter of a unit is that key of the scene.
         stiff = Unit(whole_folder, whole, {"wall.stiffness": 2.0})
         stiff.step(0.0, 0.3)

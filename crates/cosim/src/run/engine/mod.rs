@@ -283,6 +283,8 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out>> ClosedLoop<W, E> {
         // At the first edge all words are taken.
         if self.edge > 0 {
             self.wiring.take(&self.input);
+            // The world may go on by outputs that were promised for the words before.
+            self.world.drive(self.out, self.wiring.words());
             self.look_ahead();
         }
     }
