@@ -105,12 +105,18 @@ impl Plain {
                 let words = [0, 1, 2].map(|index| self.words[at(index)]);
                 self.words[*place] = verilog::word(*operation, self.widths[*place], widths, words);
             }
+            let mut has_reset = false;
             for (register, _, reset) in &self.registers {
                 if let Some((net, active, word)) = reset
                     && self.words[*net] == *active
                 {
+                    has_reset |= self.words[*register] != *word;
                     self.words[*register] = *word;
                 }
+            }
+            // The cells are in their order: what is behind no other reset has settled.
+            if !has_reset {
+                break;
             }
         }
     }
@@ -126,7 +132,9 @@ impl Plain {
         };
         let made: Vec<_> = self.registers.iter().filter(|one| has_edge(one.0)).copied().collect();
         self.rose += made.len() as u64;
-        self.take(&made);
+        if !made.is_empty() {
+            self.take(&made);
+        }
     }
 
     /// Gives registers their next words, all at once.
