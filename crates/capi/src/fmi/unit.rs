@@ -353,13 +353,14 @@ fn unit_of(name: &str) -> &'static str {
 }
 
 /// Returns the keys of a wall on a motor or a mass, as parameters. A loop takes its stiffness and its damping at any
-/// time.
+/// time, but for a wall that changes by itself.
 fn parameters(file: &SceneFile, set: &[(String, String)], is_loop: bool) -> Vec<Variable> {
     let Ok(Experiment::Axis(scene)) = file.plant(set) else { return Vec::new() };
     if scene.network.is_some() || !matches!(scene.device, Device::Motor(_) | Device::Mass(_)) {
         return Vec::new();
     }
     let (units, wall) = (scene.device.units(), &scene.wall);
+    let tunes = is_loop && wall.ramp.is_none();
     let all = [
         ("wall.position", units.position, wall.position_rad, "Position of the wall"),
         ("wall.stiffness", units.stiffness, wall.stiffness_nm_per_rad, "Stiffness of the wall"),
@@ -373,7 +374,7 @@ fn parameters(file: &SceneFile, set: &[(String, String)], is_loop: bool) -> Vec<
     known
         .map(|(name, unit, start, doc)| Variable {
             name: name.into(),
-            causality: if is_loop && name != "wall.position" { Causality::Tunable } else { Causality::Parameter },
+            causality: if tunes && name != "wall.position" { Causality::Tunable } else { Causality::Parameter },
             is_word: false,
             unit,
             doc: doc.into(),
