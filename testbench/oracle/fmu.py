@@ -238,7 +238,7 @@ def tuned(folder, description):
 
 
 def drivers(work):
-    """Loops that are tuned in mid-run are the same at every communication point from event to event and edge by edge."""
+    """Loops that are tuned in mid-run are the same at each communication point, from event to event and by edges."""
     random.seed(7)
     points = 0
     for scene in ("hybrid-wall", "count-cycle", "fast-velocity", "impulse-engine"):
