@@ -1,4 +1,4 @@
-//! What makes a release: the workflows call scripts that are there, and a commit that is not ready is told.
+//! Releases: the workflows call scripts that are there, and `testbench/release.sh` refuses a commit that is not ready.
 
 use std::fs;
 use std::os::unix::fs::PermissionsExt;

@@ -1,4 +1,4 @@
-//! What the operating system decides: processes and their groups, signals, owners of files, folders of the user.
+//! The operating system decides about processes and their groups, signals, owners of files, and the user's folders.
 //!
 //! A system has a file here, and all files have the same items; no other part of `hpu` asks which system it runs on.
 //! `unix` is Linux and macOS. On Windows no simulator is started (`NO_TOOLS`), so a process there has neither a group
