@@ -84,9 +84,12 @@ pub fn archive(export: &Export, file: &SceneFile) -> Result<Vec<u8>, Error> {
         (format!("resources/{SCENE}"), text.as_bytes()),
         (format!("resources/{EXPORT}"), said.as_bytes()),
     ];
-    for library in *libraries {
+    for (at, library) in (1..).zip(*libraries) {
         let found = place(library).map(|place| format!("binaries/{place}"));
-        let place = found.ok_or_else(|| refused(&"a library is for neither Linux, Windows nor macOS of 64 bits"))?;
+        let place = found.ok_or_else(|| {
+            let all = libraries.len();
+            refused(&format!("library {at} of {all} is no library for Linux, Windows or macOS of 64 bits"))
+        })?;
         if parts.iter().any(|(other, _)| *other == place) {
             return Err(refused(&format!("{place}: two libraries are for this system")));
         }

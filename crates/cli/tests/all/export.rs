@@ -66,7 +66,11 @@ fn what_is_no_unit_is_refused_and_nothing_is_written() {
     assert_refused(&export(&["hybrid-wall", "--library", "/nowhere"]), 4, &["/nowhere"]);
     let twice = ["hybrid-wall", "--library", library, "--library", library];
     assert_refused(&export(&twice), 4, &["binaries/x86_64-linux/hpu.so: two libraries are for this system"]);
-    assert_refused(&export(&["hybrid-wall", "--library", "Cargo.toml"]), 4, &["neither Linux, Windows nor macOS"]);
+    assert_refused(
+        &export(&["hybrid-wall", "--library", "Cargo.toml"]),
+        4,
+        &["library 1 of 1 is no library for Linux, Windows or macOS"],
+    );
     assert_refused(&export(&["hybrid-wall", "--library", library, "--set", "wall.none=1"]), 4, &["wall.none"]);
     let design = "testbench/dut/knee.toml";
     assert_refused(&export(&[design, "--library", library, "--loop"]), 4, &["design"]);
