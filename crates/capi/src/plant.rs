@@ -7,7 +7,7 @@ use std::ptr::NonNull;
 use std::sync::Arc;
 
 use hpu_cosim::dut::{Wire, Wires};
-use hpu_cosim::scene::{BridgeModel, Device, DutScene, Experiment};
+use hpu_cosim::scene::{Device, DutScene, Experiment};
 use hpu_cosim::{
     AXIS_ROW, AnyWorld, AxisEncoder, AxisSimulation, AxisWorld, DrivenWorld, EnergyAudit, Halt, Logic, RAIL_ROW,
     SceneFile, Schedule, Simulation, Summary, Wired, WiredSimulation, dut,
@@ -320,7 +320,7 @@ fn of_axis(simulation: &'static AxisSimulation<'static>) -> Joint {
     let (scene, wiring) = (simulation.scene(), simulation.wiring());
     let world = AxisWorld::new(simulation.plant(), 0, simulation.words().schedule.clone());
     let (inputs, outputs) = (wiring.block().inputs(), wiring.block().outputs());
-    let is_switched = matches!(scene.device, Device::Motor(_)) && scene.model.bridge == BridgeModel::Switching;
+    let is_switched = simulation.gates_drive();
     let outputs = if is_switched {
         outputs
     } else {

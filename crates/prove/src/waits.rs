@@ -4,7 +4,7 @@
 //! modulator reads it at the fourth clock after that of the encoder's lines. A sampled spring and a sampled velocity
 //! wait in a register, `method.settling` holds the command back, and a modulator waits for its period.
 
-use hpu_cosim::scene::{BridgeModel, Datapath, Device, EncoderModel, Hand, Scene};
+use hpu_cosim::scene::{BridgeModel, Datapath, EncoderModel, Hand, Scene};
 
 /// Clocks from the encoder's lines to the next register behind the counter.
 const LINES: u64 = 4;
@@ -37,16 +37,11 @@ impl Drive {
     /// Returns the drive of a scene.
     pub fn of(scene: &Scene) -> Self {
         let pwm = scene.method.pwm;
-        if scene.network.as_ref().is_some_and(|network| network.dac.is_some()) {
-            return Self::Held;
-        }
-        match (scene.model.datapath, &scene.device, scene.model.bridge) {
+        match (scene.model.datapath, scene.has_bridge(), scene.model.bridge) {
             (Datapath::Linear, ..) => Self::Linear,
-            (_, Device::Mass(_), _) => Self::Held,
-            (_, Device::Motor(_), BridgeModel::Averaged) if !pwm.latched => Self::Held,
-            (_, Device::Motor(_), _) => {
-                Self::Pulses { period: 1 << pwm.bits, latched: pwm.latched, antiphase: pwm.antiphase }
-            }
+            (_, false, _) => Self::Held,
+            (_, true, BridgeModel::Averaged) if !pwm.latched => Self::Held,
+            (_, true, _) => Self::Pulses { period: 1 << pwm.bits, latched: pwm.latched, antiphase: pwm.antiphase },
         }
     }
 

@@ -4,6 +4,7 @@
 //! one certain moment near the start of the period that takes a duty. When a command comes too late for that moment,
 //! the bridge adds the missing part up to the middle of the period.
 
+use hpu_datapath::{Block, LoopOut, Pwm, PwmConfig, pwm};
 use hpu_plant::Shaper;
 use hpu_scene::Dac;
 
@@ -12,6 +13,8 @@ use hpu_scene::Dac;
 pub(crate) enum Actuator {
     /// The bridge with every switching of its gates.
     Switching,
+    /// The bridge with every switching of the gates of a modulator behind a host.
+    Modulated(PwmConfig),
     /// A bridge with three legs. A command has a bit for each switch, the high and the low one of legs a, b and c from
     /// the lowest bit on, then one for each of [`MOST_SENSORS`](hpu_scene::MOST_SENSORS) sensors, at whose rise that
     /// sensor takes a sample, then the lines `csn`, `sck` and `mosi` of each chip on a bus.
@@ -96,6 +99,52 @@ impl Shaping {
         self.next = edge + self.hold;
         self.at(edge).output()
     }
+}
+
+/// A modulator behind a host. It reads the commands that the host hands on, and drives the gates of the bridge.
+#[derive(Clone)]
+pub(crate) struct Modulator {
+    pwm: Pwm,
+    /// The command that it reads at the next edge.
+    input: pwm::In<i64>,
+    /// The latest edge that it has ticked, and its gates from there on.
+    edge: u64,
+    pub(crate) gates: LoopOut<i64>,
+    /// The edge at which the gates may change next if no command comes.
+    pub(crate) next: u64,
+}
+
+impl Modulator {
+    /// Creates a modulator at reset; `None` if its generics are impossible.
+    pub(crate) fn new(config: PwmConfig) -> Option<Self> {
+        let mut pwm = Pwm::new(config).ok()?;
+        let gates = pins(pwm.reset());
+        let mut modulator = Self { pwm, input: pwm::In { command: 0 }, edge: 0, gates, next: 0 };
+        modulator.tick(0);
+        Some(modulator)
+    }
+
+    /// Ticks the edges up to one at which the gates may change, or before which they do not.
+    pub(crate) fn tick(&mut self, edge: u64) {
+        if edge > self.edge {
+            self.pwm.skip(edge - 1 - self.edge, &self.input);
+            self.gates = pins(self.pwm.tick(self.input));
+            self.edge = edge;
+        }
+        self.next = edge.saturating_add(self.pwm.quiet(&self.input)).saturating_add(1);
+    }
+
+    /// Takes a command after an edge: it is read at the next one.
+    pub(crate) fn take(&mut self, edge: u64, command: i64) {
+        self.tick(edge);
+        self.input.command = command;
+        self.tick(edge);
+    }
+}
+
+/// Returns a modulator's outputs as those of a loop.
+fn pins(pwm::Out { a_high, a_low, b_high, b_low }: pwm::Out<i64>) -> LoopOut<i64> {
+    LoopOut { a_high, a_low, b_high, b_low }
 }
 
 /// The output of an averaged bridge, and the edges at which it changes.
@@ -237,8 +286,6 @@ impl Latch {
 
 #[cfg(test)]
 mod tests {
-    use hpu_datapath::{Block, Pwm, PwmConfig, pwm};
-
     use super::*;
 
     const WIDTH: u32 = 6;
@@ -278,6 +325,37 @@ mod tests {
             given
         });
         (switched, averaged)
+    }
+
+    /// The modulator told commands at some edges only, and asked at those at which its gates may change, against one
+    /// that is ticked at every edge.
+    #[test]
+    fn a_modulator_behind_a_host_has_the_gates_of_one_that_reads_every_command() {
+        let mut random = hpu_scene::SplitMix64::new(62);
+        for mode in 0..16 {
+            let [antiphase, latched, floating, dead] = [1, 2, 4, 8].map(|bit| mode & bit != 0);
+            if antiphase && floating {
+                continue;
+            }
+            let dead_time = if dead { 3 } else { 0 };
+            let config = PwmConfig { width: WIDTH, antiphase, latched, floating, dead_time };
+            let (mut ticked, mut asked) = (Pwm::new(config).unwrap(), Modulator::new(config).unwrap());
+            assert_eq!(asked.gates, pins(ticked.reset()));
+            let (mut command, mut changes) = (0, 0);
+            for edge in 1..20_000 {
+                let gates = pins(ticked.tick(pwm::In { command }));
+                if asked.next == edge {
+                    asked.tick(edge);
+                }
+                changes += u32::from(asked.edge == edge);
+                assert_eq!(asked.gates, gates, "{config:?} at edge {edge}");
+                if random.below(150) == 0 {
+                    command = random.below(2 * PERIOD + 1) as i64 - PERIOD as i64;
+                    asked.take(edge, command);
+                }
+            }
+            assert!((200..8000).contains(&changes), "{config:?}: asked at {changes} edges");
+        }
     }
 
     #[test]

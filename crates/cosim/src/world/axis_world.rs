@@ -19,7 +19,7 @@ use crate::result::columns::{AXIS_ROW, CURRENT_BETWEEN, SPEED_BETWEEN, TORQUE_BE
 use crate::result::forever::Rest;
 use crate::result::stays::{Sums, Tally};
 use crate::result::summary::{EnergyAudit, Summary, Unheld};
-use crate::world::actuator::{Actuator, Latch, Shaping};
+use crate::world::actuator::{Actuator, Latch, Modulator, Shaping};
 #[cfg(not(target_family = "wasm"))]
 use crate::world::any_device::Phased;
 use crate::world::any_device::{AnyDevice, Other};
@@ -101,6 +101,8 @@ pub struct AxisWorld<'p, I = LoopIn<i64>> {
     is_scheduled: bool,
     shaping: Option<Shaping>,
     latch: Option<Latch>,
+    /// The modulator behind a host.
+    modulator: Option<Box<Modulator>>,
     device: Option<AnyDevice<'p>>,
     /// The outputs that the device was last told; `None` if it has cruised since, without being told every change.
     told: Option<LoopOut<i64>>,
@@ -175,6 +177,7 @@ impl<'p, I> AxisWorld<'p, I> {
             schedule,
             shaping: None,
             latch: None,
+            modulator: None,
             device: None,
             told: None,
             waiting: VecDeque::new(),
@@ -241,6 +244,7 @@ impl<'p, I> AxisWorld<'p, I> {
                 world.commanded = Some(0);
                 world.waiting.push_back((1, 0));
             }
+            Actuator::Modulated(config) => world.modulator = Modulator::new(config).map(Box::new),
             Actuator::Switching | Actuator::ThreeLegs | Actuator::Converted { .. } => {}
         }
         world.due();
@@ -366,6 +370,13 @@ impl<'p, I> AxisWorld<'p, I> {
         {
             device.driven(edge, Drive::Average(latch.take()));
         }
+        if let Some(modulator) = &mut self.modulator
+            && modulator.next <= edge
+        {
+            modulator.tick(edge);
+            let gates = modulator.gates;
+            self.switch(gates);
+        }
         while let Some((_, word)) = self.waiting.pop_front_if(|(due, _)| *due <= edge) {
             self.give(word);
         }
@@ -395,8 +406,9 @@ impl<'p, I> AxisWorld<'p, I> {
             sensors.happen(edge, device);
         }
         if let Some(faults) = self.faults.as_mut().filter(|faults| faults.next().is_some_and(|next| next <= edge)) {
+            let told = self.told.or_else(|| self.modulator.as_ref().map(|modulator| modulator.gates));
             if faults.happen(edge)
-                && let (Some(out), Some(device)) = (self.told, &mut self.device)
+                && let (Some(out), Some(device)) = (told, &mut self.device)
             {
                 // A fault may have moved the switches although the outputs are the same.
                 device.driven(edge, Drive::Gates(gates(faults.drive(out))));
@@ -408,25 +420,31 @@ impl<'p, I> AxisWorld<'p, I> {
         self.plan();
     }
 
+    /// Tells the device the gates of a modulator.
+    fn switch(&mut self, out: LoopOut<i64>) {
+        let Some(device) = &mut self.device else { return };
+        let switches = match &mut self.faults {
+            None => out,
+            Some(faults) => {
+                let switches = faults.drive(out);
+                self.over = self.over.or(faults.over());
+                switches
+            }
+        };
+        device.driven(self.edge, Drive::Gates(gates(switches)));
+    }
+
     /// Tells the device outputs or a command that it was not told last.
     #[inline(never)]
     fn drive_anew(&mut self, out: LoopOut<i64>, words: &[i64]) {
         let edge = self.edge;
-        let Some(device) = &mut self.device else {
+        if self.device.is_none() {
             return;
-        };
+        }
         match self.plant.actuator {
             Actuator::Switching => {
                 self.told = Some(out);
-                let switches = match &mut self.faults {
-                    None => out,
-                    Some(faults) => {
-                        let switches = faults.drive(out);
-                        self.over = self.over.or(faults.over());
-                        switches
-                    }
-                };
-                device.driven(edge, Drive::Gates(gates(switches)));
+                self.switch(out);
             }
             _ => {
                 let word = words[self.command];
@@ -450,6 +468,11 @@ impl<'p, I> AxisWorld<'p, I> {
         let Some(device) = &mut self.device else { return };
         match self.plant.actuator {
             Actuator::Switching => {}
+            Actuator::Modulated(_) => {
+                if let Some(modulator) = &mut self.modulator {
+                    modulator.take(edge, word);
+                }
+            }
             Actuator::ThreeLegs => {
                 let legs = std::array::from_fn(|leg| match word >> (2 * leg) & 3 {
                     1 => Leg::High,
@@ -531,7 +554,7 @@ impl<'p, I> AxisWorld<'p, I> {
     #[inline]
     fn is_left_alone(&self) -> bool {
         let is_fixed = self.next_due == u64::MAX && self.shaping.is_none() && self.latch.is_none();
-        is_fixed && self.faults.is_none() && self.sensors.is_none()
+        is_fixed && self.faults.is_none() && self.sensors.is_none() && self.modulator.is_none()
     }
 
     /// Finds the next edge at which something is due.
@@ -550,6 +573,9 @@ impl<'p, I> AxisWorld<'p, I> {
         }
         if let Some(latch) = &self.latch {
             due = due.min(latch.next);
+        }
+        if let Some(modulator) = &self.modulator {
+            due = due.min(modulator.next);
         }
         if let Some(faults) = &self.faults {
             due = due.min(faults.next().unwrap_or(u64::MAX));
@@ -825,7 +851,7 @@ impl<I: Placed> World for AxisWorld<'_, I> {
     #[cfg(not(target_family = "wasm"))]
     fn left_alone(&self) -> Result<f64, &'static str> {
         if !self.is_left_alone() {
-            return Err("the hand moves on, or a sensor, a shaper, a latch or a fault has a memory of its own");
+            return Err("the hand moves on, or a sensor, a shaper, a latch, a host or a fault has a memory of its own");
         }
         match &self.device {
             Some(device) if device.mark(self.edge).is_some() => Ok(self.plant.count_rad),

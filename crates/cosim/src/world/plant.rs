@@ -306,20 +306,24 @@ fn actuator(scene: &Scene) -> Result<Actuator, PlantError> {
     if let Some(dac) = scene.network.as_deref().and_then(|compound| compound.dac) {
         return Ok(Actuator::Converted { dac, width: bits, sign: -1.0 });
     }
-    match (&scene.device, &scene.amplifier, scene.model.bridge) {
-        (hpu_scene::Device::Motor(_), _, BridgeModel::Switching) => Ok(Actuator::Switching),
-        (hpu_scene::Device::Motor(_), _, BridgeModel::Averaged) => {
+    match (scene.has_bridge(), &scene.amplifier, scene.model.bridge) {
+        (true, _, BridgeModel::Switching) if scene.host_clocks > 0 => {
+            let words = scene.words().map_err(|error| PlantError(error.to_string()))?;
+            Ok(Actuator::Modulated(words.config.pwm))
+        }
+        (true, _, BridgeModel::Switching) => Ok(Actuator::Switching),
+        (true, _, BridgeModel::Averaged) => {
             let pwm = scene.method.pwm;
             let latch = pwm.latched.then(|| Latch::new(1 << pwm.bits, pwm.antiphase));
             Ok(Actuator::Averaged { full_scale, latch })
         }
-        (hpu_scene::Device::Mass(_), Some(amplifier), _) => {
+        (false, Some(amplifier), _) => {
             let shaping = amplifier
                 .shaper
                 .map(|shaper| Shaping::new(shaper.cutoff_hz, scene.clock.period_s(), scene.clock.edges(shaper.hold_s)));
             Ok(Actuator::Amplified { quantum_n: amplifier.full_scale_n / full_scale, shaping })
         }
-        (hpu_scene::Device::Mass(_), None, _) => Err(PlantError("a mass in words needs an amplifier".into())),
+        (false, None, _) => Err(PlantError("a mass in words needs an amplifier".into())),
     }
 }
 

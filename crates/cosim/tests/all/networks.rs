@@ -315,3 +315,79 @@ fn a_host_that_is_a_sample_late_makes_a_wall_swing() {
     assert_eq!(swings.0, OutcomeKind::LimitCycle);
     assert_eq!(swings, outcome("120 kN/m", 1, Driver::Clock));
 }
+
+/// A motor that starts in its wall, behind a host and a modulator.
+const HOSTED: &str = r#"
+about = "A host before a modulator."
+clock.frequency = "10 MHz"
+run.duration = "60 ms"
+device = { kind = "motor", motor = "vasudevan_2007", initial_angle = 0.02 }
+method.kind = "conventional"
+method.sample_rate = "2 kHz"
+method.pwm.bits = 9
+wall = { position = "0.01 rad", stiffness = "0.5 N.m/rad", damping = "0.2 mN.m.s/rad" }
+hand = { kind = "spring_damper", stiffness = "0.3 N.m/rad", damping = "1 mN.m.s/rad", path = [["0 s", 0.02], ["1 ms", 0.03]] }
+host = { late = 1, latency = "13.3 us" }
+"#;
+
+#[test]
+fn a_modulator_behind_a_host_switches_at_the_same_edges_whoever_drives() {
+    let stuck =
+        "faults = { stuck_switch = 'bridge.plus_high', stuck = 'open', stuck_from = '2 ms', stuck_to = '3 ms' }\n";
+    let modes = [
+        "",
+        "method.pwm.duty = 'immediate'\n",
+        "method.pwm.mode = 'locked_antiphase'\n",
+        "method.pwm.dead_time = '0.5 us'\n",
+        "method.pwm.off = 'float'\n",
+        stuck,
+    ];
+    for mode in modes {
+        let experiment = Experiment::Axis(scene(&format!("{HOSTED}{mode}")));
+        let simulation = simulation(&experiment);
+        let comparison = simulation.compare(100_000);
+        assert_eq!(comparison.mismatches, 0, "{mode}: {:?}", comparison.first);
+        let all = [Driver::Events, Driver::Clock].map(|driver| {
+            let mut trace = simulation.brief_trace();
+            let summary = simulation.run(driver, &mut trace, &mut (), &Control::new());
+            let energy = summary.energy;
+            assert!(energy.residual_j.abs() <= 1e-12 * energy.exchanged_j, "{mode}: {energy:?}");
+            (trace.last(hpu_cosim::ANGLE).map(f64::to_bits), summary.mode_changes, summary.encoder_edges)
+        });
+        assert!(all[0] == all[1] && all[0].2 > 4, "{mode}: {all:?}");
+    }
+}
+
+/// The hand imposes a constant speed, so the host changes nothing but when the pulses come: after two whole periods of
+/// the modulator the current is what it was two periods before without a host.
+#[test]
+fn pulses_behind_a_host_are_those_without_one_later() {
+    let swept = |more: &str| {
+        let text = HOSTED.replace("host = { late = 1, latency = \"13.3 us\" }", more);
+        let (head, _) = text.split_once("hand = ").unwrap();
+        let hand = "hand = { kind = \"prescribed\", path = [[\"0 s\", 0], [\"60 ms\", 0.3]] }\n";
+        let head = head.replace(", initial_angle = 0.02", "");
+        let experiment = Experiment::Axis(scene(&format!("{head}{hand}{more}\n")));
+        let simulation = simulation(&experiment);
+        let mut closed = simulation.closed_loop();
+        let (mut edge, mut currents) = (0, Vec::new());
+        while edge < 400_000 {
+            edge += 512;
+            while closed.edge() < edge + 77 {
+                closed.leap(edge + 77, &mut ());
+            }
+            let mut row = Vec::new();
+            closed.world().reals(edge + 77, &mut row);
+            currents.push(row[0]);
+        }
+        currents
+    };
+    let (plain, late) = (swept(""), swept("host.latency = \"102.4 us\""));
+    let mut compared = 0;
+    // After 20 ms nothing is left of how the current began.
+    for (before, after) in plain.iter().zip(&late[2..]).skip(400) {
+        assert!((before - after).abs() < 1e-12, "{before} A and {after} A");
+        compared += u32::from(before.abs() > 0.01);
+    }
+    assert!(compared > 200, "{compared}");
+}

@@ -31,8 +31,23 @@ fn resistance_ohm(scene: &Scene, motor: &Motor) -> f64 {
     motor.resistance_ohm + 2.0 * scene.bridge.on_resistance_ohm
 }
 
+/// Refuses a network that is no motor on a bridge: these two criteria are of a rigid shaft with a winding.
+fn wound(name: &'static str, scene: &Scene) -> Result<(), Silent> {
+    let Some(network) = scene.network.as_deref() else { return Ok(()) };
+    let unlike = network.bends().or_else(|| network.springs()).or_else(|| match &scene.device {
+        Device::Motor(_) if network.dac.is_none() => None,
+        Device::Motor(_) => Some("a current drives it, and no voltage".to_string()),
+        Device::Mass(_) => Some("it slides".to_string()),
+    });
+    unlike.map_or(Ok(()), |why| {
+        let why = format!("not met: the criterion is one of a rigid motor on its bridge; here: {why}");
+        Err(Silent { name, why })
+    })
+}
+
 /// Routh and Hurwitz on `L J s³ + (R J + L D) s² + (R D + K² + R b + L k_h) s + R (k + k_h)`, with `D = B + b_h`.
 pub(super) fn routh(scene: &Scene) -> Result<Criterion, Silent> {
+    wound("routh", scene)?;
     let Device::Motor(motor) = &scene.device else {
         let why = "a mass, a spring and a damper without sampling settle at every stiffness".into();
         return Err(Silent { name: "routh", why });
@@ -60,14 +75,15 @@ pub(super) fn routh(scene: &Scene) -> Result<Criterion, Silent> {
 }
 
 /// Damping over lag: `k < (B + K²/R + b + b_h) / (T/2 + t_d + L/R)`.
-pub(super) fn low_frequency(scene: &Scene, motor: &Motor) -> Criterion {
+pub(super) fn low_frequency(scene: &Scene, motor: &Motor) -> Result<Criterion, Silent> {
+    wound("low_frequency", scene)?;
     let (r, k) = (resistance_ohm(scene, motor), motor.torque_constant_nm_per_a);
     let (grip, grip_damping) = scene.hand.grip();
     let lag_s = 0.5 * scene.sample_period_s() + delay_s(scene) + motor.inductance_h / r;
     let own = motor.viscous_friction_nm_s_per_rad + k * k / r;
     let limit = (own + grip_damping + scene.wall.damping_nm_s_per_rad) / lag_s;
     let swing = ((limit + grip) / motor.inertia_kg_m2()).sqrt() * lag_s;
-    Criterion {
+    Ok(Criterion {
         name: "low_frequency",
         limit,
         unit: unit(scene),
@@ -86,5 +102,5 @@ pub(super) fn low_frequency(scene: &Scene, motor: &Motor) -> Criterion {
         ],
         figures: vec![],
         region: None,
-    }
+    })
 }

@@ -13,7 +13,7 @@ pub use describing::{describing_function, stable_amplitude};
 pub use rigid::{Balance, Region, Rigid};
 
 use hpu_cosim::figure;
-use hpu_cosim::scene::{Datapath, Device, Hand, Loop, Scene};
+use hpu_cosim::scene::{Datapath, Device, Hand, Loop, Scene, Units};
 
 use crate::Error;
 use crate::linear::{Damping, StableSet, Stretch, usual_range};
@@ -43,6 +43,20 @@ impl Criterion {
     fn with(mut self, figures: Vec<Figure>) -> Self {
         self.figures = figures.into_iter().filter(|figure| figure.value.is_finite()).collect();
         self
+    }
+
+    /// Returns the criterion in the units of another body, of which one of its own units is `ratio`.
+    #[must_use]
+    pub fn in_units(self, ratio: f64, units: &Units) -> Self {
+        let told = |figure: Figure| match figure.unit {
+            unit if unit == self.unit => {
+                Figure { value: figure.value / (ratio * ratio), unit: units.stiffness, ..figure }
+            }
+            "rad/s" | "m/s" => Figure { value: figure.value * ratio.abs(), unit: speed_unit(units), ..figure },
+            _ => figure,
+        };
+        let figures = self.figures.iter().copied().map(told).collect();
+        Self { limit: self.limit / (ratio * ratio), unit: units.stiffness, figures, ..self }
     }
 
     /// Whether the scene meets all assumptions of the criterion.
@@ -114,22 +128,15 @@ pub fn all(scene: &Scene) -> Vec<Result<Criterion, Silent>> {
 /// Returns the answer of the criterion with this name for a scene; `None` if the criterion does not exist for its
 /// device.
 pub fn named(name: &str, scene: &Scene) -> Option<Result<Criterion, Silent>> {
-    let unlike = if scene.target.is_some() {
-        Some("not met: the criterion is one of a wall, and the method follows a target")
-    } else if scene.network.is_some() {
-        Some("not met: compliant. The criterion is one of a rigid body, and the device has bodies on joints")
-    } else {
-        None
-    };
-    if let Some(why) = unlike {
-        let name = NAMES.into_iter().find(|it| *it == name)?;
-        return Some(Err(Silent { name, why: why.into() }));
+    if scene.target.is_some() {
+        let why = "not met: the criterion is one of a wall, and the method follows a target".into();
+        return NAMES.into_iter().find(|it| *it == name).map(|name| Err(Silent { name, why }));
     }
     let body = Rigid::new(scene);
     match (name, &scene.device) {
         ("spectral_radius", _) => Some(linear::spectral_radius(scene)),
         ("routh", _) => Some(linear::routh(scene)),
-        ("low_frequency", Device::Motor(motor)) => Some(Ok(linear::low_frequency(scene, motor))),
+        ("low_frequency", Device::Motor(motor)) => Some(linear::low_frequency(scene, motor)),
         ("gil_hulin", _) => Some(Ok(sampled_wall::gil_hulin(scene, &body))),
         ("colgate_schenkel", _) => Some(Ok(sampled_wall::colgate_schenkel(scene, &body))),
         ("abbott_okamura", _) => Some(Ok(sampled_wall::abbott_okamura(scene, &body))),
@@ -147,6 +154,11 @@ fn critical(scene: &Scene, damping: f64) -> Result<f64, Error> {
         Some(Stretch { to, .. }) if to.beyond.is_some() => Ok(to.middle()),
         _ => Err(StableSet::new(scene, damping, range)?.said().into()),
     }
+}
+
+/// Returns the unit of speeds beside these units.
+fn speed_unit(units: &Units) -> &'static str {
+    if units.position == "m" { "m/s" } else { "rad/s" }
 }
 
 fn linear_law(scene: &Scene) -> Assumption {
@@ -178,7 +190,9 @@ fn known_hand(scene: &Scene) -> Assumption {
 
 /// Returns an assumption that depends on the kind of the hand.
 fn known_hand_for(text: &'static str, scene: &Scene) -> Assumption {
+    let own_mass = scene.network.as_deref().is_some_and(|network| network.hand_has_mass);
     let (known, here) = match scene.hand {
+        Hand::SpringDamper { .. } if own_mass => (false, "the hand has a mass of its own"),
         Hand::None | Hand::ConstantTorque { .. } | Hand::SpringDamper { .. } => (true, ""),
         Hand::Prescribed { .. } => (false, "the hand imposes the motion"),
         Hand::Capture { .. } => (false, "a recording stands in the place of the device"),
@@ -202,9 +216,15 @@ fn continuous(scene: &Scene) -> Assumption {
 }
 
 fn ideal_drive(scene: &Scene) -> Assumption {
-    let is_ideal = matches!(scene.device, Device::Mass(_));
-    let here = || "a motor with a winding, behind a bridge".to_string();
-    Assumption::new("a rigid body driven by an ideal force or current", is_ideal, here)
+    let here = match scene.network.as_deref() {
+        None => matches!(scene.device, Device::Motor(_)).then(|| "a motor with a winding, behind a bridge".to_string()),
+        Some(network) => {
+            let apart = [network.bends(), network.lags(), network.springs()];
+            let all: Vec<String> = apart.into_iter().flatten().collect();
+            (!all.is_empty()).then(|| all.join(", "))
+        }
+    };
+    Assumption::new("a rigid body driven by an ideal force or current", here.is_none(), || here.unwrap_or_default())
 }
 
 /// The share of a sample period below which a delay counts as none.

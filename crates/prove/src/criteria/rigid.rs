@@ -60,16 +60,25 @@ pub struct Balance {
 }
 
 impl Rigid {
-    /// Returns the rigid body of a scene; a motor's winding is treated as a damper.
+    /// Returns the rigid body of a scene; a winding on a bridge is treated as a damper. Of a network it is the body
+    /// with the encoder, with all that is joined to it as if no joint bent.
     pub fn new(scene: &Scene) -> Self {
-        let (inertia_kg_m2, damping_nm_s_per_rad, coulomb_nm) = match &scene.device {
+        let (inertia_kg_m2, viscous, coulomb_nm) = match &scene.device {
             Device::Motor(motor) => {
-                let resistance_ohm = motor.resistance_ohm + 2.0 * scene.bridge.on_resistance_ohm;
-                let braking = motor.torque_constant_nm_per_a * motor.torque_constant_nm_per_a / resistance_ohm;
-                (motor.inertia_kg_m2(), motor.viscous_friction_nm_s_per_rad + braking, motor.coulomb_friction_nm)
+                (motor.inertia_kg_m2(), motor.viscous_friction_nm_s_per_rad, motor.coulomb_friction_nm)
             }
             Device::Mass(mass) => (mass.mass_kg, mass.damping_n_s_per_m, mass.coulomb_n),
         };
+        // Torque or force of an ampere, and the resistance, of a winding that a voltage drives.
+        let winding = match (scene.network.as_deref(), &scene.device) {
+            (None, Device::Motor(motor)) => Some((motor.torque_constant_nm_per_a, motor.resistance_ohm)),
+            (Some(network), _) => network.winding(),
+            (None, Device::Mass(_)) => None,
+        };
+        let braking = winding.map_or(0.0, |(constant, resistance_ohm)| {
+            constant * constant / (resistance_ohm + 2.0 * scene.bridge.on_resistance_ohm)
+        });
+        let damping_nm_s_per_rad = viscous + braking;
         Self {
             inertia_kg_m2,
             damping_nm_s_per_rad,

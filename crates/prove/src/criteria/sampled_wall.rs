@@ -1,11 +1,11 @@
 //! Criteria for a rigid body in contact with a sampled wall, applied to a scene; [`Rigid`] computes their numbers.
 
 use hpu_cosim::figure;
-use hpu_cosim::scene::{Datapath, Device, Hand, Scene};
+use hpu_cosim::scene::{Datapath, Hand, Scene};
 
 use super::{
     Assumption, Criterion, Figure, Rigid, Silent, frictionless, ideal_drive, in_counts, is_small, known_hand,
-    known_hand_for, linear_law, sampled, sampled_for, undamped_wall, undelayed, waited,
+    known_hand_for, linear_law, sampled, sampled_for, speed_unit, undamped_wall, undelayed, waited,
 };
 use crate::linear::unit;
 
@@ -76,11 +76,8 @@ pub(super) fn diolaiti(scene: &Scene, body: &Rigid) -> Criterion {
         Figure { name: "beta", value: balance.beta, unit: "" },
         Figure { name: "sigma", value: balance.sigma, unit: "" },
     ];
-    let speed_unit = match scene.device {
-        Device::Motor(_) => "rad/s",
-        Device::Mass(_) => "m/s",
-    };
-    figures.extend(balance.critical_rad_per_s.map(|value| Figure { name: "v_c", value, unit: speed_unit }));
+    let unit = speed_unit(&scene.device.units());
+    figures.extend(balance.critical_rad_per_s.map(|value| Figure { name: "v_c", value, unit }));
     Criterion { region: Some(balance.region), ..plain }.with(figures)
 }
 

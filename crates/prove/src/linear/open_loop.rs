@@ -49,6 +49,9 @@ impl OpenLoop {
     ///
     /// Returns the reason why the scene has no linear loop.
     pub fn new(scene: &Scene, damping: Damping) -> Result<Self, Error> {
+        if scene.host_clocks > 0 && scene.method.kind.is_live() {
+            return Err("its spring follows every clock, and a host hands it on late".into());
+        }
         Self::late(scene, damping, scene.clock.edges(scene.model.delay_s) + scene.host_clocks)
     }
 

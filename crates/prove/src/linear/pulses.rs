@@ -6,7 +6,8 @@
 //!
 //! - *Read*: the command becomes `-K θ - (B/T) v`, with the position of the latest sample in the place of `θ` if the
 //!   spring is sampled. A modulator that starts a period at clock `n` with the command it finds reads the encoder's
-//!   lines of clock `n - (4 + settling)`, and another one those of as many clocks before the pulse ends.
+//!   lines of clock `n - (4 + settling)`, less the clocks of a host before it, and another one those of as many clocks
+//!   before the pulse ends.
 //! - *Sample*: `v` becomes the change of the position since the sample before.
 //! - *Act*: the current changes by the impulse of the command, where the pulse ends.
 //!
@@ -32,8 +33,8 @@ use crate::waits::{Drive, Rest, has_lines};
 const MOST_SAMPLES: u64 = 1 << 16;
 /// Greatest number of modulator periods in a common period.
 const MOST_PERIODS: u64 = 1 << 20;
-/// Greatest number of commands that wait for the end of their pulse.
-const MOST_WAITING: usize = 3;
+/// Greatest number of commands that wait for the end of their pulse. A page works out fewer, and loads less code.
+const MOST_WAITING: usize = if cfg!(target_family = "wasm") { 3 } else { 15 };
 /// States of the plant: current, speed and angle.
 const PLANT: usize = 3;
 /// Index of the position of the latest sample, and of the velocity.
@@ -67,9 +68,10 @@ pub(super) struct Pulses {
     growth: f64,
     drive: Drive,
     latched: bool,
-    /// Clocks from the encoder's lines to the modulator, and those of them that hold the command.
+    /// Clocks from the encoder's lines to the modulator, and those of them that hold the command: `method.settling`
+    /// and the host's.
     latency: u64,
-    settling: u64,
+    held: u64,
     /// Whether the spring is sampled.
     is_sampled: bool,
     /// Damping over the sample period.
@@ -116,6 +118,7 @@ impl Pulses {
         }
         let damping = plain_damping(scene)?;
         let rest = Rest::of(scene).ok_or("the hand leaves it no place of rest")?;
+        let held = u64::from(scene.method.settling) + scene.host_clocks;
         let sample = scene.period_clocks();
         let grid = common_divisor(period, sample);
         let (samples, periods) = (period / grid, sample / grid);
@@ -168,8 +171,8 @@ impl Pulses {
             growth,
             drive,
             latched,
-            latency: drive.lines(scene) + u64::from(scene.method.settling),
-            settling: scene.method.settling.into(),
+            latency: drive.lines(scene) + held,
+            held,
             is_sampled: !scene.method.kind.is_live(),
             damper: damping / scene.sample_period_s(),
             rest,
@@ -217,7 +220,9 @@ impl Pulses {
                 0 => Box::new(self.steps::<5>(order, stretch)),
                 1 => Box::new(self.steps::<6>(order, stretch)),
                 2 => Box::new(self.steps::<7>(order, stretch)),
-                _ => Box::new(self.steps::<8>(order, stretch)),
+                3 => Box::new(self.steps::<8>(order, stretch)),
+                // A host's commands wait for longer; where fewer of them wait, the states beyond are 0.
+                _ => Box::new(self.steps::<{ NEWEST + MOST_WAITING }>(order, stretch)),
             }
         };
         let duties = stretch.map(|stiffness| self.rest.duty(stiffness));
@@ -244,7 +249,7 @@ impl Pulses {
         };
         let whole = |clocks: u64| Span { ends: [clocks as f64; 2], bend: 0.0 };
         if self.latched {
-            let phase = whole(self.settling % self.grid);
+            let phase = whole(self.held % self.grid);
             let ends = [latency + low, latency + high];
             let [first, last] = ends.map(|end| (end / period) as usize);
             let order = |waiting: usize| {
@@ -254,7 +259,7 @@ impl Pulses {
             return (first..=last).map(order).collect();
         }
         let (waiting, act) = ((self.latency / self.period) as usize, whole(self.latency % self.period));
-        let ends = [self.settling as f64 - low, self.settling as f64 - high];
+        let ends = [self.held as f64 - low, self.held as f64 - high];
         let [last, first] = ends.map(|end| (end / grid).floor());
         let order = |turn: f64, all: bool| {
             let since = ends.map(|end| end - turn * grid);

@@ -87,7 +87,7 @@ fn has_diodes(scene: &Scene) -> bool {
     // Before the first edge all gates are off, so a shaft that turns or a current that flows at the start freewheels.
     let coasts = matches!(scene.device, Device::Motor(motor)
         if motor.initial_current_a != 0.0 || motor.initial_speed_rad_per_s != 0.0);
-    let switches = matches!(scene.device, Device::Motor(_)) && scene.model.bridge == BridgeModel::Switching;
+    let switches = scene.has_bridge() && scene.model.bridge == BridgeModel::Switching;
     switches && (scene.method.pwm.floating || scene.method.pwm.dead_time_s > 0.0 || coasts)
 }
 

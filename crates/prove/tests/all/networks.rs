@@ -1,6 +1,7 @@
 //! Linear loops of networks: a knob on a cable, against the stable stiffnesses of its monodromy matrix.
 
 use hpu_cosim::scene::Scene;
+use hpu_prove::criteria::{Criterion, Silent, all, named};
 use hpu_prove::linear::{Damping, DrivenSet, End, StableSet};
 
 /// A knob: a rotor of 50 g·cm² drives a handle at 6 mm/rad.
@@ -121,4 +122,139 @@ fn a_driven_knob_waits_for_its_clocks_too() {
         let host = driven.waits.iter().find(|wait| wait.what == "the host").map_or(0.0, |wait| wait.seconds);
         assert!((host - 250e-6 * late.parse::<f64>().expect("a number")).abs() < 1e-12);
     }
+}
+
+/// A rigid knob on an ideal drive, seen from its handle, and a mass of the same inertia, friction and grip under an
+/// ideal force: every criterion has the same limit, and says so with the same assumptions.
+#[test]
+fn criteria_of_a_rigid_network_are_those_of_a_mass() {
+    // 50 g·cm² at 6 mm/rad are 5e-6 / 36e-6 kg; 2 mN·m are 1/3 N, and 0.1 mN·m·s/rad are 25/9 N·s/m at the handle.
+    let common = "run = { duration = \"1 s\" }\nclock = { frequency = \"16384 kHz\" }\nmethod.kind = \"conventional\"\n\
+                  method.sample_rate = \"4 kHz\"\nmethod.position_bits = 16\nmethod.stiffness_format = \"(0,10,12)\"\n\
+                  method.damping_format = \"(0,12,4)\"\nwall = { position = \"6 mm\", stiffness = \"30 kN/m\" }\n";
+    let count_m = 6e-3 * 2.0 * std::f64::consts::PI / 8000.0;
+    let hand = |kind: &str| format!("hand.kind = \"{kind}\"\n");
+    let (grip, push) = (
+        hand("spring_damper") + "hand.stiffness = \"900 N/m\"\nhand.damping = \"20 N.s/m\"\n",
+        hand("constant_torque") + "hand.torque = \"2 N\"\n",
+    );
+    for (hand, text, own) in
+        [("held", &grip, "hand.path = [[\"0 s\", 0], [\"200 ms\", \"12 mm\"]]\n"), ("pressed", &push, "")]
+    {
+        let knob = format!(
+            "about = \"A knob.\"\n{common}{text}{own}hand.on = \"handle\"\nencoder = {{ on = \"rotor\", lines = 2000 }}\n\
+             [device]\nkind = \"network\"\nunits_at = \"handle\"\n\
+             bodies.rotor = {{ inertia = \"50 g.cm2\", coulomb_friction = \"2 mN.m\", viscous_friction = \"0.1 mN.m.s/rad\" }}\n\
+             bodies.handle = {{ mass = \"30 g\" }}\n\
+             joints.cable = {{ from = \"rotor\", to = \"handle\", ratio = 10, radius = \"60 mm\" }}\n\
+             drive = {{ kind = \"current\", on = \"rotor\", torque_constant = \"23 mN.m/A\", dac = {{ full_scale = \"10 A\" }} }}\n\
+             [model]\ndrive = \"ideal\"\n"
+        );
+        let mass = format!(
+            "about = \"A mass.\"\n{common}{text}{own}encoder.resolution = {count_m:e}\n\
+             amplifier.full_scale = {:e}\n[device]\nkind = \"mass\"\nmass = {:e}\ndamping = {:e}\ncoulomb = {:e}\n",
+            10.0 * 23e-3 / 6e-3,
+            0.03 + 5.0 / 36.0,
+            25.0 / 9.0,
+            1.0 / 3.0,
+        );
+        let [knob, mass] = [knob, mass].map(|text| {
+            Scene::parse("scene", &text, &[], &mut |_| unreachable!()).unwrap_or_else(|error| panic!("{hand}: {error}"))
+        });
+        let network = knob.network.as_deref().expect("a network");
+        let units = network.wall_units;
+        let (mut alike, mut silent) = (0, 0);
+        // A mass has no winding, and is not asked for the criterion of one.
+        let is_wound = |it: &Result<Criterion, Silent>| it.as_ref().is_err_and(|it| it.name == "low_frequency");
+        let ours: Vec<_> = all(&knob).into_iter().filter(|it| !is_wound(it)).collect();
+        assert_eq!(ours.len() + 1, all(&knob).len());
+        for (ours, known) in ours.into_iter().zip(all(&mass)) {
+            match (ours, known) {
+                (Ok(ours), Ok(known)) => {
+                    let ours = ours.in_units(network.wall_ratio, &units);
+                    assert_eq!((ours.name, ours.unit, ours.region), (known.name, known.unit, known.region));
+                    assert!(
+                        (ours.limit / known.limit - 1.0).abs() < 1e-8 || ours.limit == known.limit,
+                        "{hand}: {ours:?} {known:?}"
+                    );
+                    let met = |it: &Criterion| it.assumptions.iter().map(|it| it.met).collect::<Vec<_>>();
+                    assert_eq!(met(&ours), met(&known), "{hand}: {ours:?} {known:?}");
+                    for (a, b) in ours.figures.iter().zip(&known.figures) {
+                        assert!(a.unit == b.unit && (a.value / b.value - 1.0).abs() < 1e-8, "{hand}: {a:?} {b:?}");
+                    }
+                    alike += 1;
+                }
+                (Err(ours), Err(known)) if ours.name == "routh" => {
+                    assert!(ours.why.contains("a current drives it"), "{ours:?}");
+                    assert_eq!(known.name, "routh");
+                    silent += 1;
+                }
+                (Err(ours), Err(known)) => {
+                    assert_eq!(ours, known);
+                    silent += 1;
+                }
+                (ours, known) => panic!("{hand}: {ours:?} {known:?}"),
+            }
+        }
+        assert!(alike >= 5 && silent >= 1, "{hand}: {alike} {silent}");
+    }
+}
+
+/// What makes a network another device than the rigid body of a criterion is named.
+#[test]
+fn criteria_name_what_a_network_has_beyond_a_rigid_body() {
+    let here = |set: &[(&str, &str)]| {
+        let set: Vec<_> =
+            [("hand.stiffness", "900 N/m"), ("hand.damping", "20 N.s/m"), ("device.bodies.handle.mass", "30 g")]
+                .iter()
+                .chain(set)
+                .copied()
+                .collect();
+        let known = named("colgate_schenkel", &knob(&set)).expect("one").expect("a limit");
+        let missed = known.assumptions.iter().filter(|it| !it.met).map(|it| it.here.clone());
+        (known.limit, missed.collect::<Vec<_>>().join("; "))
+    };
+    let (rigid, said) = here(&[]);
+    assert!(said.contains("a current that follows at 2000 Hz") && !said.contains("compliant"), "{said}");
+    let (bending, said) = here(&CABLE);
+    assert!(said.contains("compliant from rotor to handle") && rigid == bending, "{said}");
+    let (_, said) = here(&[("hand.mass", "554 g")]);
+    assert!(said.contains("the hand has a mass of its own"), "{said}");
+    let (_, said) = here(&[("device.bodies.handle.return_spring", "3 N/m")]);
+    assert!(said.contains("a spring or weight at handle"), "{said}");
+}
+
+/// Without a word on the host, the set of a spring that every clock follows would be that of a host on time.
+#[test]
+fn a_live_spring_behind_a_host_has_no_set_on_time() {
+    let hand = [("hand.stiffness", "900 N/m"), ("hand.damping", "20 N.s/m"), ("device.bodies.handle.mass", "30 g")];
+    let set = |late| [&hand[..], &[("method.kind", "hybrid"), ("host.late", late)]].concat();
+    let of = |late| StableSet::new(&knob(&set(late)), Damping::Fixed(0.0), [0.05, 9.0]);
+    assert!(of("0").is_ok());
+    let why = of("1").expect_err("it is late").to_string();
+    assert!(why.contains("a host hands it on late"), "{why}");
+    let silent = named("spectral_radius", &knob(&set("1"))).expect("one").expect_err("no limit");
+    assert_eq!(silent.why, why);
+}
+
+/// A voice coil that a bridge drives waits for the modulator, as a motor does: no set without it is told.
+#[test]
+fn a_bridge_before_a_slider_is_a_modulator() {
+    let text = "about = \"A voice coil.\"\nclock.frequency = \"16384 kHz\"\nrun.duration = \"500 ms\"\n\
+        device.kind = \"network\"\ndevice.bodies.slider = { mass = \"50 g\", viscous_friction = \"2 N.s/m\" }\n\
+        device.drive = { kind = \"bridge\", on = \"slider\", torque_constant = \"5 N/A\", resistance = \"3 Ohm\", inductance = \"1 mH\" }\n\
+        encoder = { on = \"slider\", resolution = \"1 um\" }\nmethod.kind = \"conventional\"\nmethod.sample_rate = \"4 kHz\"\n\
+        method.position_bits = 16\nmethod.stiffness_format = \"(0,10,8)\"\nmethod.damping_format = \"(0,12,4)\"\n\
+        wall = { position = \"6 mm\", stiffness = \"1 kN/m\" }\nhand.kind = \"none\"\n";
+    let scene = Scene::parse("slider", text, &[], &mut |_| unreachable!()).unwrap_or_else(|error| panic!("{error}"));
+    let reason = DrivenSet::new(&scene, [50.0, 5e4]).expect_err("not worked out");
+    assert_eq!(reason.why, "a modulator drives a network");
+    // 2^12 clocks of a full command.
+    let wait = reason.left_out.iter().find(|wait| wait.what.contains("modulator")).expect("it waits");
+    assert!((wait.seconds - 4096.0 / 16384e3).abs() < 1e-12, "{wait:?}");
+    let friction = named("colgate_schenkel", &scene).expect("one").expect("a limit");
+    // b + K²/R over T/2 and all waits.
+    let lag_s = 0.5 / 4e3 + reason.left_out.iter().map(|wait| wait.seconds).sum::<f64>();
+    let ohm = 3.0 + 2.0 * scene.bridge.on_resistance_ohm;
+    assert!((friction.limit / ((2.0 + 25.0 / ohm) / lag_s) - 1.0).abs() < 1e-12, "{friction:?}");
 }

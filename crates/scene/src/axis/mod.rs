@@ -94,8 +94,14 @@ impl Scene {
     /// Returns the clocks of a period of the modulator, if its gates drive the device. Periods begin at the edges after
     /// multiples of that number.
     pub fn modulator_clocks(&self) -> Option<u64> {
-        let switches = matches!(self.device, Device::Motor(_)) && self.model.bridge == BridgeModel::Switching;
+        let switches = self.has_bridge() && self.model.bridge == BridgeModel::Switching;
         switches.then(|| 1 << self.method.pwm.bits)
+    }
+
+    /// Returns whether a bridge drives the device: a motor, or a network without a converter.
+    pub fn has_bridge(&self) -> bool {
+        let is_motor = matches!(self.device, Device::Motor(_));
+        self.network.as_deref().map_or(is_motor, |network| network.dac.is_none())
     }
 
     /// Returns the solver's step in whole clocks, at least one: a sample period if the scene sets no step.

@@ -20,7 +20,7 @@ use crate::schema::quantity::{Axis, RAIL, SHAFT};
 use crate::schema::section::Section;
 use crate::schema::source::SceneError;
 use crate::schema::{Key, Quantity, Text};
-use crate::text::message::number;
+use crate::text::message::{figure, number};
 
 /// A device of bodies and joints.
 #[derive(Clone, PartialEq, Debug)]
@@ -35,6 +35,8 @@ pub struct Compound {
     pub dac: Option<Dac>,
     /// The sensors beside the encoder that the logic counts.
     pub sensors: Vec<Sensor>,
+    /// Whether the last of its bodies is the hand's own mass.
+    pub hand_has_mass: bool,
     /// The path of the hand, in units of the body that it holds.
     pub path: Vec<PathPoint>,
     /// Units of the body at the grip, and of the driven body, for one unit of the body with the encoder, all joints
@@ -91,6 +93,42 @@ impl Compound {
             });
         }
         all
+    }
+
+    /// Returns as text which joints bend; `None` if none does. The hand's own mass is none of the device's bodies.
+    pub fn bends(&self) -> Option<String> {
+        let own = self.network.bodies.len() - usize::from(self.hand_has_mass);
+        let bending = self.network.joints.iter().filter(|joint| joint.compliance.is_some() && joint.to < own);
+        let all: Vec<String> =
+            bending.map(|joint| format!("{} to {}", self.names[joint.from], self.names[joint.to])).collect();
+        (!all.is_empty()).then(|| format!("compliant from {}", all.join(", ")))
+    }
+
+    /// Returns as text how the drive's current differs from what is asked for; `None` if it follows at once.
+    pub fn lags(&self) -> Option<String> {
+        match self.network.feed.kind {
+            FeedKind::Bridge(_) => Some("a winding behind a bridge".into()),
+            FeedKind::Pi { .. } => Some("a current loop with a winding".into()),
+            FeedKind::Current { bandwidth_rad_per_s, .. } => bandwidth_rad_per_s.is_finite().then(|| {
+                let hertz = bandwidth_rad_per_s / (2.0 * PI);
+                format!("a current that follows at {} Hz", figure(hertz))
+            }),
+        }
+    }
+
+    /// Returns as text which bodies have a return spring or a weight; `None` if none has.
+    pub fn springs(&self) -> Option<String> {
+        let held = self.network.bodies.iter().zip(&self.names).filter(|(body, _)| body.spring != 0.0);
+        let all: Vec<&str> = held.map(|(_, name)| name.as_str()).collect();
+        (!all.is_empty()).then(|| format!("a spring or weight at {}", all.join(", ")))
+    }
+
+    /// Returns the torque or force of an ampere at the body with the encoder, and the resistance, of a winding that a
+    /// bridge drives; `None` of another drive.
+    pub fn winding(&self) -> Option<(f64, f64)> {
+        let feed = &self.network.feed;
+        let wound = matches!(feed.kind, FeedKind::Bridge(_));
+        wound.then(|| (self.drive_ratio * feed.torque_constant, feed.resistance_ohm))
     }
 
     /// Returns the torque or force of a full command at the body with the encoder, all joints taken as rigid.
@@ -466,7 +504,9 @@ impl Draft {
     ) -> Result<(Device, Arc<Compound>), SceneError> {
         let grip_ratio = self.network.ratio(self.network.grip);
         let [inertia, viscous, coulomb] = self.network.seen_rigidly();
+        let own = self.names.len();
         let path = self.hold(&root.section("hand")?, hand, grip_ratio)?;
+        let hand_has_mass = self.names.len() > own;
         if let FeedKind::Bridge(own) = &mut self.network.feed.kind {
             *own = bridge;
         }
@@ -523,6 +563,7 @@ impl Draft {
             slides,
             dac,
             sensors,
+            hand_has_mass,
             path,
             grip_ratio,
             drive_ratio,

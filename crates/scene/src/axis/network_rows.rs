@@ -246,7 +246,7 @@ keys! { model_network: "model" of ["network"];
 
 keys! { top_host: "" of ["motor", "mass", "network"];
     /// A host between the logic and the actuator, which hands commands on later: to the amplifier of a mass, the
-    /// averaged bridge of a motor, or the converter of a network's drive.
+    /// modulator of a bridge or the bridge's mean, or the converter of a network's drive.
     host: Own = Own::section(Said("none"));
 }
 

@@ -66,13 +66,10 @@ pub(crate) fn scene(file: &str, source: &Source, kind: Kind, load: Load) -> Resu
     let bridge = bridge(&root.section("bridge")?)?;
     let method = method(&root.section("method")?, &[])?;
     let (wall, target) = if follows { followed(&root)? } else { (wall(&root.section("wall")?)?, None) };
-    let refused = match (&device, model.bridge) {
+    let refused = match &model.solver {
         _ if !words => Some("the linear law has model.delay; write that instead"),
-        _ if !model.solver.is_exact() => {
+        solver if !solver.is_exact() => {
             Some("a fixed step hands commands on at once; write solver = \"events\" or \"clock\"")
-        }
-        (Device::Motor(_), BridgeModel::Switching) => {
-            Some("it hands commands on, and gates have a modulator before them; write model.bridge = \"averaged\"")
         }
         _ => None,
     };
@@ -124,7 +121,7 @@ fn scene_of_network(
     if let Loop::Law(LawMethod::PositionPid(pid)) = &mut method.kind {
         *pid = pid.seen_by(ratio);
     }
-    let late_clocks = host(root, clock, Some(method.sample_rate_hz), (kind, no_converter(&compound)))?;
+    let late_clocks = host(root, clock, Some(method.sample_rate_hz), (kind, None))?;
     let host_clocks = if root.section("model")?.read(&keys::model_network::host)? { 0 } else { late_clocks };
     let mut parts = Scene {
         device,
@@ -176,11 +173,6 @@ pub(crate) fn built(root: &Section, clock: Clock, load: Load) -> Result<Built, S
     Ok(Built { device, compound, encoder, bridge, hand, recorded, seen, at_wall })
 }
 
-/// Returns the reason why a network has no host; `None` if it may have one.
-pub(crate) fn no_converter(compound: &Compound) -> Option<&'static str> {
-    compound.dac.is_none().then_some("a host hands commands to a converter, and a bridge has none; leave this out")
-}
-
 /// Reads the host before the actuator of a device of this kind, and returns the clocks by which its commands are late;
 /// `refused` is the reason why there is none. A design has no rate at which it samples.
 pub(crate) fn host(
@@ -216,11 +208,7 @@ fn unused(scene: &Scene) -> Vec<&'static str> {
     if matches!(scene.hand, Hand::Prescribed { .. }) {
         unused.extend(["device.initial_angle", "device.initial_position", "device.initial_speed"]);
     }
-    let has_bridge = match scene.network.as_deref() {
-        Some(network) => network.dac.is_none(),
-        None => matches!(scene.device, Device::Motor(_)),
-    };
-    if !has_bridge {
+    if !scene.has_bridge() {
         unused.extend(["bridge", "model.bridge", "model.winding"]);
     }
     if scene.method.reference_rate_hz.is_none() && scene.method.kind.scale().is_none() {
@@ -254,9 +242,7 @@ fn agree(scene: &Scene) -> Result<(), SceneError> {
         );
         return Err(scene.places.error("model.datapath", reason));
     }
-    if let (Device::Motor(_), Datapath::Law, BridgeModel::Switching) =
-        (&scene.device, scene.model.datapath, scene.model.bridge)
-    {
+    if scene.has_bridge() && scene.model.datapath == Datapath::Law && scene.model.bridge == BridgeModel::Switching {
         let reason = "\"law\" has no gates to switch a bridge with; write bridge = \"averaged\" beside it";
         return Err(scene.places.error("model.datapath", reason));
     }

@@ -82,7 +82,7 @@ pub(crate) fn agree_on_model(scene: &Scene) -> Result<(), SceneError> {
     let refused = |key: &str, reason: String| Err(scene.error(key, reason));
     let Model { solver, datapath, bridge, winding, friction, encoder, .. } = scene.model;
     let name = solver.name();
-    let on_bridge = matches!(scene.device, Device::Motor(_)) && bridge == BridgeModel::Switching;
+    let on_bridge = scene.has_bridge() && bridge == BridgeModel::Switching;
     agree_on_dead_band(scene, &scene.bridge, bridge)?;
     if datapath == Datapath::Linear {
         if scene.bridge.dead_band_v > 0.0 {

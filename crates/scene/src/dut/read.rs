@@ -8,7 +8,7 @@ use toml_edit::{Array, Item, TableLike, Value};
 
 use crate::axis::network::Compound;
 use crate::axis::parts::{Amplifier, Device, Encoder, Hand};
-use crate::axis::read::{Built, axis_expect, built, host, imposed, no_converter};
+use crate::axis::read::{Built, axis_expect, built, host, imposed};
 use crate::axis::read_device::{Kind, agree_on_dead_band, amplifier, bridge, device, encoder};
 use crate::axis::read_hand::{Load, Recorded, hand};
 use crate::axis::read_model::friction;
@@ -131,7 +131,9 @@ fn around(root: &Section, kind: Kind, load: Load) -> Result<Around, SceneError> 
     if let Kind::Network = kind {
         let clock = clock()?;
         let Built { device, compound, encoder, bridge, hand, recorded, seen, at_wall } = built(root, clock, load)?;
-        let host_clocks = host(root, clock, None, (Kind::Network, no_converter(&compound)))?;
+        let gates = "a host hands on commands, and this design drives the gates of a bridge; leave this out";
+        let refused = compound.dac.is_none().then_some(gates);
+        let host_clocks = host(root, clock, None, (Kind::Network, refused))?;
         let network = Some(compound);
         return Ok(Around {
             device,

@@ -99,8 +99,7 @@ fn a_drive_that_pushes_has_a_force_constant() {
     close(full, 5.0 * scene.bridge.supply_v / (3.0 + 2.0 * scene.bridge.on_resistance_ohm));
     let said = parse(&drive("5 N.m/A")).unwrap_err();
     assert!(said.contains("device.drive.torque_constant"), "{said}");
-    let said = parse(&(drive("5 N/A") + "host.late = 1\n")).unwrap_err();
-    assert!(said.contains("host: a host hands commands to a converter, and a bridge has none"), "{said}");
+    assert_eq!(parse(&(drive("5 N/A") + "host.latency = '1 ms'\n")).unwrap().host_clocks, 16384);
 }
 
 #[test]
@@ -260,7 +259,7 @@ fn a_wall_that_no_counter_holds_is_told_in_its_own_units() {
 }
 
 #[test]
-fn a_mass_and_a_motor_on_the_mean_of_its_bridge_may_have_a_late_host() {
+fn a_mass_and_a_motor_may_have_a_late_host() {
     let scene = |device: &str, more: &str| {
         let text = format!(
             "about = 'A wall.'\nclock.frequency = '1 MHz'\nrun.duration = '1 s'\n{device}\nmethod.kind = 'hybrid'\n\
@@ -273,8 +272,8 @@ fn a_mass_and_a_motor_on_the_mean_of_its_bridge_may_have_a_late_host() {
     let motor = "device = { kind = 'motor', motor = 'vasudevan_2007' }\nwall.position = '1 rad'";
     assert_eq!(scene(mass, "host = { late = 2, latency = '5 us' }").unwrap().host_clocks, 2005);
     assert_eq!(scene(motor, "host.late = 1\nmodel.bridge = 'averaged'").unwrap().host_clocks, 1000);
+    assert_eq!(scene(motor, "host.late = 3").unwrap().host_clocks, 3000);
     for (device, more, said) in [
-        (motor, "host.late = 1", "host: it hands commands on, and gates have a modulator before them"),
         (mass, "host.late = 1\nmodel.datapath = 'linear'", "host: the linear law has model.delay"),
         (mass, "host.late = 1\nmodel.solver = 'sample'", "host: a fixed step hands commands on at once"),
         (mass, "host.lat = 1", "host.lat: unknown key"),

@@ -85,6 +85,7 @@ impl Limits {
             in_box: self.in_box.map(|set| set.map(|set| set.in_units(one, unit))),
             in_words: self.in_words.map(|set| set.in_units(one, unit)),
             coulomb: self.coulomb / ratio.abs(),
+            criteria: self.criteria.into_iter().map(|it| it.in_units(ratio, &network.wall_units)).collect(),
             ..self
         }
     }
