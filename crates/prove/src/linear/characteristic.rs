@@ -161,21 +161,28 @@ pub(super) fn minors(change: &[Vec<Jet>], states: usize, column: Option<&[Jet]>)
     coefficients
 }
 
-/// Returns the determinant of the kept rows and columns, expanded along the first kept row.
+/// Returns the determinant of the kept rows and columns, expanded along the first kept row. A minor of the last rows
+/// is computed once for each set of its columns.
 fn determinant(kept: &[usize], entry: &impl Fn(usize, usize) -> Jet) -> Jet {
-    fn along(rows: &[usize], columns: &[usize], entry: &impl Fn(usize, usize) -> Jet) -> Jet {
-        let Some((&row, rows)) = rows.split_first() else { return Jet::constant(Interval::exact(1.0)) };
-        let mut sum = Jet::ZERO;
-        for (index, &column) in columns.iter().enumerate() {
-            let factor = entry(row, column);
-            if factor.is_zero() {
-                continue;
-            }
-            let others: Vec<usize> = columns.iter().copied().filter(|other| *other != column).collect();
-            let product = factor.times(along(rows, &others, entry));
-            sum = if index % 2 == 0 { sum.plus(product) } else { sum.minus(product) };
+    fn along(kept: &[usize], columns: u32, entry: &impl Fn(usize, usize) -> Jet, known: &mut [Option<Jet>]) -> Jet {
+        if columns == 0 {
+            return Jet::constant(Interval::exact(1.0));
         }
+        if let Some(minor) = known[columns as usize] {
+            return minor;
+        }
+        let row = kept[kept.len() - columns.count_ones() as usize];
+        let (mut sum, mut is_odd) = (Jet::ZERO, false);
+        for index in (0..kept.len()).filter(|index| columns >> index & 1 == 1) {
+            let factor = entry(row, kept[index]);
+            if !factor.is_zero() {
+                let product = factor.times(along(kept, columns & !(1 << index), entry, known));
+                sum = if is_odd { sum.minus(product) } else { sum.plus(product) };
+            }
+            is_odd = !is_odd;
+        }
+        known[columns as usize] = Some(sum);
         sum
     }
-    along(kept, kept, entry)
+    along(kept, (1 << kept.len()) - 1, entry, &mut vec![None; 1 << kept.len()])
 }

@@ -15,10 +15,6 @@ use crate::interval::{Interval, Matrix};
 use crate::ranges::System;
 use crate::series::Series;
 
-/// Most states of a network whose characteristic function is worked out: its minors take a time that grows with the
-/// factorial of their number.
-const MOST_STATES: usize = 8;
-
 /// A linear loop whose stiffness is left open.
 #[derive(Debug)]
 pub(super) struct OpenLoop {
@@ -305,12 +301,6 @@ pub(super) fn plant(scene: &Scene, nominal: &Scene) -> Vec<Vec<Interval>> {
 fn check_network(compound: &Compound) -> Result<(), Error> {
     if compound.network.hand == Hand::Prescribed {
         return Err("no linear loop: the hand imposes the motion of a body".into());
-    }
-    let states = compound.network.reduced().map_or(0, |reduced| reduced.free(2).drive.len());
-    if states > MOST_STATES {
-        return Err(
-            format!("a network of {states} states, of {MOST_STATES} at most for which this is worked out").into()
-        );
     }
     Ok(())
 }

@@ -105,6 +105,29 @@ fn a_knob_is_as_stiff_as_its_monodromy_says() {
     }
 }
 
+/// A PI drive, a cord between rotor and handle, and a hand with a mass: ten states, by the same monodromy in 40 digits.
+#[test]
+fn ten_states_are_as_stiff_as_their_monodromy_says() {
+    let text = KNOB
+        .replace("\"current\"\ndevice.drive.on", "\"pi\"\ndevice.drive.resistance = \"1.1 Ohm\"\ndevice.drive.inductance = \"0.2 mH\"\ndevice.drive.supply = \"48 V\"\ndevice.drive.on")
+        .replace("joints.cable.to = \"handle\"", "joints.cable.to = \"cord\"");
+    let more = "device.bodies.cord = { mass = \"5 g\" }\ndevice.bodies.handle = { mass = \"30 g\" }\n\
+        device.joints.link = { from = \"cord\", to = \"handle\", ratio = 1, stiffness = \"200 kN/m\", damping = \"2 N.s/m\" }\n";
+    let hand = "hand.stiffness = \"900 N/m\"\nhand.damping = \"20 N.s/m\"\nhand.mass = \"554 g\"\n\
+        hand.own_stiffness = \"135 N/m\"\nhand.own_damping = \"6.45 N.s/m\"\n";
+    let cable = "device.joints.cable.stiffness = \"20 kN/m\"\ndevice.joints.cable.damping = \"1 N.s/m\"\n";
+    for (late, known, driven) in [(0, 90.0960876796089, None), (1, 65.9106071321872, Some(65.8962296494393))] {
+        let text = format!("{text}{hand}{cable}host.late = {late}\n{more}");
+        let scene = Scene::parse("knob", &text, &[], &mut |_| unreachable!()).unwrap_or_else(|error| panic!("{error}"));
+        let (middle, half) = ideal(&scene);
+        assert!((middle - known).abs() <= 1e-9 * known && half <= 1e-9 * known, "{late}: {middle} {half:e}");
+        let Some(known) = driven else { continue };
+        let set = DrivenSet::new(&scene, [0.05, 9.0]).unwrap_or_else(|why| panic!("{}", why.why));
+        let (middle, half) = end(set.set);
+        assert!((middle - known).abs() <= 1e-9 * known && half <= 1e-9 * known, "{late}: {middle} {half:e}");
+    }
+}
+
 /// The knob as it runs: an encoder's edge acts 4 clocks later, by the same monodromy with that delay.
 #[test]
 fn a_driven_knob_waits_for_its_clocks_too() {
