@@ -82,13 +82,22 @@ pub enum Rest {
 
 impl Rest {
     /// Returns the rest of a scene at the end of its hand's path; none if the hand imposes the motion, if the scene has
-    /// no full command, or if the device is a network, whose joints and springs yield too.
+    /// no full command, or if a network has a converter.
     pub fn of(scene: &Scene) -> Option<Self> {
-        if scene.network.is_some() {
-            return None;
-        }
         let realised = scene.words().ok()?.realised;
         let full = realised.torque_quantum_nm * 2f64.powi(scene.method.pwm.bits.cast_signed());
+        if let Some(compound) = scene.network.as_deref() {
+            // Joints and return springs yield beside the hand.
+            let reduced = compound.network.reduced().ok().filter(|_| compound.dac.is_none())?;
+            let hand = compound.path.last().map_or(0.0, |end| end.angle_rad);
+            if let Some([place, compliance]) = reduced.rest(hand) {
+                let depth = (place - realised.wall_position_rad).max(0.0);
+                return Some(Self::Spring { stiffness: 1.0 / compliance, duty: depth / compliance / full });
+            }
+            if compound.springs().is_some() || compound.network.bodies.iter().any(|body| body.constant != 0.0) {
+                return None;
+            }
+        }
         match &scene.hand {
             Hand::None => Some(Self::Duty(0.0)),
             Hand::ConstantTorque { torque_nm } => Some(Self::Duty(torque_nm.max(0.0) / full)),

@@ -548,3 +548,34 @@ fn networks_that_are_none_are_refused_at_their_part() {
     let springs = (1..6).map(|to| Joint { compliance: Some((1.0, 0.0)), ..rigid(to - 1, to) }).collect();
     assert_eq!(refused(bodies(6), springs), Place::Device);
 }
+
+/// Where a network rests, and how far its drive moves it from there: springs in series and beside each other.
+#[test]
+fn a_network_rests_where_its_springs_balance() {
+    let (way, joint, hand, spring, place) = (0.25, 60.0, 3.0, 2.0, 0.4);
+    let pair = |seen: usize, spring: f64, hand: Hand| {
+        let knob = Body { spring, constant: 0.1 * spring, ..body(2e-5) };
+        let joint = Joint { from: 0, to: 1, ratio: way, compliance: Some((joint, 1e-3)) };
+        let network = Network { seen, grip: 1, hand, ..network(vec![body(1e-6), knob], vec![joint]) };
+        reduced(&network).rest(place)
+    };
+    let grip = Hand::Spring(Push { stiffness_nm_per_rad: hand, damping_nm_s_per_rad: 0.1 });
+    let series = |a: f64, b: f64| a * b / (a + b);
+    for spring in [0.0, spring] {
+        let held = hand + spring;
+        let at_knob = (hand * place + 0.1 * spring) / held;
+        // At the rotor, behind the joint; at the knob the drive's force passes the joint whole.
+        let [found, compliance] = pair(0, spring, grip).expect("it is held");
+        close(found, at_knob / way, 1e-13);
+        close(compliance, 1.0 / (way * way * series(joint, held)), 1e-13);
+        let [found, compliance] = pair(1, spring, grip).expect("it is held");
+        close(found, at_knob, 1e-13);
+        close(compliance, 1.0 / held, 1e-13);
+    }
+    let [found, compliance] = pair(0, spring, Hand::Torque(0.5)).expect("its own spring holds it");
+    close(found, (0.5 / spring + 0.1) / way, 1e-13);
+    close(compliance, 1.0 / (way * way * series(joint, spring)), 1e-13);
+    assert_eq!(pair(0, 0.0, Hand::Torque(0.5)), None);
+    assert_eq!(pair(1, 0.0, Hand::Torque(0.0)), None);
+    assert_eq!(pair(0, spring, Hand::Prescribed), None);
+}

@@ -11,7 +11,7 @@ use hpu_cosim::scene::{BridgeModel, Device, Scene, Winding};
 
 use super::controller::Damping;
 use super::open_loop::OpenLoop;
-use super::pulses::Pulses;
+use super::pulses::{MOST_PLANT, Pulses};
 use super::stable::{End, StableSet, Stretch};
 use crate::Error;
 use crate::waits::{Drive, Rest, Wait, has_lines, waits};
@@ -82,16 +82,16 @@ impl DrivenSet {
         let waits = waits(scene);
         let (is_averaged, with_modulator) = (scene.model.bridge == BridgeModel::Averaged, None);
         if let Drive::Pulses { .. } = drive {
-            if scene.network.is_some() {
-                return Err("a modulator drives a network".into());
-            }
-            let pulses = Pulses::new(scene)?;
-            if !pulses.waits_short() {
-                return Err("its modulator's period is much shorter than the clocks before it".into());
-            }
-            let (set, looked) = searched(&pulses, scene, within, LOOKS);
-            let duty = Some(within.map(|stiffness| pulses.rest.duty(stiffness)));
-            return Ok(Self { set, looked: Some(looked), full_from, duty, is_averaged, with_modulator, waits });
+            let (set, looked, duty) = match scene.network.as_deref() {
+                None => pulsed(&Pulses::new(scene)?, scene, within),
+                Some(network) if network.bends().is_none() && !network.hand_has_mass => {
+                    pulsed(&Pulses::<3>::of_network(scene, network)?, scene, within)
+                }
+                Some(_) if cfg!(target_family = "wasm") => Err("a page works out one body on a bridge".into()),
+                Some(network) => pulsed(&Pulses::<MOST_PLANT>::of_network(scene, network)?, scene, within),
+            }?;
+            let (looked, duty) = (Some(looked), Some(duty));
+            return Ok(Self { set, looked, full_from, duty, is_averaged, with_modulator, waits });
         }
         let set = held(scene, drive, within, 0)?;
         let is_bridge = drive == Drive::Held && matches!(scene.device, Device::Motor(_)) && scene.network.is_none();
@@ -132,9 +132,23 @@ pub(super) fn held(scene: &Scene, drive: Drive, range: [f64; 2], later: u64) -> 
     Ok(StableSet::of(&OpenLoop::late(scene, damping, clocks)?, scene, range))
 }
 
+/// Returns the set of a loop through a modulator, the number of stiffnesses at which its growth was computed first, and
+/// the duties at rest at the ends of the range.
+fn pulsed<const P: usize>(
+    pulses: &Pulses<P>,
+    scene: &Scene,
+    range: [f64; 2],
+) -> Result<(StableSet, usize, [f64; 2]), Error> {
+    if !pulses.waits_short() {
+        return Err("its modulator's period is much shorter than the clocks before it".into());
+    }
+    let (set, looked) = searched(pulses, scene, range, LOOKS);
+    Ok((set, looked, range.map(|stiffness| pulses.rest.duty(stiffness))))
+}
+
 /// A loop whose growth can be computed at a stiffness, and proved.
-struct Search<'a> {
-    pulses: &'a Pulses,
+struct Search<'a, const P: usize> {
+    pulses: &'a Pulses<P>,
     /// Steps that proofs may still take.
     left: u64,
     stable: Vec<Stretch>,
@@ -142,7 +156,12 @@ struct Search<'a> {
 }
 
 /// Returns the set of a loop through a modulator, and the number of stiffnesses at which its growth was computed first.
-pub(super) fn searched(pulses: &Pulses, scene: &Scene, range: [f64; 2], looks: usize) -> (StableSet, usize) {
+pub(super) fn searched<const P: usize>(
+    pulses: &Pulses<P>,
+    scene: &Scene,
+    range: [f64; 2],
+    looks: usize,
+) -> (StableSet, usize) {
     let [low, high] = range;
     let at = |index: usize| match index {
         0 => low,
@@ -174,7 +193,7 @@ pub(super) fn searched(pulses: &Pulses, scene: &Scene, range: [f64; 2], looks: u
     (StableSet { range, unit: super::unit(scene), stable, open, ended: false }, looks.len())
 }
 
-impl Search<'_> {
+impl<const P: usize> Search<'_, P> {
     fn settles(&mut self, stretch: [f64; 2]) -> bool {
         self.left = self.left.saturating_sub(2 * self.pulses.periods());
         self.left > 0 && self.pulses.settles(stretch)

@@ -298,7 +298,7 @@ pub(super) fn plant(scene: &Scene, nominal: &Scene) -> Vec<Vec<Interval>> {
 }
 
 /// Refuses networks of which no linear loop is worked out.
-fn check_network(compound: &Compound) -> Result<(), Error> {
+pub(super) fn check_network(compound: &Compound) -> Result<(), Error> {
     if compound.network.hand == Hand::Prescribed {
         return Err("no linear loop: the hand imposes the motion of a body".into());
     }
@@ -306,7 +306,7 @@ fn check_network(compound: &Compound) -> Result<(), Error> {
 }
 
 /// Returns the linear system of a network, and the column of one ampere that is asked for or one volt of its bridge.
-fn of_network(compound: &Compound) -> (Vec<Vec<Interval>>, Vec<Interval>) {
+pub(super) fn of_network(compound: &Compound) -> (Vec<Vec<Interval>>, Vec<Interval>) {
     // Scenes refuse a network that cannot be reduced.
     let Free { a, drive } = compound.network.reduced().expect("a network of a scene").free(2);
     // Each number is rounded once; a zero is one by the network's form.

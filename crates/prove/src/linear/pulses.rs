@@ -20,10 +20,11 @@
 
 use std::array::from_fn;
 
-use hpu_cosim::scene::{Device, LawMethod, Loop, Scene, Winding};
+use hpu_cosim::scene::{Compound, Device, LawMethod, Loop, Scene, Winding};
 use hpu_datapath::Estimator;
 
 use super::lyapunov::{Motion, Square, Step, Steps};
+use super::open_loop::{check_network, of_network};
 use crate::Error;
 use crate::interval::{Interval, Matrix};
 use crate::series::Series;
@@ -35,31 +36,29 @@ const MOST_SAMPLES: u64 = 1 << 16;
 const MOST_PERIODS: u64 = 1 << 20;
 /// Greatest number of commands that wait for the end of their pulse. A page works out fewer, and loads less code.
 const MOST_WAITING: usize = if cfg!(target_family = "wasm") { 3 } else { 15 };
-/// States of the plant: current, speed and angle.
-const PLANT: usize = 3;
-/// Index of the position of the latest sample, and of the velocity.
-const SAMPLED: usize = 3;
-const VELOCITY: usize = 4;
-/// Index of the newest command that waits.
-const NEWEST: usize = 5;
+/// Most states of a network's plant.
+pub(super) const MOST_PLANT: usize = 11;
+/// Index of the angle at the encoder among the plant's states.
+const ANGLE: usize = 2;
 
-type Flow = [[Interval; PLANT]; PLANT];
+type Flow<const P: usize> = [[Interval; P]; P];
 
-/// The linear loop of a scene through a modulator.
-pub(super) struct Pulses {
+/// The linear loop of a scene through a modulator. The `P` states of the plant are current, speed and angle of the body
+/// with the encoder, then those of other bodies.
+pub(super) struct Pulses<const P: usize> {
     /// The plant in scaled states.
-    rates: Flow,
+    rates: Flow<P>,
     hertz: f64,
     /// Clocks of the modulator's period and of the sample period, and their greatest common divisor.
     period: u64,
     sample: u64,
     grid: u64,
     /// Flows over clocks up to `1 << bits`, and over multiples of that.
-    fine: Vec<Flow>,
-    coarse: Vec<Flow>,
+    fine: Vec<Flow<P>>,
+    coarse: Vec<Flow<P>>,
     bits: u32,
     /// The angle's row of the flow from a Read to each sample of a common period, without the phase between both.
-    seen: Vec<[Interval; PLANT]>,
+    seen: Vec<[Interval; P]>,
     /// The current's change by a command of one unit.
     kick: Interval,
     /// Stiffness of the scaled states, in N·m/rad.
@@ -97,41 +96,46 @@ struct Order {
     phase: Span,
 }
 
-impl Pulses {
-    /// Returns the loop of a scene.
+/// A plant in scaled states.
+struct Plant<const P: usize> {
+    rates: Flow<P>,
+    /// The current's change by a command of one unit.
+    kick: Interval,
+    /// Stiffness of the scaled states, in N·m/rad.
+    scale: f64,
+    /// Greatest factor by which the flow of a period enlarges the states.
+    growth: f64,
+}
+
+/// Returns the clocks of the modulator's period, or why its pulses are not worked out.
+fn period_of(scene: &Scene) -> Result<u64, Error> {
+    let Drive::Pulses { period, .. } = Drive::of(scene) else { unreachable!("the caller asks for pulses") };
+    let pwm = scene.method.pwm;
+    let refused = [
+        (pwm.floating, "the off phase of its bridge leaves the winding open"),
+        (pwm.dead_time_s > 0.0, "its bridge has a dead time"),
+        (scene.model.winding == Winding::Resistive, "its winding has no inductance"),
+    ];
+    match refused.iter().find(|(is, _)| *is) {
+        Some((_, why)) => Err(Error::new(why)),
+        None => Ok(period),
+    }
+}
+
+impl Pulses<3> {
+    /// Returns the loop of a motor's scene.
     ///
     /// # Errors
     ///
     /// Returns the reason why it is not worked out.
     pub fn new(scene: &Scene) -> Result<Self, Error> {
         let Device::Motor(motor) = &scene.device else { unreachable!("a modulator drives a motor") };
-        let drive = Drive::of(scene);
-        let Drive::Pulses { period, latched, .. } = drive else { unreachable!("the caller asks for pulses") };
-        let pwm = scene.method.pwm;
-        let refused = [
-            (pwm.floating, "the off phase of its bridge leaves the winding open"),
-            (pwm.dead_time_s > 0.0, "its bridge has a dead time"),
-            (scene.model.winding == Winding::Resistive, "its winding has no inductance"),
-        ];
-        if let Some((_, why)) = refused.iter().find(|(is, _)| *is) {
-            return Err(Error::new(why));
-        }
-        let damping = plain_damping(scene)?;
-        let rest = Rest::of(scene).ok_or("the hand leaves it no place of rest")?;
-        let held = u64::from(scene.method.settling) + scene.host_clocks;
-        let sample = scene.period_clocks();
-        let grid = common_divisor(period, sample);
-        let (samples, periods) = (period / grid, sample / grid);
-        if samples > MOST_SAMPLES || periods > MOST_PERIODS {
-            return Err(format!("sample and modulator have the same phase only after {samples} samples").into());
-        }
-
+        let period = period_of(scene)?;
         let number = Interval::exact;
         let (grip, grip_damping) = scene.hand.grip();
         let (l, j, k) = (motor.inductance_h, motor.inertia_kg_m2(), motor.torque_constant_nm_per_a);
         let ohm = number(motor.resistance_ohm).plus(number(2.0 * scene.bridge.on_resistance_ohm));
-        let hertz = scene.clock.frequency_hz() as f64;
-        let period_s = period as f64 / hertz;
+        let period_s = period as f64 / scene.clock.frequency_hz() as f64;
         // A grip that is softer than the inertia over a period would make the speed's state large.
         let scale = grip.max(1e-2 * j / (period_s * period_s));
         let negative = |x: Interval| Interval::ZERO.minus(x);
@@ -151,11 +155,73 @@ impl Pulses {
         // The symmetric part of the rates has this greatest eigenvalue at most.
         let apart = turn.minus(back).size();
         let growth = libm::exp(0.5 * apart * period_s) * (1.0 + 1e-9);
+        Self::around(scene, Plant { rates, kick, scale, growth })
+    }
+}
 
+impl<const P: usize> Pulses<P> {
+    /// Returns the loop of a network on a bridge, of at most `P` states. Where it has fewer, the others decay by
+    /// themselves.
+    ///
+    /// # Errors
+    ///
+    /// Returns the reason why it is not worked out.
+    pub fn of_network(scene: &Scene, compound: &Compound) -> Result<Self, Error> {
+        check_network(compound)?;
+        let period_s = period_of(scene)? as f64 / scene.clock.frequency_hz() as f64;
+        let (a, drive) = of_network(compound);
+        let Some((constant, resistance_ohm)) = compound.winding() else { unreachable!("a bridge drives it") };
+        // The position of the body with the encoder is last there, and third here.
+        let last = a.len() - 1;
+        let order: Vec<usize> = [0, 1, last].into_iter().chain(2..last).collect();
+        let sizes = balanced(&a, 1.0 / period_s);
+        let mut rates = [[Interval::ZERO; P]; P];
+        for (row, cells) in rates.iter_mut().enumerate() {
+            cells[row] = Interval::exact(-1.0 / period_s);
+        }
+        for (row, &from) in order.iter().enumerate() {
+            for (column, &of) in order.iter().enumerate() {
+                // Powers of two: nothing is rounded.
+                rates[row][column] = a[from][of].scaled(sizes[from] / sizes[of]);
+            }
+        }
+        let full_ohm = Interval::exact(resistance_ohm).plus(Interval::exact(2.0 * scene.bridge.on_resistance_ohm));
+        // The voltage of a unit of torque, over a period.
+        let push = full_ohm.times(Interval::exact(period_s)).over(constant);
+        let kick = drive[0].times(push).scaled(sizes[0] * sizes[last]);
+        // Gershgorin's bound of the greatest eigenvalue of the symmetric part.
+        let most = (0..P).map(|row| {
+            let others = (0..P).filter(|column| *column != row);
+            rates[row][row].hi + others.map(|of| 0.5 * rates[row][of].plus(rates[of][row]).size()).sum::<f64>()
+        });
+        let growth = libm::exp(most.fold(0.0, f64::max) * period_s) * (1.0 + 1e-9);
+        Self::around(scene, Plant { rates, kick, scale: sizes[last] * sizes[last], growth })
+    }
+
+    /// Index of the position of the latest sample, of the velocity, and of the newest command that waits.
+    const SAMPLED: usize = P;
+    const VELOCITY: usize = P + 1;
+    const NEWEST: usize = P + 2;
+
+    /// Returns the loop of a scene around its plant.
+    fn around(scene: &Scene, plant: Plant<P>) -> Result<Self, Error> {
+        let Plant { rates, kick, scale, growth } = plant;
+        let drive = Drive::of(scene);
+        let Drive::Pulses { period, latched, .. } = drive else { unreachable!("the caller asks for pulses") };
+        let damping = plain_damping(scene)?;
+        let rest = Rest::of(scene).ok_or("the hand leaves it no place of rest")?;
+        let held = u64::from(scene.method.settling) + scene.host_clocks;
+        let sample = scene.period_clocks();
+        let grid = common_divisor(period, sample);
+        let (samples, periods) = (period / grid, sample / grid);
+        if samples > MOST_SAMPLES || periods > MOST_PERIODS {
+            return Err(format!("sample and modulator have the same phase only after {samples} samples").into());
+        }
+        let hertz = scene.clock.frequency_hz() as f64;
         let bits = period.ilog2().div_ceil(2);
-        let flow = |clocks: u64| flow(&rates, number(clocks as f64).over(hertz));
-        let fine: Vec<Flow> = (0..1 << bits).map(flow).collect();
-        let coarse: Vec<Flow> = (0..=period >> bits).map(|high| flow(high << bits)).collect();
+        let flow = |clocks: u64| flow(&rates, Interval::exact(clocks as f64).over(hertz));
+        let fine: Vec<Flow<P>> = (0..1 << bits).map(flow).collect();
+        let coarse: Vec<Flow<P>> = (0..=period >> bits).map(|high| flow(high << bits)).collect();
         let mut pulses = Self {
             rates,
             hertz,
@@ -192,9 +258,9 @@ impl Pulses {
     }
 
     /// Returns the angle's row of the flow over whole clocks.
-    fn angle(&self, clocks: u64) -> [Interval; PLANT] {
+    fn angle(&self, clocks: u64) -> [Interval; P] {
         let (high, low) = (clocks >> self.bits, clocks & ((1 << self.bits) - 1));
-        row(&self.coarse[high as usize][2], &self.fine[low as usize])
+        row(&self.coarse[high as usize][ANGLE], &self.fine[low as usize])
     }
 
     /// Returns the growth rate of the loop's motion at a stiffness, in 1/s.
@@ -216,13 +282,16 @@ impl Pulses {
     /// Returns the motions over a stretch of stiffnesses: one of each order of events.
     fn motions(&self, stretch: [f64; 2]) -> Vec<Box<dyn Motion>> {
         let motion = |order: Order| -> Box<dyn Motion> {
-            match order.waiting {
-                0 => Box::new(self.steps::<5>(order, stretch)),
-                1 => Box::new(self.steps::<6>(order, stretch)),
-                2 => Box::new(self.steps::<7>(order, stretch)),
-                3 => Box::new(self.steps::<8>(order, stretch)),
-                // A host's commands wait for longer; where fewer of them wait, the states beyond are 0.
-                _ => Box::new(self.steps::<{ NEWEST + MOST_WAITING }>(order, stretch)),
+            match Self::NEWEST + order.waiting {
+                ..=5 => Box::new(self.steps::<5>(order, stretch)),
+                6 => Box::new(self.steps::<6>(order, stretch)),
+                7 => Box::new(self.steps::<7>(order, stretch)),
+                _ if cfg!(target_family = "wasm") => Box::new(self.steps::<8>(order, stretch)),
+                8 => Box::new(self.steps::<8>(order, stretch)),
+                // States beyond those that there are stay 0.
+                ..=13 => Box::new(self.steps::<13>(order, stretch)),
+                ..=20 => Box::new(self.steps::<20>(order, stretch)),
+                _ => Box::new(self.steps::<{ MOST_PLANT + 2 + MOST_WAITING }>(order, stretch)),
             }
         };
         let duties = stretch.map(|stiffness| self.rest.duty(stiffness));
@@ -273,17 +342,17 @@ impl Pulses {
     }
 
     /// Returns a step without a sample.
-    fn plain<const N: usize>(&self, acts: &Acts, waiting: usize) -> Step<N> {
+    fn plain<const N: usize>(&self, acts: &Acts<P>, waiting: usize) -> Step<N> {
         let mut plain = Step { a: [[[0.0; N]; N]; 2], g: [[0.0; N]; 2], a_error: [[0.0; N]; N], g_error: [0.0; N] };
         for (state, row) in self.flow(self.period).into_iter().enumerate() {
             plain.put(state, [row; 2], 0.0, acts.state(state), waiting);
         }
-        set(&mut plain.a, SAMPLED, SAMPLED, [1.0; 2]);
-        set(&mut plain.a, VELOCITY, VELOCITY, [1.0; 2]);
+        set(&mut plain.a, Self::SAMPLED, Self::SAMPLED, [1.0; 2]);
+        set(&mut plain.a, Self::VELOCITY, Self::VELOCITY, [1.0; 2]);
         if waiting > 0 {
-            (plain.g[0][NEWEST], plain.g[1][NEWEST]) = (1.0, 1.0);
+            (plain.g[0][Self::NEWEST], plain.g[1][Self::NEWEST]) = (1.0, 1.0);
             for older in 1..waiting {
-                set(&mut plain.a, NEWEST + older, NEWEST + older - 1, [1.0; 2]);
+                set(&mut plain.a, Self::NEWEST + older, Self::NEWEST + older - 1, [1.0; 2]);
             }
         }
         plain
@@ -315,18 +384,19 @@ impl Pulses {
             }
             let mut step = plain.clone();
             let (last, pushed) = sample(index);
-            step.put(SAMPLED, last, by_x, pushed, waiting);
-            set(&mut step.a, SAMPLED, SAMPLED, [0.0; 2]);
+            step.put(Self::SAMPLED, last, by_x, pushed, waiting);
+            set(&mut step.a, Self::SAMPLED, Self::SAMPLED, [0.0; 2]);
             // The velocity is the change since the sample before, in this step or an earlier one.
             if index > first {
                 let (before, earlier) = sample(index - 1);
-                let change = from_fn(|end| from_fn(|state| last[end][state].minus(before[end][state])));
-                step.put(VELOCITY, change, 2.0 * by_x, pushed.minus(earlier), waiting);
+                let change: [[Interval; P]; 2] =
+                    from_fn(|end| from_fn(|state| last[end][state].minus(before[end][state])));
+                step.put(Self::VELOCITY, change, 2.0 * by_x, pushed.minus(earlier), waiting);
             } else {
-                step.put(VELOCITY, last, by_x, pushed, waiting);
-                set(&mut step.a, VELOCITY, SAMPLED, [-1.0; 2]);
+                step.put(Self::VELOCITY, last, by_x, pushed, waiting);
+                set(&mut step.a, Self::VELOCITY, Self::SAMPLED, [-1.0; 2]);
             }
-            set(&mut step.a, VELOCITY, VELOCITY, [0.0; 2]);
+            set(&mut step.a, Self::VELOCITY, Self::VELOCITY, [0.0; 2]);
             runs.push((kinds.len(), 1));
             kinds.push(step);
             (next, index) = (at + 1, index + 1);
@@ -339,11 +409,12 @@ impl Pulses {
         let own = self.scale / (0.5 * (stretch[0] + stretch[1]) + self.scale);
         let mut weights = [1.0; N];
         (weights[0], weights[1]) = (0.1 * own, 0.1 * own);
-        weights[NEWEST..].fill(1e-2 * own * own);
-        let spring = if self.is_sampled { SAMPLED } else { 2 };
+        weights[3..P].fill(0.1 * own);
+        weights[Self::NEWEST..].fill(1e-2 * own * own);
+        let spring = if self.is_sampled { Self::SAMPLED } else { ANGLE };
         let answers = stretch.map(|stiffness| {
             let mut answer = [0.0; N];
-            answer[VELOCITY] = self.damper / self.scale;
+            answer[Self::VELOCITY] = self.damper / self.scale;
             answer[spring] = stiffness / self.scale;
             answer
         });
@@ -351,7 +422,7 @@ impl Pulses {
     }
 
     /// Returns the flow over whole clocks.
-    fn flow(&self, clocks: u64) -> Flow {
+    fn flow(&self, clocks: u64) -> Flow<P> {
         let (high, low) = (&self.coarse[(clocks >> self.bits) as usize], clocks & ((1 << self.bits) - 1));
         from_fn(|state| row(&high[state], &self.fine[low as usize]))
     }
@@ -360,8 +431,8 @@ impl Pulses {
 impl<const N: usize> Step<N> {
     /// Puts what a state becomes: of the plant's states, which err by `by_x`, and of the command that acts in this
     /// step. That is one that has waited, or the one just read.
-    fn put(&mut self, at: usize, row: [[Interval; PLANT]; 2], by_x: f64, pushed: Pushed, waiting: usize) {
-        let cells: [_; PLANT] = from_fn(|column| [row[0][column], row[1][column]]);
+    fn put<const P: usize>(&mut self, at: usize, row: [[Interval; P]; 2], by_x: f64, pushed: Pushed, waiting: usize) {
+        let cells: [_; P] = from_fn(|column| [row[0][column], row[1][column]]);
         for (column, ends) in cells.into_iter().enumerate() {
             let (ends, error) = known(ends, by_x);
             set(&mut self.a, at, column, ends);
@@ -372,29 +443,29 @@ impl<const N: usize> Step<N> {
             [self.g[0][at], self.g[1][at]] = ends;
             self.g_error[at] = error;
         } else {
-            set(&mut self.a, at, NEWEST + waiting - 1, ends);
-            self.a_error[at][NEWEST + waiting - 1] = error;
+            set(&mut self.a, at, P + 1 + waiting, ends);
+            self.a_error[at][P + 1 + waiting] = error;
         }
     }
 }
 
 /// What the plant's states and the samples see of a command of one unit, over a stretch.
-struct Acts<'a> {
-    pulses: &'a Pulses,
+struct Acts<'a, const P: usize> {
+    pulses: &'a Pulses<P>,
     /// The softest stiffness and the stiffest one; one alone if both have the same clocks.
-    ends: Vec<Act>,
+    ends: Vec<Act<P>>,
     /// By how much the current, the speed and the angle depart from the straight line between both ends.
-    errors: [f64; PLANT],
+    errors: [f64; P],
     /// By how much a sample's row departs from the straight line, for states of size 1.
     by_phase: f64,
 }
 
 /// A command's effect at one stiffness.
-struct Act {
-    response: Response,
+struct Act<const P: usize> {
+    response: Response<P>,
     /// The whole clocks by which samples are late, and the flow over the part of a clock by which they are later still.
     whole: u64,
-    tail: Option<Flow>,
+    tail: Option<Flow<P>>,
 }
 
 /// A command's effect at both ends of a stretch, and a bound of its distance from the straight line in between.
@@ -411,8 +482,8 @@ impl Pushed {
     }
 }
 
-impl<'a> Acts<'a> {
-    fn new(pulses: &'a Pulses, act: Span, phase: Span) -> Self {
+impl<'a, const P: usize> Acts<'a, P> {
+    fn new(pulses: &'a Pulses<P>, act: Span, phase: Span) -> Self {
         let end = |end: usize| {
             let late = phase.ends[end].fract();
             let tail = (late > 0.0).then(|| flow(&pulses.rates, Interval::exact(late).over(pulses.hertz)));
@@ -423,7 +494,7 @@ impl<'a> Acts<'a> {
         let ends = (0..if is_point { 1 } else { 2 }).map(end).collect();
         // A function departs from the straight line by at most an eighth of its second derivative times the squared
         // distance of the ends, and where its argument departs from a straight line by its first one times that.
-        let size = |row: &[Interval; PLANT]| row.iter().map(|rate| rate.size() * rate.size()).sum::<f64>().sqrt();
+        let size = |row: &[Interval; P]| row.iter().map(|rate| rate.size() * rate.size()).sum::<f64>().sqrt();
         let error = |of: usize, span: Span| {
             let [apart_s, bend_s] = [span.ends[1] - span.ends[0], span.bend].map(|clocks| clocks / pulses.hertz);
             let rates = &pulses.rates[of];
@@ -431,11 +502,11 @@ impl<'a> Acts<'a> {
             pulses.growth * bent * (1.0 + 1e-9)
         };
         let errors = from_fn(|of| pulses.kick.size() * error(of, act));
-        Self { pulses, ends, errors, by_phase: error(2, phase) }
+        Self { pulses, ends, errors, by_phase: error(ANGLE, phase) }
     }
 
     /// Returns something of both ends.
-    fn both<T: Copy>(&self, of: impl Fn(&Act) -> T) -> [T; 2] {
+    fn both<T: Copy>(&self, of: impl Fn(&Act<P>) -> T) -> [T; 2] {
         let soft = of(&self.ends[0]);
         [soft, self.ends.get(1).map_or(soft, of)]
     }
@@ -448,11 +519,11 @@ impl<'a> Acts<'a> {
     /// Returns the angle that a sample sees whose clock without the phase is this one.
     fn angle(&self, clock: u64) -> Pushed {
         let ends = self.both(|end| end.response.angle(self.pulses, clock + end.whole));
-        Pushed { ends, error: self.errors[2] + self.by_phase * self.pulses.kick.size() }
+        Pushed { ends, error: self.errors[ANGLE] + self.by_phase * self.pulses.kick.size() }
     }
 
     /// Returns the rows of a sample whose clock without the phase is this one.
-    fn row(&self, index: usize, clock: u64) -> [[Interval; PLANT]; 2] {
+    fn row(&self, index: usize, clock: u64) -> [[Interval; P]; 2] {
         self.both(|Act { whole, tail, .. }| match tail {
             None if *whole == 0 => self.pulses.seen[index],
             None => self.pulses.angle(clock + whole),
@@ -462,39 +533,39 @@ impl<'a> Acts<'a> {
 }
 
 /// The response of the plant to a command of one unit.
-struct Response {
+struct Response<const P: usize> {
     /// The first whole clock from the command's effect on.
     after: u64,
     /// The states at that clock.
-    start: [Interval; PLANT],
+    start: [Interval; P],
     /// The states that the samples see, whose clocks are later by a part of a clock, over the fine flows.
-    seen: Vec<[Interval; PLANT]>,
+    seen: Vec<[Interval; P]>,
 }
 
-impl Response {
+impl<const P: usize> Response<P> {
     /// Returns the response to a command that acts at this time in clocks. `tail` is the flow over the part of a clock
     /// by which samples are late; where there is one, commands act at whole clocks.
-    fn new(pulses: &Pulses, act: f64, tail: Option<&Flow>) -> Self {
+    fn new(pulses: &Pulses<P>, act: f64, tail: Option<&Flow<P>>) -> Self {
         let after = act.ceil();
         let short = flow(&pulses.rates, Interval::exact(after - act).over(pulses.hertz));
-        let start: [Interval; PLANT] = from_fn(|state| short[state][0].times(pulses.kick));
+        let start: [Interval; P] = from_fn(|state| short[state][0].times(pulses.kick));
         let late = tail.map_or(start, |tail| from_fn(|state| dot(&tail[state], &start)));
         let seen = pulses.fine.iter().map(|fine| from_fn(|state| dot(&fine[state], &late))).collect();
         Self { after: after as u64, start, seen }
     }
 
     /// Returns a state at the end of the period.
-    fn state(&self, pulses: &Pulses, state: usize) -> Interval {
+    fn state(&self, pulses: &Pulses<P>, state: usize) -> Interval {
         let clocks = pulses.period - self.after;
         let (high, low) = (clocks >> pulses.bits, clocks & ((1 << pulses.bits) - 1));
         dot(&row(&pulses.coarse[high as usize][state], &pulses.fine[low as usize]), &self.start)
     }
 
     /// Returns the angle that a sample sees at a clock.
-    fn angle(&self, pulses: &Pulses, clock: u64) -> Interval {
+    fn angle(&self, pulses: &Pulses<P>, clock: u64) -> Interval {
         clock.checked_sub(self.after).map_or(Interval::ZERO, |since| {
             let (high, low) = (since >> pulses.bits, since & ((1 << pulses.bits) - 1));
-            dot(&pulses.coarse[high as usize][2], &self.seen[low as usize])
+            dot(&pulses.coarse[high as usize][ANGLE], &self.seen[low as usize])
         })
     }
 }
@@ -522,12 +593,31 @@ pub(super) fn plain_damping(scene: &Scene) -> Result<f64, Error> {
     }
 }
 
+/// Returns the sizes of scaled states, powers of two, for which the rates between two states are about equal both ways.
+/// A state that moves others and that none moves gets a rate of a tenth of `hertz` at most.
+fn balanced(a: &[Vec<Interval>], hertz: f64) -> Vec<f64> {
+    let size = |row: usize, of: usize, sizes: &[f64]| a[row][of].size() * sizes[row] / sizes[of];
+    let mut sizes = vec![1.0; a.len()];
+    for _ in 0..60 {
+        for state in 0..a.len() {
+            let others = || (0..a.len()).filter(|of| *of != state);
+            let moved: f64 = others().map(|of| size(state, of, &sizes)).sum();
+            let moves: f64 = others().map(|of| size(of, state, &sizes)).sum();
+            let moves = if moves == 0.0 { 0.01 * hertz * hertz / moved } else { moves };
+            if moved > 0.0 {
+                sizes[state] *= libm::exp2(libm::round(0.5 * libm::log2(moves / moved)));
+            }
+        }
+    }
+    sizes
+}
+
 fn common_divisor(a: u64, b: u64) -> u64 {
     if b == 0 { a } else { common_divisor(b, a % b) }
 }
 
 /// Returns the flow of the plant over a time.
-fn flow(rates: &Flow, time_s: Interval) -> Flow {
+fn flow<const P: usize>(rates: &Flow<P>, time_s: Interval) -> Flow<P> {
     let rows: Vec<Vec<Interval>> = rates.iter().map(|row| row.map(|rate| rate.times(time_s)).to_vec()).collect();
     let Matrix(change) = Series::new(&[&rows]).exponential_change().into_parts().swap_remove(0);
     from_fn(|state| {
@@ -538,13 +628,13 @@ fn flow(rates: &Flow, time_s: Interval) -> Flow {
     })
 }
 
-fn dot(row: &[Interval; PLANT], column: &[Interval; PLANT]) -> Interval {
+fn dot<const P: usize>(row: &[Interval; P], column: &[Interval; P]) -> Interval {
     row.iter().zip(column).fold(Interval::ZERO, |sum, (a, b)| sum.plus(a.times(*b)))
 }
 
 /// Returns a row times a flow.
-fn row(row: &[Interval; PLANT], flow: &Flow) -> [Interval; PLANT] {
-    from_fn(|of| (0..PLANT).fold(Interval::ZERO, |sum, k| sum.plus(row[k].times(flow[k][of]))))
+fn row<const P: usize>(row: &[Interval; P], flow: &Flow<P>) -> [Interval; P] {
+    from_fn(|of| (0..P).fold(Interval::ZERO, |sum, k| sum.plus(row[k].times(flow[k][of]))))
 }
 
 /// Returns a number of each of two intervals, and a bound of their errors with another error added.
@@ -563,7 +653,7 @@ fn set<const N: usize>(ends: &mut [Square<N>; 2], row: usize, column: usize, val
 mod tests {
     use hpu_cosim::scene::{Scene, shipped};
 
-    use super::{NEWEST, Pulses, Steps};
+    use super::{Pulses, Steps};
 
     /// Whether the steps at a stiffness of a stretch are the straight line between those of its ends, within the bounds
     /// of their errors; and the greatest share of a bound that is used.
@@ -602,7 +692,7 @@ mod tests {
                     let orders =
                         pulses.orders(stretch.map(|stiffness| pulses.rest.duty(stiffness)), pulses.rest.bend(stretch));
                     assert!(orders.len() == 1 && orders[0].waiting == 0, "{name} from {low} to {high}");
-                    pulses.steps::<NEWEST>(orders[0], stretch)
+                    pulses.steps::<5>(orders[0], stretch)
                 };
                 let over = steps([low, high]);
                 let most = (0..=20)
