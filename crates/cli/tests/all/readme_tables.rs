@@ -689,7 +689,6 @@ pub const EXCEPTED: &[(&str, &str)] = &[
         "Its rotor has 50 g.cm2 and moves the handle by 6 mm a radian, so it weighs 139 g there; the handle has 10 g",
         SETTING,
     ),
-    ("linear loop of up to 8 states", SETTING),
     ("With a handle of 10 g and no damping", SETTING),
     ("`--set host.late=0`", SETTING),
     ("| 137 kN/m | 3.3 |", MONODROMY),

@@ -326,7 +326,10 @@ method.kind = "conventional"
 method.sample_rate = "2 kHz"
 method.pwm.bits = 9
 wall = { position = "0.01 rad", stiffness = "0.5 N.m/rad", damping = "0.2 mN.m.s/rad" }
-hand = { kind = "spring_damper", stiffness = "0.3 N.m/rad", damping = "1 mN.m.s/rad", path = [["0 s", 0.02], ["1 ms", 0.03]] }
+hand.kind = "spring_damper"
+hand.stiffness = "0.3 N.m/rad"
+hand.damping = "1 mN.m.s/rad"
+hand.path = [["0 s", 0.02], ["1 ms", 0.03]]
 host = { late = 1, latency = "13.3 us" }
 "#;
 
@@ -364,7 +367,7 @@ fn a_modulator_behind_a_host_switches_at_the_same_edges_whoever_drives() {
 fn pulses_behind_a_host_are_those_without_one_later() {
     let swept = |more: &str| {
         let text = HOSTED.replace("host = { late = 1, latency = \"13.3 us\" }", more);
-        let (head, _) = text.split_once("hand = ").unwrap();
+        let (head, _) = text.split_once("hand.kind = ").unwrap();
         let hand = "hand = { kind = \"prescribed\", path = [[\"0 s\", 0], [\"60 ms\", 0.3]] }\n";
         let head = head.replace(", initial_angle = 0.02", "");
         let experiment = Experiment::Axis(scene(&format!("{head}{hand}{more}\n")));

@@ -425,10 +425,12 @@ fn a_wheel_as_a_network_has_the_set_of_its_motor() {
     let text = format!(
         "about = 'A wheel.'\nclock.frequency = {:e}\nrun.duration = '1 s'\ndevice.kind = 'network'\n\
          device.bodies.wheel = {{ inertia = {:e}, viscous_friction = {:e} }}\n\
-         device.drive = {{ kind = 'bridge', on = 'wheel', torque_constant = {:e}, resistance = {:e}, inductance = {:e} }}\n\
+         device.drive = {{ kind = 'bridge', on = 'wheel', torque_constant = {:e}, resistance = {:e}, \
+         inductance = {:e} }}\n\
          encoder = {{ on = 'wheel', lines = 1024 }}\nmethod.kind = 'hybrid'\nmethod.damping_format = '(0,8,4)'\n\
          method.sample_rate = '1 kHz'\nwall = {{ position = 1.5, stiffness = 1.5, damping = '0.1 mN.m.s/rad' }}\n\
-         hand = {{ kind = 'spring_damper', on = 'wheel', stiffness = {:e}, damping = {:e}, path = [['0 s', 0], ['1 s', 1.8]] }}\n",
+         hand = {{ kind = 'spring_damper', on = 'wheel', stiffness = {:e}, damping = {:e}, \
+         path = [['0 s', 0], ['1 s', 1.8]] }}\n",
         motor.clock.frequency_hz() as f64,
         wheel.inertia_kg_m2(),
         wheel.viscous_friction_nm_s_per_rad,
@@ -473,13 +475,16 @@ fn no_proved_stretch_of_random_networks_grows_clock_by_clock() {
             "about = 'Two bodies.'\nclock.frequency = '1 MHz'\nrun.duration = '1 s'\ndevice.kind = 'network'\n\
              device.bodies.rotor = {{ inertia = {j1:e}, viscous_friction = {d1:e} }}\n\
              device.bodies.knob = {{ inertia = {j2:e}, viscous_friction = {d2:e} }}\n\
-             device.joints.belt = {{ from = 'rotor', to = 'knob', ratio = {ratio:e}, stiffness = {stiff:e}, damping = {damp:e} }}\n\
-             device.drive = {{ kind = 'bridge', on = 'rotor', torque_constant = {k:e}, resistance = {r:e}, inductance = {l:e} }}\n\
+             device.joints.belt = {{ from = 'rotor', to = 'knob', ratio = {ratio:e}, stiffness = {stiff:e}, \
+             damping = {damp:e} }}\n\
+             device.drive = {{ kind = 'bridge', on = 'rotor', torque_constant = {k:e}, resistance = {r:e}, \
+             inductance = {l:e} }}\n\
              encoder = {{ on = 'rotor', lines = 1024 }}\nmethod.kind = '{}'\nmethod.sample_rate = {:e}\n\
              method.pwm.bits = {bits}\nmethod.pwm.duty = '{}'\nmethod.stiffness_format = '(0,8,24)'\n\
              method.damping_format = '(0,8,24)'\nmethod.period_bits = 24\nhost.latency = '{host} us'\n\
              wall = {{ position = 1, stiffness = 1, damping = {damping:e} }}\n\
-             hand = {{ kind = 'spring_damper', on = 'knob', stiffness = {hand:e}, damping = {drag:e}, path = [['0 s', 0]] }}\n",
+             hand = {{ kind = 'spring_damper', on = 'knob', stiffness = {hand:e}, damping = {drag:e}, \
+             path = [['0 s', 0]] }}\n",
             if live { "hybrid" } else { "conventional" },
             1e6 / sample as f64,
             if index % 4 < 2 { "latched" } else { "immediate" },

@@ -26,8 +26,8 @@ pub struct Ripple {
 
 impl Ripple {
     /// Computes the ripple of a scene; `None` if no pulses drive its device, or if their ripple is not worked out: for
-    /// a network, a bridge with a dead time or an open off phase, a winding without inductance, a hand without a place of
-    /// rest, or a law whose command at rest is not that of the wall's spring.
+    /// a network, a bridge with a dead time or an open off phase, a winding without inductance, a hand without a place
+    /// of rest, or a law whose command at rest is not that of the wall's spring.
     pub fn new(scene: &Scene, range: [f64; 2]) -> Option<Self> {
         if !has_spring_at_rest(scene) || scene.network.is_some() {
             return None;

@@ -105,14 +105,22 @@ fn a_knob_is_as_stiff_as_its_monodromy_says() {
     }
 }
 
+/// Lines of a drive by a PI loop.
+const PI: &str = r#"device.drive.kind = "pi"
+device.drive.resistance = "1.1 Ohm"
+device.drive.inductance = "0.2 mH"
+device.drive.supply = "48 V"
+"#;
+
 /// A PI drive, a cord between rotor and handle, and a hand with a mass: ten states, by the same monodromy in 40 digits.
 #[test]
 fn ten_states_are_as_stiff_as_their_monodromy_says() {
     let text = KNOB
-        .replace("\"current\"\ndevice.drive.on", "\"pi\"\ndevice.drive.resistance = \"1.1 Ohm\"\ndevice.drive.inductance = \"0.2 mH\"\ndevice.drive.supply = \"48 V\"\ndevice.drive.on")
+        .replace("device.drive.kind = \"current\"\n", PI)
         .replace("joints.cable.to = \"handle\"", "joints.cable.to = \"cord\"");
     let more = "device.bodies.cord = { mass = \"5 g\" }\ndevice.bodies.handle = { mass = \"30 g\" }\n\
-        device.joints.link = { from = \"cord\", to = \"handle\", ratio = 1, stiffness = \"200 kN/m\", damping = \"2 N.s/m\" }\n";
+        device.joints.link = { from = \"cord\", to = \"handle\", ratio = 1, stiffness = \"200 kN/m\", \
+        damping = \"2 N.s/m\" }\n";
     let hand = "hand.stiffness = \"900 N/m\"\nhand.damping = \"20 N.s/m\"\nhand.mass = \"554 g\"\n\
         hand.own_stiffness = \"135 N/m\"\nhand.own_damping = \"6.45 N.s/m\"\n";
     let cable = "device.joints.cable.stiffness = \"20 kN/m\"\ndevice.joints.cable.damping = \"1 N.s/m\"\n";
@@ -165,12 +173,15 @@ fn criteria_of_a_rigid_network_are_those_of_a_mass() {
         [("held", &grip, "hand.path = [[\"0 s\", 0], [\"200 ms\", \"12 mm\"]]\n"), ("pressed", &push, "")]
     {
         let knob = format!(
-            "about = \"A knob.\"\n{common}{text}{own}hand.on = \"handle\"\nencoder = {{ on = \"rotor\", lines = 2000 }}\n\
+            "about = \"A knob.\"\n{common}{text}{own}hand.on = \"handle\"\n\
+            encoder = {{ on = \"rotor\", lines = 2000 }}\n\
              [device]\nkind = \"network\"\nunits_at = \"handle\"\n\
-             bodies.rotor = {{ inertia = \"50 g.cm2\", coulomb_friction = \"2 mN.m\", viscous_friction = \"0.1 mN.m.s/rad\" }}\n\
+             bodies.rotor = {{ inertia = \"50 g.cm2\", coulomb_friction = \"2 mN.m\", \
+             viscous_friction = \"0.1 mN.m.s/rad\" }}\n\
              bodies.handle = {{ mass = \"30 g\" }}\n\
              joints.cable = {{ from = \"rotor\", to = \"handle\", ratio = 10, radius = \"60 mm\" }}\n\
-             drive = {{ kind = \"current\", on = \"rotor\", torque_constant = \"23 mN.m/A\", dac = {{ full_scale = \"10 A\" }} }}\n\
+             drive = {{ kind = \"current\", on = \"rotor\", torque_constant = \"23 mN.m/A\", \
+             dac = {{ full_scale = \"10 A\" }} }}\n\
              [model]\ndrive = \"ideal\"\n"
         );
         let mass = format!(
@@ -265,8 +276,10 @@ fn a_live_spring_behind_a_host_has_no_set_on_time() {
 fn a_bridge_before_a_slider_is_a_modulator() {
     let text = "about = \"A voice coil.\"\nclock.frequency = \"16384 kHz\"\nrun.duration = \"500 ms\"\n\
         device.kind = \"network\"\ndevice.bodies.slider = { mass = \"50 g\", viscous_friction = \"2 N.s/m\" }\n\
-        device.drive = { kind = \"bridge\", on = \"slider\", torque_constant = \"5 N/A\", resistance = \"3 Ohm\", inductance = \"1 mH\" }\n\
-        encoder = { on = \"slider\", resolution = \"1 um\" }\nmethod.kind = \"conventional\"\nmethod.sample_rate = \"4 kHz\"\n\
+        device.drive = { kind = \"bridge\", on = \"slider\", torque_constant = \"5 N/A\", resistance = \"3 Ohm\", \
+        inductance = \"1 mH\" }\n\
+        encoder = { on = \"slider\", resolution = \"1 um\" }\nmethod.kind = \"conventional\"\n\
+        method.sample_rate = \"4 kHz\"\n\
         method.position_bits = 16\nmethod.stiffness_format = \"(0,10,8)\"\nmethod.damping_format = \"(0,12,4)\"\n\
         wall = { position = \"6 mm\", stiffness = \"1 kN/m\" }\nhand.kind = \"none\"\n";
     let scene = Scene::parse("slider", text, &[], &mut |_| unreachable!()).unwrap_or_else(|error| panic!("{error}"));
