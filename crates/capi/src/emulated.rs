@@ -121,6 +121,21 @@ impl Emulated {
     /// [`Status::End`] when the scene ends before, and [`Status::Over`] when the run cannot go on; the loop then stands
     /// at the edge at which that happened.
     pub fn step(&mut self, edges: u64, control: &Control) -> Result<(), Error> {
+        self.go(edges, false, control).map(drop)
+    }
+
+    /// Moves on as [`step`](Self::step) does, but at most to the first clock edge at which a word of a net has changed.
+    /// Returns whether it stopped there.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`step`](Self::step).
+    pub fn step_to_change(&mut self, edges: u64, control: &Control) -> Result<bool, Error> {
+        self.go(edges, true, control)
+    }
+
+    fn go(&mut self, edges: u64, stops: bool, control: &Control) -> Result<bool, Error> {
+        let before = stops.then(|| self.words().to_vec());
         let (wanted, end) = (self.edge().saturating_add(edges), self.edges());
         let (target, driver) = (wanted.min(end), self.simulation().driver());
         let mut events = 0_u32;
@@ -128,6 +143,14 @@ impl Emulated {
             match driver {
                 Driver::Events => self.running.leap(target, &mut self.now),
                 Driver::Clock => self.running.step(),
+            }
+            if let Some(before) = &before {
+                if driver == Driver::Clock {
+                    self.now.nets(Cycle(self.edge()), self.running.wiring().words());
+                }
+                if self.words() != before && self.running.world().over().is_none() {
+                    return Ok(true);
+                }
             }
             events = (events + 1) % LOOK;
             if events == 0 && control.stop.load(Ordering::Relaxed) {
@@ -144,7 +167,7 @@ impl Emulated {
             let text = format!("the scene ends at clock edge {end}; a longer run.duration lets it go on");
             return Err(Error::new(Status::End, text));
         }
-        Ok(())
+        Ok(false)
     }
 
     /// Goes on with the constant words of the scene with these overrides, from the next clock edge on.

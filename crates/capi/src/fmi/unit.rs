@@ -242,8 +242,11 @@ impl Unit {
             }
             Model::Loop(emulated) => {
                 let end = edge(emulated.clock().frequency_hz()) as u64;
-                emulated.step(end.saturating_sub(emulated.edge()), &Control::new())?;
-                Ok(false)
+                let left = end.saturating_sub(emulated.edge());
+                if stops {
+                    return emulated.step_to_change(left, &Control::new());
+                }
+                emulated.step(left, &Control::new()).map(|()| false)
             }
         }
     }

@@ -2,6 +2,7 @@
 
 mod common;
 mod dut;
+mod emulated;
 mod header;
 mod in_c;
 mod motion;
