@@ -21,6 +21,8 @@ const BRIEF: u64 = 4;
 /// Brief jumps in a row after which the next edges are ordinary ones, and the most edges that are.
 const PATIENCE: u32 = 8;
 const LONGEST_REST: u64 = 1024;
+/// The highest rank of outputs that end a jump where they move.
+const STILL: usize = 1;
 
 /// The clock edges of a simulation, and how many of them were leapt over.
 #[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
@@ -91,7 +93,7 @@ pub struct Leap {
     steps: Vec<Step>,
     flops: Vec<Flop>,
     inputs: Vec<(u32, u64)>,
-    outputs: Vec<u32>,
+    outputs: Vec<(u32, u64)>,
     /// The register, the net, the active level and the word of each asynchronous reset.
     resets: Vec<(u32, u32, u64, u64)>,
     clocks: Vec<Inner>,
@@ -108,6 +110,8 @@ pub struct Leap {
     news: IndexSet,
     /// The outputs of each rank and below.
     ranks: Vec<IndexSet>,
+    /// The outputs that move in a jump, with their lines and the bits of their widths.
+    ramps: Vec<(usize, Line, u64)>,
     /// The users of movers, direct or not: cells, registers, outputs, asynchronous resets and clocks.
     cone: Cone,
     share: Share,
@@ -129,7 +133,8 @@ struct Cone {
 impl Leap {
     /// Starts a simulation with these words of the registers and of the inputs; asynchronous resets that are active act
     /// at once, if they act at the start. `ranks` has a rank for each output: a [request](Self::clock) tells of the
-    /// outputs up to a rank, and ends where one of rank 0 changes.
+    /// outputs up to a rank, and ends where one of rank 0 changes. Outputs of rank 2 and more are for showing: no jump
+    /// ends because one of them counts.
     ///
     /// # Panics
     ///
@@ -221,7 +226,7 @@ impl Leap {
         let mut leap = Self {
             steps,
             inputs: inputs.iter().map(|(_, net)| (net.0, mask(netlist.width(*net)))).collect(),
-            outputs: outputs.iter().map(|output| output.net.0).collect(),
+            outputs: outputs.iter().map(|output| (output.net.0, mask(netlist.width(output.net)))).collect(),
             resets,
             clocks,
             risen: Vec::new(),
@@ -233,6 +238,7 @@ impl Leap {
             told: vec![None; outputs.len()],
             news: IndexSet::new(outputs.len()),
             ranks: (0..=highest).map(up_to).collect(),
+            ramps: Vec::new(),
             cone: Cone::default(),
             share: Share::default(),
             brief: 0,
@@ -258,7 +264,7 @@ impl Leap {
 
     /// Returns the word of an output now.
     pub fn output(&self, output: usize) -> u64 {
-        self.lines[self.outputs[output] as usize].word
+        self.lines[self.outputs[output].0 as usize].word
     }
 
     /// Takes these words as those that were told last of the outputs; an output without one is told at the next edge at
@@ -292,7 +298,8 @@ impl Leap {
         let asked = usize::from(asked).min(self.ranks.len() - 1);
         let mut done = 0;
         while done < edges {
-            done += self.step(edges - done, asked);
+            let edge = done;
+            done += self.step(edges - done, asked, |at, output, word| said(edge + at, output, word));
             if self.news.meets(&self.ranks[asked]) && self.say(asked, done, &mut said) {
                 break;
             }
@@ -316,12 +323,16 @@ impl Leap {
         ends
     }
 
-    /// Moves on by an ordinary edge or by a jump of at most `most` edges. Returns the number of edges.
+    /// Moves on by an ordinary edge or by a jump of at most `most` edges. Returns the number of edges, and tells the
+    /// words of the outputs that count on the way, but for those after the last edge.
     #[inline]
-    fn step(&mut self, most: u64, asked: usize) -> u64 {
+    fn step(&mut self, most: u64, asked: usize, mut said: impl FnMut(u64, usize, u64)) -> u64 {
         let may_leap = most > 1 && self.rest == 0 && self.pending.is_within(&self.movers);
         let edges = if may_leap && !self.news.meets(&self.ranks[asked]) { self.horizon(most, asked) } else { 1 };
         if edges > 1 {
+            if !self.ramps.is_empty() {
+                self.ramp(edges, &mut said);
+            }
             self.leap(edges);
             self.share.leapt += edges;
         } else {
@@ -331,6 +342,23 @@ impl Leap {
         self.share.edges += edges;
         self.share.steps += 1;
         edges
+    }
+
+    /// Tells the words of the outputs that count at the edges of a jump before the last one.
+    #[inline(never)]
+    fn ramp(&mut self, edges: u64, said: &mut impl FnMut(u64, usize, u64)) {
+        for edge in 1..edges {
+            for (at, line, bits) in &mut self.ramps {
+                line.word = line.word.wrapping_add(line.slope.cast_unsigned()) & *bits;
+                said(edge, *at, line.word);
+            }
+        }
+        let first = self.steps.len() + self.flops.len();
+        for (at, line, _) in &self.ramps {
+            self.told[*at] = Some(line.word);
+            // Its word after the jump may be the one before it, and is told then.
+            self.marked.insert(first + at);
+        }
     }
 
     /// An ordinary edge: each pending register takes its next word.
@@ -436,7 +464,7 @@ impl Leap {
                     self.pending.set(mark - flops, is_pending);
                 } else if mark < resets {
                     let output = mark - outputs;
-                    let is_new = self.told[output] != Some(lines[self.outputs[output] as usize].word);
+                    let is_new = self.told[output] != Some(lines[self.outputs[output].0 as usize].word);
                     self.news.set(output, is_new);
                 } else if mark < clocks {
                     let (at, net, active, word) = self.resets[mark - resets];
@@ -475,9 +503,15 @@ impl Leap {
             let Flop { data, output, .. } = self.flops[at as usize];
             edges = edges.min(keeps(self.lines[data as usize], self.lines[output as usize].slope));
         }
-        for &at in &self.cone.outputs {
-            if self.ranks[asked].contains(at as usize) {
-                edges = edges.min(keeps(self.lines[self.outputs[at as usize] as usize], 0));
+        self.ramps.clear();
+        for at in self.cone.outputs.iter().map(|at| *at as usize).filter(|at| self.ranks[asked].contains(*at)) {
+            let (net, bits) = self.outputs[at];
+            let line = self.lines[net as usize];
+            if self.ranks[asked.min(STILL)].contains(at) {
+                edges = edges.min(keeps(line, 0));
+            } else {
+                edges = edges.min(line.horizon);
+                self.ramps.extend((line.slope != 0).then_some((at, line, bits)));
             }
         }
         for &net in &self.cone.triggers {
@@ -511,7 +545,7 @@ impl Leap {
         let is_in = |net: u32| moves[net as usize];
         let depends = |(at, flop): (usize, &Flop)| (self.movers.contains(at) || is_in(flop.data)).then_some(at as u32);
         cone.flops = self.flops.iter().enumerate().filter_map(depends).collect();
-        cone.outputs = (0..self.outputs.len()).filter(|at| is_in(self.outputs[*at])).map(|at| at as u32).collect();
+        cone.outputs = (0..self.outputs.len()).filter(|at| is_in(self.outputs[*at].0)).map(|at| at as u32).collect();
         let triggers = self.resets.iter().map(|reset| reset.1).chain(self.clocks.iter().map(|clock| clock.net));
         cone.triggers = triggers.filter(|net| is_in(*net)).collect();
         self.cone = cone;

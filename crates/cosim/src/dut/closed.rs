@@ -257,6 +257,8 @@ impl Closed<'_> {
     fn take_changes(&mut self, before: u64, mut watch: Option<&mut Watch>) {
         let mut changes = std::mem::take(&mut self.changes);
         let mut sensed = std::mem::take(&mut self.is_sensed).then_some(before + 1);
+        // The first time, signals may be shown that have changed before.
+        let mut is_first = true;
         for at in changes.chunk_by(|one, two| one.edge == two.edge) {
             let edge = before + at[0].edge;
             if let (Some(watch), Some(first)) = (&mut watch, sensed.take_if(|first| *first < edge)) {
@@ -268,7 +270,11 @@ impl Closed<'_> {
             }
             if let (true, Some(watch)) = (self.watched || sensed.take().is_some(), &mut watch) {
                 watch.log(self.world.world(), edge - 1);
-                self.tell(edge, watch);
+                if std::mem::take(&mut is_first) {
+                    self.tell(edge, watch);
+                } else {
+                    self.tell_changes(edge, at, watch);
+                }
             }
         }
         if let (Some(watch), Some(first)) = (&mut watch, sensed) {
@@ -276,6 +282,20 @@ impl Closed<'_> {
         }
         changes.clear();
         self.changes = changes;
+    }
+
+    /// Shows the nets after an edge at which these alone have changed since the edge that was shown last.
+    fn tell_changes(&mut self, edge: u64, changes: &[Change], watch: &mut Watch) {
+        for change in changes {
+            if let Some(word) = self.words[change.port] {
+                self.shown[change.port] = word;
+                let usage = &mut self.uses[change.port];
+                (usage.min, usage.max) = (usage.min.min(word), usage.max.max(word));
+            } else {
+                self.shown[change.port] = UNKNOWN;
+            }
+        }
+        watch.observer.nets(Cycle(edge), &self.shown);
     }
 
     /// Takes the inputs from the world at its edge. Returns whether any of them is new, or whether contact is.

@@ -67,6 +67,8 @@ pub(super) struct Module {
     /// Names and bits of the inputs but for the clock, and of the outputs.
     pub(super) inputs: Vec<(String, Vec<Bit>)>,
     pub(super) outputs: Vec<(String, Vec<Bit>)>,
+    /// Those of words inside with names of their own.
+    pub(super) inside: Vec<(String, Vec<Bit>)>,
     pub(super) cells: Vec<RawCell>,
     /// The name of the word that a net is a bit of, and the index of the bit there.
     names: HashMap<u64, (String, usize)>,
@@ -151,7 +153,7 @@ impl Module {
         if cells.len() > MOST_CELLS {
             return Err(Unfit(format!("it has {} cells; at most {MOST_CELLS} are taken", cells.len())));
         }
-        let (mut names, mut initial) = (HashMap::new(), HashMap::new());
+        let (mut names, mut initial, mut inside) = (HashMap::new(), HashMap::new(), Vec::new());
         let rank = |name: &str, is_hidden: bool| (is_hidden, is_made_up(name), name.len());
         let mut best = HashMap::new();
         for (name, net) in entries("netnames")? {
@@ -162,7 +164,12 @@ impl Module {
                     initial.insert(*net, value == '1');
                 }
             }
-            let own = rank(name, net["hide_name"].as_u64() == Some(1));
+            let is_hidden = net["hide_name"].as_u64() == Some(1);
+            let is_port = || inputs.iter().chain(&outputs).any(|(port, _)| port == name);
+            if !is_hidden && !is_port() {
+                inside.push((name.clone(), of.clone()));
+            }
+            let own = rank(name, is_hidden);
             for (at, bit) in of.into_iter().enumerate() {
                 let Bit::Net(net) = bit else { continue };
                 if best.get(&net).is_none_or(|known| own < *known) {
@@ -171,7 +178,7 @@ impl Module {
                 }
             }
         }
-        Ok(Self { clock, is_vhdl: ignores_case, inputs, outputs, cells, names, initial })
+        Ok(Self { clock, is_vhdl: ignores_case, inputs, outputs, inside, cells, names, initial })
     }
 
     /// Returns a name for a word, by its first bit that has one.

@@ -86,6 +86,11 @@ impl<'m> Reader<'m> {
             let net = self.word(bits)?;
             self.netlist.output(name, net);
         }
+        for (name, bits) in &module.inside {
+            if let Ok(net) = self.word(bits) {
+                self.netlist.output(name, net);
+            }
+        }
         Ok(self.netlist)
     }
 

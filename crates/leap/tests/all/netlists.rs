@@ -160,7 +160,7 @@ impl Plain {
 /// Steps both for `edges` edges with inputs that change at random, and compares all outputs at every edge. Returns the
 /// share of edges that were leapt over.
 fn same(plain: &mut Plain, edges: u64, random: &mut Random) -> f64 {
-    let ranks: Vec<u8> = plain.outputs.iter().map(|_| random.below(2) as u8).collect();
+    let ranks: Vec<u8> = plain.outputs.iter().map(|_| random.below(3) as u8).collect();
     let mut leap = plain.leap(&ranks);
     plain.settle();
     let (mut edge, mut shown) = (0, plain.outputs.iter().map(|place| plain.words[*place]).collect::<Vec<_>>());
@@ -174,7 +174,7 @@ fn same(plain: &mut Plain, edges: u64, random: &mut Random) -> f64 {
         leap.input(&words);
         let until = edge + 1 + random.below(400);
         while edge < until {
-            let asked = random.below(2) as u8;
+            let asked = random.below(3) as u8;
             let mut changes = Vec::new();
             let done = leap.clock(until - edge, asked, |at, output, word| changes.push((at, output, word)));
             assert!(done > 0 && done <= until - edge);

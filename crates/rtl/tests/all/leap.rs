@@ -675,3 +675,100 @@ fn a_design_that_leaps_until_it_has_started_is_handed_over_then() {
     assert!(one == other && one.0.len() > 100, "{} changes", one.0.len());
     assert_eq!(by_auto.energy, by_verilator.energy);
 }
+
+/// The words that an observer is shown of each net: its changes, and a number that depends on each of their edges and
+/// words (FNV-1a).
+#[derive(Default)]
+struct Hashed(Vec<(Option<i64>, u64, u64)>);
+
+impl Observe for Hashed {
+    fn nets(&mut self, cycle: Cycle, words: &[i64]) {
+        self.0.resize(words.len(), (None, 0, 0xcbf2_9ce4_8422_2325));
+        for ((last, changes, hash), word) in self.0.iter_mut().zip(words) {
+            if *last != Some(*word) {
+                (*last, *changes) = (Some(*word), *changes + 1);
+                for part in [cycle.0, word.cast_unsigned()] {
+                    *hash = (*hash ^ part).wrapping_mul(0x0100_0000_01b3);
+                }
+            }
+        }
+    }
+
+    fn reals(&mut self, _: Cycle, _: &[f64]) {}
+}
+
+/// Runs a scene whose signals inside are shown. Returns each net with its format, its changes and their hash, and the
+/// names of the signals that are not shown.
+fn shown_inside(scene: &DutScene) -> (Vec<(String, String)>, u64, Vec<String>) {
+    let simulators = simulators();
+    let simulation = DutSimulation::new(scene, &simulators, Inside::All).unwrap_or_else(|error| panic!("{error}"));
+    let (mut trace, mut hashed) = (simulation.brief_trace(), Hashed::default());
+    let ran = simulation.run(true, &mut trace, &mut hashed, &Control::default());
+    let summary = ran.unwrap_or_else(|error| panic!("{error}"));
+    let used = summary.nets.iter().zip(&hashed.0);
+    let told = used.map(|(net, (_, changes, hash))| {
+        let range = (net.usage.min, net.usage.max);
+        (net.signal.name.to_string(), format!("{} {changes} changes, {hash:016x}, {range:?}", net.signal.format))
+    });
+    let hidden = simulation.hidden().iter().map(|port| port.name.clone()).collect();
+    (told.collect(), hashed.0.iter().map(|net| net.1).sum(), hidden)
+}
+
+/// Returns a scene around this project's own VHDL of a wall.
+fn hybrid_loop(engine: &str) -> DutScene {
+    let names = "hybrid_loop command_limiter displacement position_counter pwm quadrature_decoder synchronizer \
+                 torque_sum truncating_multiplier unilateral velocity_register rounding_pkg";
+    let files: Vec<_> = names.split(' ').map(|name| format!("\"{name}.vhd\"")).collect();
+    let text = format!(
+        "about = \"a wall\"\ndevice = {{ kind = \"motor\", motor = \"vasudevan_2007\", wheel_ratio = 7 }}\n\
+         clock = {{ frequency = \"50 MHz\" }}\nrun = {{ duration = \"20 ms\" }}\n\
+         hand = {{ kind = \"spring_damper\", stiffness = \"0.3 N.m/rad\", damping = 0, path = [[0, 0], [0.01, 0.3]] }}\n\
+         [dut]\nfiles = [{}]\ntop = \"hybrid_loop\"\nclock = \"clk\"\nreset = {{ port = \"rst\" }}\n\
+         engine = \"{engine}\"\n[dut.ports]\na_pin = \"encoder.a\"\nb_pin = \"encoder.b\"\nreference = 5\n\
+         stiffness = 18\ndamping = 3\nperiod = 5000\nscale = 256\na_high = \"bridge.a_high\"\n\
+         a_low = \"bridge.a_low\"\nb_high = \"bridge.b_high\"\nb_low = \"bridge.b_low\"\n",
+        files.join(", ")
+    );
+    let file = SceneFile { name: "t.toml".to_string(), text, data: root().join("hdl"), is_shipped: false };
+    match file.parse(&[]).unwrap_or_else(|error| panic!("{error}")) {
+        Experiment::Dut(scene) => scene,
+        _ => panic!("a design"),
+    }
+}
+
+/// Waves of signals inside have every word at every edge that Verilator's have, under the same names and formats; of
+/// the counters too, which end no jump. What the netlist has not is hidden. Ranges are those of Verilator.
+#[test]
+fn signals_inside_have_the_words_of_verilator_at_every_edge() {
+    let near = ("position = \"1.5 rad\"", "position = \"0.05 rad\"");
+    let brief = |path: &'static str| [near, ("duration = \"1 s\"", "duration = \"60 ms\""), (path, "\"20 ms\", 0.3]")];
+    let knob = [("800 ms", "2 ms"), ("[\"50 ms\", 0], [\"450 ms\", 0.6]", "[0, 0], [0.002, 0.1]")];
+    for (name, changes, least, lost) in [
+        ("knee", &brief("\"150 ms\", 1.4]")[..], 600_000, 0),
+        ("rim", &brief("\"150 ms\", 1.4]"), 600_000, 0),
+        ("foc-knob", &knob, 100_000, 20),
+        ("hybrid_loop", &[], 1_000_000, 12),
+    ] {
+        let of = |engine: &str| match name {
+            "hybrid_loop" => hybrid_loop(engine),
+            _ => scene(name, changes, engine),
+        };
+        let (own, changed, hidden) = shown_inside(&of("leap"));
+        let (others, _, known) = shown_inside(&of("verilator"));
+        assert!(changed > least, "{name}: {changed} changes");
+        assert_eq!(others.len() - own.len(), lost, "{name}");
+        let (mut left, mut missing) = (own.iter(), Vec::new());
+        let mut next = left.next();
+        for other in &others {
+            match next {
+                Some(own) if own.0 == other.0 => {
+                    assert_eq!(own, other, "{name}");
+                    next = left.next();
+                }
+                _ => missing.push(&other.0),
+            }
+        }
+        assert!(next.is_none(), "{name}: {next:?}");
+        assert!(missing.iter().all(|name| hidden.contains(name) && !known.contains(name)), "{name}: {missing:?}");
+    }
+}
