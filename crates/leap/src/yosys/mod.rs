@@ -55,8 +55,8 @@ pub fn turned_shift(json: &str, top: &str) -> Result<Option<String>, Unfit> {
     module::turned_shift(json, top)
 }
 
-/// Reads the module `top` from the JSON that Yosys writes after [`LOWERED`]. All registers must have the clock `clock`,
-/// an input. Names are compared without regard to case if `ignores_case` is set. Words inside that `shows` takes by their
+/// Reads the module `top` from the JSON that Yosys writes after [`LOWERED`]. All registers must have one of the `clocks`,
+/// which are inputs, each with the edges of the netlist's clock for one of its own; all begin at the first edge. Names are compared without regard to case if `ignores_case` is set. Words inside that `shows` takes by their
 /// names and their widths are outputs too, behind the ports, as far as nothing in them was left out as unused.
 ///
 /// # Errors
@@ -67,10 +67,10 @@ pub fn turned_shift(json: &str, top: &str) -> Result<Option<String>, Unfit> {
 pub fn read(
     json: &str,
     top: &str,
-    (clock, ignores_case): (&str, bool),
+    (clocks, ignores_case): (&[(&str, u32)], bool),
     shows: impl Fn(&str, usize) -> bool,
 ) -> Result<Netlist, Unfit> {
-    let mut module = module::Module::read(json, top, (clock, ignores_case))?;
+    let mut module = module::Module::read(json, top, (clocks, ignores_case))?;
     module.inside.retain(|(name, bits)| bits.len() <= words::MOST && shows(name, bits.len()));
     words::Reader::new(&module).netlist()
 }

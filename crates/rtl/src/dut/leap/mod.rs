@@ -21,7 +21,7 @@ use hpu_leap::{Netlist, yosys};
 
 pub use self::compared::{Difference, Found, LeapsBeside};
 use self::running::Running;
-use super::build::{Model, common_cycle, write, write_files};
+use super::build::{Model, write, write_files};
 use super::fallback::wires;
 use super::files::PlainName;
 use super::verilator::{Described, XML, in_vhdl, port, read, sources};
@@ -120,14 +120,14 @@ impl Simulators {
         if !why.is_empty() {
             return Ok(Err(why));
         }
-        let clock = &dut.clocks[0].port;
+        let clocks: Vec<_> = dut.clocks.iter().map(|clock| (&*clock.port, clock.divide)).collect();
         let described = self.described(model, &text(PORTS)?, inside)?;
         let shows = |name: &str, width: usize| {
             let name = inner(model, name);
             let is_it = |port: &Port| name.as_ref() == Some(&port.name) && port.format.width() as usize == width;
             described.ports.iter().any(|port| port.is_inside && is_it(port))
         };
-        let netlist = match yosys::read(&text(NETLIST)?, &top(dut), (clock, is_vhdl), shows) {
+        let netlist = match yosys::read(&text(NETLIST)?, &top(dut), (&clocks, is_vhdl), shows) {
             Ok(netlist) => netlist,
             Err(why) => return Ok(Err(why.to_string().replace(&format!("{INSTANCE}."), ""))),
         };
@@ -222,9 +222,6 @@ fn said(error: &Error) -> String {
 
 /// Returns the reason why a design has no netlist whatever its files are.
 fn unfit(dut: &Dut) -> Option<String> {
-    if dut.clocks.len() != 1 || common_cycle(dut) != 1 {
-        return Some("it has several clocks, or a slower one than the scene".to_string());
-    }
     let is_random = dut.registers == Registers::Random;
     is_random.then(|| "dut.registers = \"random\" takes the random values of Verilator".to_string())
 }
