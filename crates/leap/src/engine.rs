@@ -462,8 +462,8 @@ impl Leap {
     }
 
     /// Evaluates all that is marked, in the order of the marks. Leaves the registers that have to be reset in `taken`.
-    /// In a macro-step (`PERIOD`) words have lines, and those of outputs up to the rank `asked`, of resets and of clocks
-    /// bound it.
+    /// In a macro-step (`PERIOD`) words have lines, and it is bounded by those of outputs up to the rank `asked`, of
+    /// resets and of clocks.
     #[inline]
     fn evaluate<const PERIOD: bool>(&mut self, asked: usize) {
         let lines = &mut self.lines[..];

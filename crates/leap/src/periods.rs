@@ -197,7 +197,7 @@ impl Leap {
                 slopes[at] = signed(difference, flop.width);
             }
         }
-        if least > 1 { least - 1 } else { 0 }
+        least.saturating_sub(1)
     }
 
     /// Takes macro-steps without jumps from the credit, and tries a longer period or none once it is used up.

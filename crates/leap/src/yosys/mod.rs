@@ -55,9 +55,11 @@ pub fn turned_shift(json: &str, top: &str) -> Result<Option<String>, Unfit> {
     module::turned_shift(json, top)
 }
 
-/// Reads the module `top` from the JSON that Yosys writes after [`LOWERED`]. All registers must have one of the `clocks`,
-/// which are inputs, each with the edges of the netlist's clock for one of its own; all begin at the first edge. Names are compared without regard to case if `ignores_case` is set. Words inside that `shows` takes by their
-/// names and their widths are outputs too, behind the ports, as far as nothing in them was left out as unused.
+/// Reads the module `top` from the JSON that Yosys writes after [`LOWERED`]. Each register must have one of the
+/// `clocks`, which are inputs: each is given with the edges of the netlist's clock for one of its own, and all rise at
+/// the first edge. Names are compared without regard to case if `ignores_case` is set. Words inside that `shows` takes
+/// by their names and their widths are outputs too, behind the ports; those of which a part was left out as unused are
+/// none.
 ///
 /// # Errors
 ///

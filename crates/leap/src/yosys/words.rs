@@ -101,9 +101,9 @@ impl<'m> Reader<'m> {
         self.module.inputs.iter().any(|(_, bits)| bits.contains(&bit))
     }
 
-    /// Refuses a register whose clock is neither one of the scene nor a bit of a register on the fastest of these, which
-    /// an input may reset. Verilog alone may make clocks: Verilator lets the logic before a register settle before such a
-    /// clock, and VHDL reads it as it was.
+    /// Refuses a register whose clock is neither one of the scene nor a bit of a register on the fastest of these,
+    /// which an input may reset. Verilog alone may make clocks: Verilator lets the logic before a register settle
+    /// before such a clock, and VHDL reads it as it was.
     fn check_clock(&self, register: &RawCell) -> Result<(), Unfit> {
         let (module, clock) = (self.module, register.port("CLK"));
         let name = |cell: &RawCell| module.name(cell.port("Q"));

@@ -177,6 +177,7 @@ fn same_for(plain: &mut Plain, edges: u64, most: u64, random: &mut Random) -> f6
         }
         plain.settle();
         leap.input(&words);
+        let most = if random.below(3) == 0 { 40 } else { most };
         let until = edge + 1 + random.below(most);
         while edge < until {
             let asked = random.below(3) as u8;
@@ -417,6 +418,48 @@ fn periods_of_prescalers_have_the_words_of_plain_stepping() {
     }
     let share = leapt / NETLISTS as f64;
     assert!(share > 0.2 && well > 25, "only {share} of the edges are leapt over, {well} netlists well");
+}
+
+/// A prescaler counts up at every edge, and a counter down at every twentieth. Over whole periods only the counter
+/// moves; between two edges only the prescaler does, so that their sum does not rest.
+#[test]
+fn slopes_of_periods_end_with_them() {
+    let mut plain = Plain::default();
+    let (prescaler, count) = (plain.register(8, 0), plain.register(8, 200));
+    let [one, last, none] = [1, 19, 0].map(|word| plain.constant(word, 8));
+    let next = plain.cell(Operation::Add, &[prescaler, one], 8);
+    let is_last = plain.cell(Operation::Equal, &[prescaler, last], 1);
+    let data = plain.cell(Operation::Mux, &[is_last, next, none], 8);
+    plain.connect(prescaler, data, None);
+    let less = plain.cell(Operation::Sub, &[count, one], 8);
+    let data = plain.cell(Operation::Mux, &[is_last, count, less], 8);
+    plain.connect(count, data, None);
+    let sum = plain.cell(Operation::Add, &[prescaler, count], 8);
+    plain.output(none);
+    plain.output(sum);
+    let mut leap = plain.leap(&[0, 1]);
+    leap.tell([Some(0), Some(200)]);
+    plain.settle();
+    let (mut leapt, mut shown) = (0, 200);
+    for request in 0..400u64 {
+        // Long requests do not ask for the sum.
+        let (edges, asked) = if request % 2 == 0 { (3000, 0) } else { (7 + request % 30, 1) };
+        let (before, mut changes) = (leap.share().leapt, Vec::new());
+        assert_eq!(leap.clock(edges, asked, |at, output, word| changes.push((at, output, word))), edges);
+        leapt = leapt.max(leap.share().leapt - before);
+        let mut expected = Vec::new();
+        for at in 1..=edges {
+            plain.edge();
+            if asked == 1 && std::mem::replace(&mut shown, plain.words[sum]) != plain.words[sum] {
+                expected.push((at, 1, shown));
+            }
+        }
+        changes.retain(|change| change.1 == 1);
+        if request > 1 {
+            assert_eq!(changes, expected, "request {request}");
+        }
+    }
+    assert!(leapt > 2500, "{leapt} edges of a request are leapt over");
 }
 
 /// A counter that takes a step now and then, and an accumulator of the counter's old words: the next word of the

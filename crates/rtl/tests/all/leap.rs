@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use hpu_cosim::dut::{Asked, Change, Design, Designs, DutSimulation, Inside};
 use hpu_cosim::scene::{DutScene, Experiment, SceneFile};
-use hpu_cosim::{Control, Simulation, Summary};
+use hpu_cosim::{Beyond, Control, Forever, Simulation, Summary};
 use hpu_rtl::dut::Simulators;
 use hpu_rtl::{CacheFolder, Hdl, Setup};
 use hpu_signal::{Cycle, Observe};
@@ -861,8 +861,9 @@ fn hybrid_loop(engine: &str) -> DutScene {
     let text = format!(
         "about = \"a wall\"\ndevice = {{ kind = \"motor\", motor = \"vasudevan_2007\", wheel_ratio = 7 }}\n\
          clock = {{ frequency = \"50 MHz\" }}\nrun = {{ duration = \"20 ms\" }}\n\
-         hand = {{ kind = \"spring_damper\", stiffness = \"0.3 N.m/rad\", damping = 0, path = [[0, 0], [0.01, 0.3]] }}\n\
-         [dut]\nfiles = [{}]\ntop = \"hybrid_loop\"\nclock = \"clk\"\nreset = {{ port = \"rst\" }}\n\
+         hand = {{ kind = \"spring_damper\", stiffness = \"0.3 N.m/rad\", damping = 0, \
+         path = [[0, 0], [0.01, 0.3]] }}\n[dut]\nfiles = [{}]\ntop = \"hybrid_loop\"\nclock = \"clk\"\n\
+         reset = {{ port = \"rst\" }}\n\
          engine = \"{engine}\"\n[dut.ports]\na_pin = \"encoder.a\"\nb_pin = \"encoder.b\"\nreference = 5\n\
          stiffness = 18\ndamping = 3\nperiod = 5000\nscale = 256\na_high = \"bridge.plus_high\"\n\
          a_low = \"bridge.plus_low\"\nb_high = \"bridge.minus_high\"\nb_low = \"bridge.minus_low\"\n",
@@ -909,5 +910,38 @@ fn signals_inside_have_the_words_of_verilator_at_every_edge() {
         }
         assert!(next.is_none(), "{name}: {next:?}");
         assert!(missing.iter().all(|name| hidden.contains(name) && !known.contains(name)), "{name}: {missing:?}");
+    }
+}
+
+/// A state that is told to come back, of the registers that matter and of the device, to the last bit: in Verilator the
+/// words of all ports repeat from there on with that period.
+#[test]
+fn a_state_that_comes_back_repeats_in_verilator() {
+    for (name, longest) in [("knee", 2000), ("rim", 4000)] {
+        let (scene_by_leaps, simulators) = (scene(name, &[], "auto"), simulators());
+        let simulation = DutSimulation::new(&scene_by_leaps, &simulators, Inside::Nothing);
+        let simulation = simulation.unwrap_or_else(|error| panic!("{error}"));
+        let beyond = Beyond {
+            edges: 100_000_000,
+            live: &|_, _, wanted| wanted,
+            prove: &|_| Err("nothing is proved here".to_string()),
+            follow: &|_| Err("nothing is proved here"),
+            words: &|_| Err("no words".to_string()),
+        };
+        let (mut trace, control) = (simulation.brief_trace(), Control::default());
+        let summary = simulation.run_beyond(false, &mut trace, &mut (), &control, Some(&beyond)).expect("a run");
+        let Some(Ok(Forever::Recurs { recurrence, .. })) = summary.forever else { panic!("{:?}", summary.forever) };
+        assert!(recurrence.from >= summary.edges && recurrence.period <= longest, "{name}: {recurrence:?}");
+        let mut longer = scene(name, &[], "verilator");
+        let end = recurrence.from + 20 * recurrence.period;
+        longer.head.run.duration_s = end as f64 * longer.clock.period_s();
+        let (shown, ..) = ran(&longer);
+        let period = recurrence.period;
+        let later: Vec<_> = shown.0.iter().filter(|(edge, _)| *edge > recurrence.from && *edge < end).collect();
+        let first = later.iter().filter(|(edge, _)| *edge < recurrence.from + period).count();
+        assert!(first >= 2, "{name}: {first} changes a period");
+        for (now, then) in later[first..].iter().zip(&later) {
+            assert_eq!((now.0 - period, &now.1), (then.0, &then.1), "{name}");
+        }
     }
 }

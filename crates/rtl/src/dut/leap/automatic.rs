@@ -242,6 +242,10 @@ impl RunningDesign for Either {
         Ok(done)
     }
 
+    fn state(&self, words: &mut Vec<u64>) -> bool {
+        matches!(&self.state, State::Leaping(running) if running.state(words))
+    }
+
     fn is_over(&self) -> bool {
         match &self.state {
             State::Leaping(_) => false,

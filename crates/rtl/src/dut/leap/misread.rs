@@ -15,17 +15,19 @@ const SILENT: &str = "$signed $unsigned $clog2 $bits $size $high $low $left $rig
 const CLAIMS: &str = "assert assume cover property sequence final";
 /// Words of which a synthesiser makes something else than a simulator, or that Debian's Yosys reads only in part, and
 /// macros that only one of both defines.
-const OTHERWISE: &str = "unique unique0 priority wand wor triand trior tri0 tri1 trireg supply0 supply1 pullup pulldown force release \
-     deassign while do foreach forever repeat real realtime shortreal time struct union interface class bind specify \
-     primitive task defparam SYNTHESIS YOSYS FORMAL VERILATOR verilator verilator3";
+const OTHERWISE: &str = "\
+    unique unique0 priority wand wor triand trior tri0 tri1 trireg supply0 supply1 pullup pulldown force release \
+    deassign while do foreach forever repeat real realtime shortreal time struct union interface class bind \
+    specify primitive task defparam SYNTHESIS YOSYS FORMAL VERILATOR verilator verilator3";
 /// Attributes that change nothing in the logic.
-const PLAIN: &str = "keep keep_hierarchy dont_touch async_reg ram_style rom_style mark_debug use_dsp preserve syn_keep syn_preserve \
-     syn_ramstyle shreg_extract fsm_encoding max_fanout";
+const PLAIN: &str = "\
+    keep keep_hierarchy dont_touch async_reg ram_style rom_style mark_debug use_dsp preserve syn_keep \
+    syn_preserve syn_ramstyle shreg_extract fsm_encoding max_fanout";
 /// Comments by which a synthesiser leaves code out or believes a choice to be complete.
 const BELIEVED: &str = "full_case parallel_case translate_off";
 /// Keywords of declarations whose words are no integers of 32 bits.
-const NARROW: &str =
-    "reg logic bit byte shortint longint wire var input output inout parameter localparam enum typedef tri";
+const NARROW: &str = "\
+    reg logic bit byte shortint longint wire var input output inout parameter localparam enum typedef tri";
 /// Keywords of declarations of integers of 32 bits.
 const INTEGERS: &str = "integer int genvar";
 

@@ -54,8 +54,9 @@ pub(super) struct Running {
     /// The port of each output, the least request that asks for it, and its word as told last: unknown, or not told.
     outputs: Vec<usize>,
     names: Vec<String>,
-    /// The names of the registers.
+    /// The names of the registers, and whether outputs that drive depend on them.
     registers: Vec<String>,
+    live: Vec<bool>,
     ranks: Vec<u8>,
     told: Vec<Option<Option<u64>>>,
     /// The level of the reset when it is not active.
@@ -143,6 +144,7 @@ impl Running {
                 .collect(),
             told: vec![None; outputs.len()],
             outputs,
+            live: netlist.live(|at| ranks[at] == Asked::Driving as u8),
             ranks,
             passive,
             given: before.clone(),
@@ -293,6 +295,13 @@ impl RunningDesign for Running {
         }
         changes[from..].sort_unstable_by_key(|change| (change.edge, change.port));
         Ok(done)
+    }
+
+    fn state(&self, words: &mut Vec<u64>) -> bool {
+        let known = self.others.is_empty();
+        let live = self.leap.registers().zip(&self.live).filter(|(_, live)| known && **live);
+        words.extend(live.map(|(word, _)| word));
+        known
     }
 
     fn heard(&mut self) -> Heard {
