@@ -21,10 +21,10 @@ from mutants_certify import ROOT, held, outcome
 RECORD = ROOT / "testbench" / "record" / "mutants-leap.txt"
 LINE = "crates/leap/src/line.rs"
 OPERATION = "crates/leap/src/operation.rs"
-ENGINE = "crates/leap/src/engine.rs"
+ENGINE = "crates/leap/src/engine/mod.rs"
 NETLIST = "crates/leap/src/netlist.rs"
 SETS = "crates/leap/src/index_set.rs"
-PERIODS = "crates/leap/src/periods.rs"
+PERIODS = "crates/leap/src/engine/periods.rs"
 CELLS = "crates/leap/src/yosys/cells.rs"
 WORDS = "crates/leap/src/yosys/words.rs"
 MODULE = "crates/leap/src/yosys/module.rs"
@@ -154,7 +154,8 @@ MUTANTS = [
     (ENGINE, "the cells behind one moving word rest", "step.operands.iter().any(|net| moves",
      "step.operands.iter().all(|net| moves"),
     (ENGINE, "an input that changes is not seen",
-     "                self.users.mark(net, &mut self.marked);\n            }\n        }\n        self.settle::<false>(0);",
+     "                self.users.mark(net, &mut self.marked);\n            }\n        }\n"
+     "        self.settle::<false>(0);",
      "            }\n        }\n        self.settle::<false>(0);"),
     (ENGINE, "a request goes on past its end", "self.step(edges - done, asked)", "self.step(edges, asked)"),
     (ENGINE, "only the last output ends a request", "ends |= self.ranks[0]", "ends = self.ranks[0]"),

@@ -21,7 +21,6 @@ mod index_set;
 mod line;
 mod netlist;
 mod operation;
-mod periods;
 pub mod yosys;
 
 pub use engine::{Leap, Share};

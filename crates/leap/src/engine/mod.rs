@@ -9,11 +9,14 @@
 //! pending difference at [`STEADY`] edges in a row is a *mover* from there on. Lines are computed of words that depend
 //! on movers, and only where all pending registers are movers: then everything else rests.
 
+mod periods;
+
+use periods::Periods;
+
 use crate::index_set::IndexSet;
 use crate::line::{FOREVER, Line};
 use crate::netlist::{Cell, Net, Netlist};
 use crate::operation::{Operation, Widths, mask, signed};
-use crate::periods::Periods;
 
 /// Edges in a row with one and the same difference after which a register of more than one bit is taken for a counter.
 const STEADY: u8 = 8;
@@ -23,7 +26,7 @@ const BRIEF: u64 = 4;
 const PATIENCE: u32 = 8;
 const LONGEST_REST: u64 = 1024;
 /// The highest rank of outputs that end a jump where they move.
-pub(crate) const STILL: usize = 1;
+const STILL: usize = 1;
 
 /// The clock edges of a simulation, and how many of them were leapt over.
 #[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
@@ -38,7 +41,7 @@ pub struct Share {
 
 /// A cell as the simulation needs it, with the range of the users of its word.
 #[derive(Clone, Copy)]
-pub(crate) struct Step {
+struct Step {
     operation: Operation,
     widths: Widths,
     operands: [u32; 3],
@@ -48,10 +51,10 @@ pub(crate) struct Step {
 
 /// A register as the simulation needs it.
 #[derive(Clone, Copy)]
-pub(crate) struct Flop {
-    pub(crate) data: u32,
-    pub(crate) output: u32,
-    pub(crate) width: u8,
+struct Flop {
+    data: u32,
+    output: u32,
+    width: u8,
     /// The edges in a row with the same difference, the last of them, and the difference.
     steady: u8,
     last: u64,
@@ -61,7 +64,7 @@ pub(crate) struct Flop {
 /// The users of each word: a range in one list of marks. Marks are numbered: the cells, in topological order; the
 /// registers, by their data; the outputs; the registers, by their asynchronous resets; the clocks that are made inside.
 #[derive(Clone)]
-pub(crate) struct Users {
+struct Users {
     from: Vec<u32>,
     /// The place and the bits of a word of the set of marks.
     marks: Vec<(u32, u64)>,
@@ -69,7 +72,7 @@ pub(crate) struct Users {
 
 impl Users {
     #[inline]
-    pub(crate) fn mark(&self, net: u32, marked: &mut IndexSet) {
+    fn mark(&self, net: u32, marked: &mut IndexSet) {
         let (from, to) = (self.from[net as usize] as usize, self.from[net as usize + 1] as usize);
         for &(part, bits) in &self.marks[from..to] {
             marked.insert_into(part as usize, bits);
@@ -91,41 +94,41 @@ struct Inner {
 /// A simulation of a netlist, between two clock edges.
 #[derive(Clone)]
 pub struct Leap {
-    pub(crate) steps: Vec<Step>,
-    pub(crate) flops: Vec<Flop>,
+    steps: Vec<Step>,
+    flops: Vec<Flop>,
     inputs: Vec<(u32, u64)>,
     outputs: Vec<(u32, u64)>,
     /// The register, the net, the active level and the word of each asynchronous reset.
-    pub(crate) resets: Vec<(u32, u32, u64, u64)>,
+    resets: Vec<(u32, u32, u64, u64)>,
     clocks: Vec<Inner>,
     /// The clocks that have had an edge and whose registers have not taken their words yet.
     risen: Vec<u32>,
-    pub(crate) users: Users,
+    users: Users,
     /// Of each net. Slopes and horizons are those of the last pass; nets that no mover reaches rest for ever.
-    pub(crate) lines: Vec<Line>,
-    pub(crate) marked: IndexSet,
-    pub(crate) pending: IndexSet,
+    lines: Vec<Line>,
+    marked: IndexSet,
+    pending: IndexSet,
     movers: IndexSet,
     /// The words of the outputs that were told last, and the outputs that have others now.
     told: Vec<Option<u64>>,
-    pub(crate) news: IndexSet,
+    news: IndexSet,
     /// The outputs of each rank and below.
-    pub(crate) ranks: Vec<IndexSet>,
+    ranks: Vec<IndexSet>,
     /// The outputs that move in a jump, with their lines and the bits of their widths.
     ramps: Vec<(usize, Line, u64)>,
     /// The users of movers, direct or not: cells, registers, outputs, asynchronous resets and clocks.
     cone: Cone,
-    pub(crate) share: Share,
+    share: Share,
     brief: u32,
     rest: u64,
     /// Words that registers take at an edge, before any of them has it; in a macro-step their lines.
-    pub(crate) taken: Vec<(u32, Line)>,
-    pub(crate) periods: Periods,
+    taken: Vec<(u32, Line)>,
+    periods: Periods,
 }
 
 /// Returns for how many edges, or periods of a macro-step, a word certainly has this slope.
 #[inline]
-pub(crate) fn keeps(line: Line, slope: i64) -> u64 {
+fn keeps(line: Line, slope: i64) -> u64 {
     if line.slope == slope { line.horizon } else { 1 }
 }
 
@@ -383,7 +386,7 @@ impl Leap {
     }
 
     /// An ordinary edge: each pending register takes its next word.
-    pub(crate) fn edge(&mut self) {
+    fn edge(&mut self) {
         let now = self.share.edges;
         let mut is_new = false;
         for at in self.pending.iter() {
@@ -409,7 +412,7 @@ impl Leap {
     }
 
     /// Gives the registers the words in `taken`.
-    pub(crate) fn take<const PERIOD: bool>(&mut self, asked: usize) {
+    fn take<const PERIOD: bool>(&mut self, asked: usize) {
         self.give::<PERIOD>();
         self.settle::<PERIOD>(asked);
     }
@@ -445,7 +448,7 @@ impl Leap {
     /// had an edge. A register that is reset keeps that word until the next edge, so each register is reset at most
     /// once. Clocks that the design makes depend on no register of theirs, so each has at most one edge.
     #[inline]
-    pub(crate) fn settle<const PERIOD: bool>(&mut self, asked: usize) {
+    fn settle<const PERIOD: bool>(&mut self, asked: usize) {
         loop {
             self.evaluate::<PERIOD>(asked);
             if self.taken.is_empty() {

@@ -11,7 +11,7 @@
 //!
 //! The period is found as the distance at which the differences of the pending registers repeat.
 
-use crate::engine::{Leap, keeps};
+use super::{Leap, STILL, keeps};
 use crate::line::{FOREVER, Line};
 use crate::operation::{mask, signed};
 
@@ -28,7 +28,7 @@ const LONGEST_REST: u64 = 1 << 20;
 
 /// The period of a simulation, and how it is found.
 #[derive(Clone, Default)]
-pub(crate) struct Periods {
+pub(super) struct Periods {
     /// The edges of a period; 0 if there is none.
     period: u64,
     /// The slope of each register a period, and the difference over the period that was seen last.
@@ -46,14 +46,14 @@ pub(crate) struct Periods {
     until: u64,
     rest: u64,
     /// The least horizon of the macro-step, in periods, and the words with which it began.
-    pub(crate) bound: u64,
+    pub(super) bound: u64,
     begun: Vec<u64>,
 }
 
 impl Leap {
     /// Looks whether the steps were short, and begins to look for a period.
     #[inline(never)]
-    pub(crate) fn look_at_steps(&mut self) {
+    pub(super) fn look_at_steps(&mut self) {
         let Periods { next, before, until, is_looking, hashes, .. } = &mut self.periods;
         let (edges, steps) = (self.share.edges - before.0, self.share.steps - before.1);
         (*next, *before) = (self.share.steps + LOOK, (self.share.edges, self.share.steps));
@@ -63,13 +63,13 @@ impl Leap {
 
     /// Returns whether the next step is one that [`other_step`](Self::other_step) makes.
     #[inline]
-    pub(crate) fn is_other(&self) -> bool {
+    pub(super) fn is_other(&self) -> bool {
         self.periods.period > 0 || self.periods.is_looking || self.share.steps >= self.periods.next
     }
 
     /// Makes a step of at most `most` edges in which a period is looked for or leapt over. Returns the number of edges;
     /// none where an ordinary step is to follow.
-    pub(crate) fn other_step(&mut self, most: u64, asked: usize) -> u64 {
+    pub(super) fn other_step(&mut self, most: u64, asked: usize) -> u64 {
         if self.periods.is_looking {
             let difference = |at: usize| {
                 let flop = &self.flops[at];
@@ -92,7 +92,7 @@ impl Leap {
         if period == 0 {
             self.look_at_steps();
         }
-        if period == 0 || most < 2 * period || asked > crate::engine::STILL || self.news.meets(&self.ranks[asked]) {
+        if period == 0 || most < 2 * period || asked > STILL || self.news.meets(&self.ranks[asked]) {
             return 0;
         }
         self.macro_step(most, asked)
