@@ -144,7 +144,6 @@ fn run(netlist: &Netlist, given: Given, rest: u64) {
             clocked.give(false, step, given);
             clocked.clock(rest);
         }
-        eprintln!("{:?}", clocked.leap.share());
         assert!(clocked.leap.share().leapt > EDGES, "it leaps");
     });
 }
