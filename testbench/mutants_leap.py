@@ -21,13 +21,18 @@ from mutants_certify import ROOT, held, outcome
 RECORD = ROOT / "testbench" / "record" / "mutants-leap.txt"
 LINE = "crates/leap/src/line.rs"
 OPERATION = "crates/leap/src/operation.rs"
-ENGINE = "crates/leap/src/engine.rs"
+ENGINE = "crates/leap/src/engine/mod.rs"
 NETLIST = "crates/leap/src/netlist.rs"
 SETS = "crates/leap/src/index_set.rs"
+PERIODS = "crates/leap/src/engine/periods.rs"
+CELLS = "crates/leap/src/yosys/cells.rs"
+WORDS = "crates/leap/src/yosys/words.rs"
+MODULE = "crates/leap/src/yosys/module.rs"
 
 # The tests, in the order in which they are asked: those that cost least first.
-STAGES = [["cells::every", "cells::words", "cells::an_equality", "horizons::", "netlists::a_", "netlists::slopes"],
-          ["netlists::random"], ["cells::two_million"]]
+STAGES = [["yosys::", "cells::every", "cells::words", "cells::an_equality", "horizons::", "netlists::a_",
+           "netlists::slopes"],
+          ["netlists::random", "netlists::periods"], ["cells::two_million"]]
 
 # File, what is wrong, the text, and what stands in its place.
 MUTANTS = [
@@ -119,8 +124,13 @@ MUTANTS = [
      "edges = edges.min(keeps(self.lines[data as usize], self.lines[output as usize].slope).max(most));"),
     (ENGINE, "registers at rest are not checked", "(self.movers.contains(at) || is_in(flop.data)).then_some",
      "self.movers.contains(at).then_some"),
-    (ENGINE, "outputs are not checked", "if self.ranks[asked].contains(at as usize) {",
-     "if self.ranks[asked].contains(at as usize) && most == 0 {"),
+    (ENGINE, "outputs are not checked", "edges = edges.min(keeps(line, 0));", ""),
+    (ENGINE, "outputs that are shown need no horizon", "edges = edges.min(line.horizon);", ""),
+    (ENGINE, "the first word of a ramp is not told", "for edge in before + 1..done {",
+     "for edge in before + 2..done {"),
+    (ENGINE, "a word after a ramp that is the one before it is not told", "self.marked.insert(first + at);", ""),
+    (ENGINE, "a ramp does not wrap", "line.word.wrapping_add(line.slope.cast_unsigned()) & *bits;",
+     "line.word.wrapping_add(line.slope.cast_unsigned());"),
     (ENGINE, "resets and clocks are not checked", "edges = edges.min(keeps(self.lines[net as usize], 0));",
      "edges = edges.min(keeps(self.lines[net as usize], 0).max(most));"),
     (ENGINE, "clocks that are made are not checked", ".chain(self.clocks.iter().map(|clock| clock.net));\n        cone",
@@ -133,8 +143,7 @@ MUTANTS = [
     (ENGINE, "a register whose data rest stays pending",
      "register is pending or not by its own new word.\n            self.marked.insert(self.steps.len() + at as usize);",
      "register is pending or not by its own new word."),
-    (ENGINE, "a reset acts at the other level", "lines[net as usize].word == active && lines[output",
-     "lines[net as usize].word != active && lines[output"),
+    (ENGINE, "a reset acts at the other level", "if line.word == active && differ", "if line.word != active && differ"),
     (ENGINE, "a reset that is no edge acts at the start", "marked.set(first + at, reset.at_start)",
      "marked.set(first + at, reset.at_start || true)"),
     (ENGINE, "every change of a clock is an edge", "before != clock.level && clock.level == clock.active",
@@ -145,17 +154,80 @@ MUTANTS = [
     (ENGINE, "the cells behind one moving word rest", "step.operands.iter().any(|net| moves",
      "step.operands.iter().all(|net| moves"),
     (ENGINE, "an input that changes is not seen",
-     "                self.users.mark(net, &mut self.marked);\n            }\n        }\n        self.settle();",
-     "            }\n        }\n        self.settle();"),
+     "                self.users.mark(net, &mut self.marked);\n            }\n        }\n"
+     "        self.settle::<false>(0);",
+     "            }\n        }\n        self.settle::<false>(0);"),
     (ENGINE, "a request goes on past its end", "self.step(edges - done, asked)", "self.step(edges, asked)"),
     (ENGINE, "only the last output ends a request", "ends |= self.ranks[0]", "ends = self.ranks[0]"),
     (ENGINE, "an output is told again and again", "self.told[at] = Some(word);\n                self.news.set",
      "self.news.set"),
-    (ENGINE, "an output that has its old word again is told", "self.news.set(output, is_new);",
-     "if is_new { self.news.set(output, true); }"),
+    (ENGINE, "an output that has its old word again is told", 
+     "self.news.set(output, self.told[output] != Some(line.word));",
+     "if self.told[output] != Some(line.word) { self.news.set(output, true); }"),
     (NETLIST, "data and word of an active reset are exchanged",
      "if reset.active { [reset.net, data, word] } else { [reset.net, word, data] }",
      "if !reset.active { [reset.net, data, word] } else { [reset.net, word, data] }"),
+    # Periods of several edges.
+    (ENGINE, "outputs are not checked in a period", "if PERIOD && self.ranks[asked].contains(output) {", "if false {"),
+    (ENGINE, "clocks are not checked in a period",
+     "let line = lines[clock.net as usize];\n                    if PERIOD {",
+     "let line = lines[clock.net as usize];\n                    if false {"),
+    (ENGINE, "lines of registers whose words rest are not taken", "let is_pending = differ::<PERIOD>(",
+     "let is_pending = differ::<false>("),
+    (ENGINE, "lines of cells whose words rest are not passed on", "if differ::<PERIOD>(*line, made) {",
+     "if line.word != word {"),
+    (ENGINE, "registers take words alone in a period", "line.word = taken.word;\n            if PERIOD {",
+     "line.word = taken.word;\n            if false {"),
+    (ENGINE, "operands of a cell have no lines in a period",
+     "if PERIOD && operands.iter().any(|line| *line != Line::still(line.word)) {", "if false {"),
+    (PERIODS, "a register need not move by its slope", "if is_it { keeps(line, slopes[at]) } else { 1 }",
+     "keeps(line, slopes[at])"),
+    (PERIODS, "the slope after a period does not matter", "if is_it { keeps(line, slopes[at]) } else { 1 }",
+     "if is_it { line.horizon } else { 1 }"),
+    (PERIODS, "registers are not checked after a period", "least = least.min(if is_it",
+     "least = least.max(if is_it"),
+    (PERIODS, "a jump is a period longer", "least.saturating_sub(1)", "least"),
+    (PERIODS, "a period goes on past a change", "while edges < period && !self.news.meets(&self.ranks[asked]) {",
+     "while edges < period {"),
+    (PERIODS, "a jump goes on past the request", ".min((most - period) / period)", ".min(most / period)"),
+    (PERIODS, "a jump is a period short", "jump.wrapping_mul(slope", "(jump - 1).wrapping_mul(slope"),
+    (PERIODS, "lines stay after a period", "        self.rest_lines();\n        // Registers", "        // Registers"),
+    # The reader of Yosys' JSON.
+    (CELLS, "operands have no sign", "let sign = bits.last().copied().filter(|_| is_signed)",
+     "let sign = bits.last().copied().filter(|_| is_signed && width == 0)"),
+    (CELLS, "xnor is xor", "if cell.kind == \"$xnor\" { self.unary(Operation::Not, net) } else { net }", "net"),
+    (CELLS, "greater is less", "\"$gt\" => self.binary(Operation::Less { signed }, &b, &a, 1)",
+     "\"$gt\" => self.binary(Operation::Less { signed }, &a, &b, 1)"),
+    (CELLS, "a comparison for inequality holds where all parts differ", "_ => (Operation::Differ, Operation::Or),",
+     "_ => (Operation::Differ, Operation::And),"),
+    (CELLS, "the parity is not inverted",
+     "if cell.kind == \"$reduce_xnor\" { self.unary(Operation::Not, net) } else { net }", "net"),
+    (CELLS, "a shift to the right keeps the sign", "let arithmetic = cell.kind == \"$sshr\" && is_signed;",
+     "let arithmetic = is_signed;"),
+    (CELLS, "an arithmetic shift has no sign", "let arithmetic = cell.kind == \"$sshr\" && is_signed;",
+     "let arithmetic = cell.kind == \"$sshr\" && false;"),
+    (CELLS, "a negative amount shifts to the right", "&[sign, down, up]", "&[sign, down, down]"),
+    (CELLS, "minus a word is the word less 0", "(&zero[..], a)", "(a, &zero[..])"),
+    (WORDS, "copies of a word's top bit are zeros",
+     "let low = self.word(&bits[..=bits.len() - copies])?;\n                "
+     "self.netlist.cell(Operation::Extend { signed: true }",
+     "let low = self.word(&bits[..=bits.len() - copies])?;\n                "
+     "self.netlist.cell(Operation::Extend { signed: false }"),
+    (WORDS, "a run of bits goes on over a gap", "&& place == (net, low + length as u8)", "&& place.0 == net"),
+    (WORDS, "the parts of a word are exchanged", "&[part, low], from as u8)", "&[low, part], from as u8)"),
+    (WORDS, "a reset acts at the other level", "active: cell.is_set(\"ARST_POLARITY\")",
+     "active: !cell.is_set(\"ARST_POLARITY\")"),
+    (WORDS, "a clock that is made has the other edge", "rises: cell.is_set(\"CLK_POLARITY\")",
+     "rises: !cell.is_set(\"CLK_POLARITY\")"),
+    (WORDS, "a slower clock begins an edge later", "Operation::Equal, &[phase, none], 1)",
+     "Operation::Equal, &[phase, one], 1)"),
+    (WORDS, "a slower clock is slower by an edge", "u64::from(edges) - 1]", "u64::from(edges)]"),
+    (WORDS, "registers of a slower clock take words at every edge", "        if edges == 1 {\n            return data;",
+     "        if edges > 0 {\n            return data;"),
+    (WORDS, "a falling edge is a rising one", "&& !register.is_set(\"CLK_POLARITY\") {", "&& false {"),
+    (WORDS, "a bit may have several drivers", ".insert(*net, (driver, place)).is_some()",
+     ".insert(*net, (driver, place)).is_some() && false"),
+    (MODULE, "initial values begin at the top", "unwrap_or_default().chars().rev();", "unwrap_or_default().chars();"),
     (SETS, "a set of more than 64 numbers is that of its first", "self.0.iter().zip(&other.0).all(",
      "self.0.iter().zip(&other.0).take(1).all("),
     (SETS, "sets of more than 64 numbers meet in the first", "self.0.iter().zip(&other.0).any(",

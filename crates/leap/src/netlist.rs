@@ -193,6 +193,30 @@ impl Netlist {
         &self.registers
     }
 
+    /// Returns of each register whether the outputs that `takes` chooses by their places depend on it.
+    pub fn live(&self, takes: impl Fn(usize) -> bool) -> Vec<bool> {
+        let mut reached = vec![false; self.widths.len()];
+        let wanted = self.outputs.iter().enumerate().filter(|(at, _)| takes(*at)).map(|(_, output)| output.net);
+        wanted.for_each(|net| reached[net.index()] = true);
+        loop {
+            for cell in self.cells.iter().rev().filter(|cell| reached[cell.output.index()]).collect::<Vec<_>>() {
+                cell.operands.iter().for_each(|net| reached[net.index()] = true);
+            }
+            let mut is_new = false;
+            for register in
+                self.registers.iter().filter(|register| reached[register.output.index()]).collect::<Vec<_>>()
+            {
+                let (reset, clock) = (register.reset.map(|reset| reset.net), register.clock.map(|clock| clock.net));
+                for net in [register.data].into_iter().chain(reset).chain(clock) {
+                    is_new |= !std::mem::replace(&mut reached[net.index()], true);
+                }
+            }
+            if !is_new {
+                return self.registers.iter().map(|register| reached[register.output.index()]).collect();
+            }
+        }
+    }
+
     /// Returns the names of the inputs and their words.
     pub fn inputs(&self) -> &[(String, Net)] {
         &self.inputs

@@ -237,13 +237,14 @@ fn main() -> ExitCode {
     // In runs of these scenes the encoder has about as many edges a second.
     let (rest, made) = match name.as_deref() {
         None => {
-            let mut all = ["knee", "rim", "hybrid"].into_iter();
+            let mut all = ["knee", "rim", "hybrid", "prescaled"].into_iter();
             let lists = |case| writeln!(io::stdout(), "leap-{case} the netlist for 2 * 10^6 edges").is_ok();
             return ExitCode::from(u8::from(!all.all(lists)));
         }
         Some("--loops") => return ExitCode::from(u8::from(loops().unwrap_or(true))),
         Some("leap-knee") => (6500, scene("knee").and_then(|scene| netlist(&scene))),
         Some("leap-rim") => (6500, scene("rim").and_then(|scene| netlist(&scene))),
+        Some("leap-prescaled") => (32_000, scene("prescaled").and_then(|scene| netlist(&scene))),
         Some("leap-hybrid") => (32_000, own(&*block_by_name("hybrid_loop").expect("a block"))),
         Some(_) => return ExitCode::from(2),
     };

@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use hpu_cosim::scene::{DutScene, Experiment, Scene};
+use hpu_cosim::scene::{DutScene, Experiment, Language, Scene};
 use hpu_cosim::{LawConfig, Simulation, TheLoop, Trace};
 
 use crate::Error;
@@ -22,7 +22,14 @@ impl Device for DutScene {
     }
 }
 
-impl accuracy::Device for DutScene {}
+/// The simulators of a design, which are to have the same words at every edge.
+impl accuracy::Device for DutScene {
+    fn contestants(&self) -> Vec<Contestant> {
+        let is_vhdl = Language::of(&self.dut.files) == Language::Vhdl;
+        let names = ["leap", "verilator"].into_iter().chain(is_vhdl.then_some("ghdl"));
+        names.map(|name| Contestant::new(name, &[("dut.engine", name)])).collect()
+    }
+}
 impl fit::Device for DutScene {}
 impl map::Device for DutScene {}
 impl widths::Device for DutScene {}

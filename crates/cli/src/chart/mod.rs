@@ -7,13 +7,14 @@ use std::path::PathBuf;
 
 use hpu_chart as chart;
 use hpu_cosim::SceneFile;
+use hpu_cosim::scene::Experiment;
 use hpu_study::accuracy::{Chart, Entry, Plan, Race};
 use hpu_study::map::Axis;
 
 use crate::command::{CommandLine, out_option};
 use crate::page::show;
 use crate::scene::{self, quoted, set_options};
-use crate::shell::{Exit, Failure, Folder, Jobs, interrupt, with_progress};
+use crate::shell::{Exit, Failure, Folder, Jobs, hdl, interrupt, with_progress};
 
 /// Chart speed against accuracy for every way to run a scene
 ///
@@ -21,6 +22,7 @@ use crate::shell::{Exit, Failure, Folder, Jobs, interrupt, with_progress};
 /// time. Wall times are medians of runs one by one, in turn; long runs by edges or fixed steps are timed over the first
 /// part of the motion and scaled to the whole, and the chart says so. A scene of 2 s at 50 MHz takes about a minute on
 /// two cores. Over a map of two keys (--x, --y) the error is the share of cells with the wrong verdict.
+/// Of a design of your own its simulators are charted.
 /// To choose the least model within a tolerance: hpu fit.
 #[derive(clap::Args)]
 pub(crate) struct Args {
@@ -39,6 +41,8 @@ pub(crate) struct Args {
     pub set: scene::Set,
     #[command(flatten)]
     pub jobs: Jobs,
+    #[command(flatten)]
+    pub hdl: hdl::Simulated,
     /// Write table and picture into this folder; over a map, go on there after an interruption
     #[arg(short, long, value_name = "DIR")]
     pub out: Option<PathBuf>,
@@ -58,7 +62,14 @@ impl Args {
     /// Returns the race of the contestants that are to run the scene.
     pub fn race(&self, source: &SceneFile) -> Result<Race, Failure> {
         let mut load = |file: &str| source.load(file);
-        Ok(Race::new((&source.name, &source.text), &self.set.set, &self.contestants, &mut load)?)
+        hpu_cosim::dut::provide(self.hdl.simulators());
+        let race = Race::new((&source.name, &source.text), &self.set.set, &self.contestants, &mut load)?;
+        self.hdl.agree(&race.written)?;
+        if let (Experiment::Dut(scene), Some(_)) = (&race.written, &self.x) {
+            let why = "--x and --y: the scene has a design of yours, whose simulators have the same words in each cell";
+            return Err(scene.error("dut", why).into());
+        }
+        Ok(race)
     }
 }
 

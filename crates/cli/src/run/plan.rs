@@ -159,13 +159,16 @@ impl<'s> Plan<'s> {
 
 /// Checks that a run which is to look on after its end is one that can.
 pub fn agree_for_ever(args: &Args, simulation: &AnySimulation) -> Result<(), Failure> {
-    let is_emulated = matches!(simulation, AnySimulation::Ours(ours) if ours.direct().is_none());
-    if args.for_ever.is_none() || is_emulated && args.driver != Some(DriverArg::Rtl) {
+    let is_told = match simulation {
+        AnySimulation::Ours(ours) => ours.direct().is_none(),
+        AnySimulation::Dut(_) => true,
+    };
+    if args.for_ever.is_none() || is_told && args.driver != Some(DriverArg::Rtl) {
         return Ok(());
     }
     Err(Failure::usage(format!(
-        "{}: --for-ever is told of a run by events or by clock, not of --driver rtl, of a design of your own, or of a \
-         law in floats that runs without a clock",
+        "{}: --for-ever is told of a run by events or by clock, or of a design of your own that leaps; not of \
+         --driver rtl, or of a law in floats that runs without a clock",
         simulation.name()
     )))
 }
@@ -223,7 +226,7 @@ impl<'s> Engine<'s> {
         let alone = |summary| Advanced { summary, rtl: None, held: None };
         Ok(match self {
             Self::Emulator(ours, driver, _) => alone(ours.run_beyond(*driver, trace, observer, control, beyond)),
-            Self::Design(design) => alone(design.run(true, trace, observer, control)?),
+            Self::Design(design) => alone(design.run_beyond(true, trace, observer, control, beyond)?),
             Self::Vhdl(ours, scene, setup) => {
                 let (summary, row) = run_vhdl(scene, setup, *ours, trace, observer, control)?;
                 Advanced { rtl: Some((row, setup.hdl.clone())), ..alone(summary) }

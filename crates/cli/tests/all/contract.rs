@@ -88,7 +88,7 @@ fn verbs(scene: &str, dir: &Path) -> Vec<(Does, Vec<String>)> {
         (Does::Tools, words(&["reproduce", "phantom-cost", "--blocks", "trig_table"])),
         (Does::Refuses, words(&["check", "--scene", scene])),
         (Does::Refuses, words(&["fit", scene])),
-        (Does::Refuses, words(&["chart", scene])),
+        (Does::Builds, words(&["chart", scene, "--set", "run.duration=1 ms"])),
         (Does::Builds, words(&["widths", scene])),
         (Does::Refuses, words(&["vectors", "--set-kind", "scene", "--scene", scene])),
         (Does::Works, words(&["scenes", "show", scene])),
@@ -169,6 +169,10 @@ fn chart_and_fit_refuse_a_scene_with_nothing_to_compare_with_one_code() {
         ("replay-capture", "a recording has no device whose motion could be compared"),
     ] {
         for (verb, more) in [("chart", &[][..]), ("chart", &axes), ("fit", &[])] {
+            // The simulators of a design have the same words in each cell of a map.
+            if verb == "chart" && more.is_empty() && scene.contains("knee") {
+                continue;
+            }
             let output = hpu().args([verb, scene]).args(more).output().expect("starts");
             let said = stderr(&output);
             assert_eq!(code(&output), 4, "{verb} {scene} {more:?}: {said}");

@@ -365,6 +365,10 @@ pub const COMMANDS: &[(&str, Form)] = &[
         "hpu run mine.toml",
         short("hpu run mine.toml --edges 1000000", "Verilator clocks every edge of a second, which takes seconds"),
     ),
+    (
+        "hpu chart testbench/dut/knee.toml",
+        short("hpu chart testbench/dut/knee.toml --set run.duration=2ms", "its wall times take seconds"),
+    ),
     ("hpu run hybrid-wall --compare --edges 2000000", Form::AsIs),
     ("hpu run cable.toml", Form::AsIs),
     ("hpu run two-encoder-joint", Form::AsIs),

@@ -12,14 +12,27 @@ use hpu_signal::{Cycle, Observe, Signal, SignalUse, UNKNOWN};
 use super::{Asked, Change, DutSimulation, Fault, Misdriven, RunningDesign, Wire, Wires};
 use crate::dut::driven_world::{DrivenWorld, Logic};
 use crate::result::contact::Contact;
+use crate::result::forever::{Beyond, Recurrence};
+#[cfg(not(target_family = "wasm"))]
+use crate::result::forever::{Forever, NotTold, Period};
 use crate::result::stays::Stays;
 use crate::result::stopwatch::Stopwatch;
 use crate::result::summary::{NetUse, Summary};
+#[cfg(not(target_family = "wasm"))]
+use crate::result::trace::ANGLE;
 use crate::result::trace::Trace;
 use crate::run::engine::{Control, Rows};
 use crate::run::simulation::{Judged, Simulation, judged};
+use crate::world::World;
 use crate::world::axis_world::AxisWorld;
 use hpu_scene::Schedule;
+
+/// Parts of the time beyond the end of a run, of which the first is one; each part that follows is twice as long.
+#[cfg(not(target_family = "wasm"))]
+const PARTS: u64 = 1 << 10;
+/// Rows of a period, at least.
+#[cfg(not(target_family = "wasm"))]
+const LEAST_ROWS: u64 = 256;
 
 /// The world of a design.
 type Driven<'a> = DrivenWorld<'a, AxisWorld<'a>>;
@@ -50,6 +63,29 @@ struct Closed<'a> {
     watched: bool,
     /// The nets that are signals inside the design.
     inside: Range<usize>,
+    /// The search beyond the end of the run.
+    far: Option<Far<'a>>,
+}
+
+/// The search for a state that comes back after the end of a run: each state after a change of the outputs is compared
+/// with one of them, which is replaced after 1, 2, 4 and so on more (Brent 1980).
+#[derive(Default)]
+struct Far<'a> {
+    kept: Option<Kept<'a>>,
+    /// The states until it is replaced, and how many that were at its beginning.
+    left: u64,
+    of: u64,
+    found: Option<Recurrence>,
+}
+
+/// The state of the loop after an edge: the words of the design on which its driving outputs depend, and all words and
+/// motions between design and world.
+struct Kept<'a> {
+    edge: u64,
+    state: Vec<u64>,
+    outputs: Vec<i64>,
+    bits: Vec<u64>,
+    world: AxisWorld<'a>,
 }
 
 impl DutSimulation<'_> {
@@ -67,6 +103,23 @@ impl DutSimulation<'_> {
         trace: &mut Trace,
         observer: &mut dyn Observe,
         control: &Control,
+    ) -> Result<Summary, Fault> {
+        self.run_beyond(ranges, trace, observer, control, None)
+    }
+
+    /// Runs the scene as [`run`](Self::run), and then looks how it goes on for ever, if that is asked for. The observer
+    /// is shown nothing beyond the end.
+    ///
+    /// # Errors
+    ///
+    /// As [`run`](Self::run).
+    pub fn run_beyond(
+        &self,
+        ranges: bool,
+        trace: &mut Trace,
+        observer: &mut dyn Observe,
+        control: &Control,
+        beyond: Option<&Beyond>,
     ) -> Result<Summary, Fault> {
         let began = Stopwatch::start();
         let (end, stride) = (self.edges(), self.stride());
@@ -87,9 +140,9 @@ impl DutSimulation<'_> {
             Err(_) if control.stop.load(Ordering::Relaxed) => false,
             ran => ran?,
         };
-        let (edge, world, heard) = (closed.edge, closed.world.world(), closed.running.heard());
+        let (edge, world) = (closed.edge, closed.world.world());
         // A run that the design has ended is over, but too short to be judged.
-        let (over, is_whole) = (closed.world.over(), complete && heard.end.is_none());
+        let (over, is_whole) = (closed.world.over(), complete && !closed.running.is_over());
         watch.log(world, edge);
         let Watch { rows, observer: (judging, _) } = watch;
         let contact = judging.contact(edge);
@@ -107,7 +160,6 @@ impl DutSimulation<'_> {
         };
         let summary = Summary {
             complete: is_whole,
-            heard,
             edges: edge,
             wall_s: began.seconds(),
             ticks: edge,
@@ -117,6 +169,10 @@ impl DutSimulation<'_> {
             nets: nets.map(used).collect(),
             ..of_world
         };
+        #[cfg(not(target_family = "wasm"))]
+        let summary =
+            Summary { forever: beyond.filter(|_| is_whole).map(|asked| closed.last(asked, control)), ..summary };
+        let summary = Summary { heard: closed.running.heard(), ..summary };
         let summary = judged(self, judging.trace, summary, contact, over);
         // Nothing touches a wall that is not there.
         let contact_share = summary.contact_share.filter(|_| self.scene.wall_rad.is_some());
@@ -148,6 +204,7 @@ impl DutSimulation<'_> {
             is_sensed: false,
             output_changes: 0,
             watched,
+            far: None,
             inside: wires.iter().position(|wire| wire.port.is_inside).unwrap_or(wires.len())..wires.len(),
         };
         closed.take_changes(0, None);
@@ -191,6 +248,9 @@ impl Closed<'_> {
     fn run(&mut self, end: u64, watch: &mut Watch, control: &Control) -> Result<bool, Fault> {
         let mut events = 0;
         while self.edge < end && self.world.over().is_none() && !self.running.is_over() {
+            if self.far.as_ref().is_some_and(|far| far.found.is_some()) {
+                return Ok(true);
+            }
             events += 1;
             if !control.goes_on(self.edge, events) {
                 return Ok(false);
@@ -205,6 +265,7 @@ impl Closed<'_> {
             } else if changed {
                 self.go(self.edge, watch);
                 self.drive()?;
+                self.look_back();
             } else if self.edge < until {
                 // From here on other signals are asked for, in another request.
             } else if self.edge < end {
@@ -216,6 +277,102 @@ impl Closed<'_> {
             self.drive()?;
         }
         Ok(true)
+    }
+
+    /// Compares the state after a change of the outputs with the one that was kept.
+    fn look_back(&mut self) {
+        let Some(far) = self.far.as_mut().filter(|_| self.world.world().edge() == self.edge) else { return };
+        let mut state = Vec::new();
+        if !self.running.state(&mut state) {
+            return;
+        }
+        let world = self.world.world();
+        let is_it = |kept: &&Kept| {
+            let same = (&kept.state, &kept.outputs, &kept.bits) == (&state, &self.outputs, &self.bits);
+            same && world.recurs(&kept.world)
+        };
+        if let Some(kept) = far.kept.as_ref().filter(is_it) {
+            far.found = Some(Recurrence { from: kept.edge, period: self.edge - kept.edge });
+        } else if far.left > 0 {
+            far.left -= 1;
+        } else {
+            (far.left, far.of) = (far.of, (2 * far.of).max(1));
+            let (outputs, bits) = (self.outputs.clone(), self.bits.clone());
+            far.kept = Some(Kept { edge: self.edge, state, outputs, bits, world: world.clone() });
+        }
+    }
+
+    /// Looks on after the end of the run. Tells of a state that comes back; a rest without one is not told.
+    #[cfg(not(target_family = "wasm"))]
+    fn last(&mut self, beyond: &Beyond, control: &Control) -> Result<Forever, NotTold> {
+        if let Some(why) = self.world.over() {
+            return Err(why.into());
+        }
+        let count_rad = self.world.world().left_alone()?;
+        if !self.running.state(&mut Vec::new()) {
+            return Err("the words of the registers are not known: the design is not simulated by leaps".into());
+        }
+        (self.watched, self.far) = (false, Some(Far::default()));
+        let last = self.edge.saturating_add(beyond.edges);
+        let mut part = (beyond.edges / PARTS).max(1);
+        while self.edge < last {
+            let next = last.min(self.edge + part).min(self.world.world().reach());
+            part *= 2;
+            self.go_far(next, control)?;
+            if let Some(recurrence) = self.far.as_ref().and_then(|far| far.found) {
+                self.far = None;
+                return self.period(beyond, recurrence, count_rad, control);
+            }
+        }
+        Err("no state came back to the last bit".into())
+    }
+
+    /// Runs on, watched by nobody.
+    #[cfg(not(target_family = "wasm"))]
+    fn go_far(&mut self, end: u64, control: &Control) -> Result<(), NotTold> {
+        if end <= self.edge || end > self.world.world().reach() {
+            return Err("no count or pulse comes for longer than the motion is tabulated".into());
+        }
+        self.world.go_on(end);
+        let mut nothing = Trace::new(self.simulation.clock(), 1, Vec::new(), Vec::new());
+        let judging = Judged::new(self.simulation, &mut nothing, Contact::of(usize::MAX, u64::MAX));
+        let mut watch = Watch { rows: Rows::never(), observer: (judging, &mut ()) };
+        let ran = self.run(end, &mut watch, control).map_err(|fault| fault.to_string())?;
+        match self.world.over() {
+            Some(why) => Err(why.into()),
+            None if !ran || self.running.is_over() => Err("it was stopped".into()),
+            None => Ok(()),
+        }
+    }
+
+    /// Runs one period, and gathers its position and what happens.
+    #[cfg(not(target_family = "wasm"))]
+    fn period(
+        &mut self,
+        beyond: &Beyond,
+        recurrence: Recurrence,
+        count_rad: f64,
+        control: &Control,
+    ) -> Result<Forever, NotTold> {
+        let (mut sum, mut squares, mut rows) = (0.0, 0.0, 0.0);
+        // Odd, so that rows are at all phases of a modulator.
+        let (end, stride) = (self.edge + recurrence.period, (recurrence.period / LEAST_ROWS) | 1);
+        let (start, before, changes) = (self.world.real(ANGLE), self.world.summary(), self.output_changes);
+        while self.edge < end {
+            self.go_far(end.min(self.edge + stride), control)?;
+            let off = (self.world.real(ANGLE) - start) / count_rad;
+            (sum, squares, rows) = (sum + off, squares + off * off, rows + 1.0);
+        }
+        let (mean, after): (f64, _) = (sum / rows, self.world.summary());
+        let period = Period {
+            edges: recurrence.period,
+            events: self.output_changes - changes + after.encoder_edges - before.encoder_edges,
+            mode_changes: after.mode_changes - before.mode_changes,
+            redecided: after.redecided - before.redecided,
+            angle_rad: self.world.real(ANGLE),
+        };
+        let rms_counts = (squares / rows - mean * mean).max(0.0).sqrt();
+        Ok(Forever::Recurs { recurrence, rms_counts, model_counts: (beyond.follow)(&period) })
     }
 
     /// Moves the world to an edge. At the end of a world, [`DrivenWorld::over`] tells why.
@@ -257,6 +414,8 @@ impl Closed<'_> {
     fn take_changes(&mut self, before: u64, mut watch: Option<&mut Watch>) {
         let mut changes = std::mem::take(&mut self.changes);
         let mut sensed = std::mem::take(&mut self.is_sensed).then_some(before + 1);
+        // The first time, signals may be shown that have changed before.
+        let mut is_first = true;
         for at in changes.chunk_by(|one, two| one.edge == two.edge) {
             let edge = before + at[0].edge;
             if let (Some(watch), Some(first)) = (&mut watch, sensed.take_if(|first| *first < edge)) {
@@ -268,7 +427,11 @@ impl Closed<'_> {
             }
             if let (true, Some(watch)) = (self.watched || sensed.take().is_some(), &mut watch) {
                 watch.log(self.world.world(), edge - 1);
-                self.tell(edge, watch);
+                if std::mem::take(&mut is_first) {
+                    self.tell(edge, watch);
+                } else {
+                    self.tell_changes(edge, at, watch);
+                }
             }
         }
         if let (Some(watch), Some(first)) = (&mut watch, sensed) {
@@ -276,6 +439,20 @@ impl Closed<'_> {
         }
         changes.clear();
         self.changes = changes;
+    }
+
+    /// Shows the nets after an edge at which these alone have changed since the edge that was shown last.
+    fn tell_changes(&mut self, edge: u64, changes: &[Change], watch: &mut Watch) {
+        for change in changes {
+            if let Some(word) = self.words[change.port] {
+                self.shown[change.port] = word;
+                let usage = &mut self.uses[change.port];
+                (usage.min, usage.max) = (usage.min.min(word), usage.max.max(word));
+            } else {
+                self.shown[change.port] = UNKNOWN;
+            }
+        }
+        watch.observer.nets(Cycle(edge), &self.shown);
     }
 
     /// Takes the inputs from the world at its edge. Returns whether any of them is new, or whether contact is.

@@ -223,6 +223,12 @@ impl<'s, W: AnyWorld<'s> + ?Sized> DrivenWorld<'s, W> {
         if wanted > target { Err(Halt::End) } else { Ok(()) }
     }
 
+    /// Moves the end of the scene to a later edge.
+    pub(crate) fn go_on(&mut self, end: u64) {
+        self.end = end;
+        self.ask();
+    }
+
     /// Returns for how many edges the inputs certainly keep their words, if the outputs keep theirs. It may be 0, and
     /// never leads past the end of the scene.
     pub fn quiet(&self) -> u64 {

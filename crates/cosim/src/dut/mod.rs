@@ -131,6 +131,12 @@ pub trait RunningDesign {
     /// When the simulator fails, ends, or does not answer.
     fn clock(&mut self, words: &[u64], edges: u64, asked: Asked, changes: &mut Vec<Change>) -> Result<u64, Fault>;
 
+    /// Appends the words on which all further words of the outputs that drive the device depend, beside the inputs.
+    /// Returns `false` if they are not known, and appends nothing then.
+    fn state(&self, _words: &mut Vec<u64>) -> bool {
+        false
+    }
+
     /// Returns whether the design has ended the run, as by `$finish`. It is then clocked no more.
     fn is_over(&self) -> bool {
         false

@@ -30,7 +30,7 @@ pub const ZEROS: &str = "opt_expr -keepdc; opt_clean; memory_collect; setundef -
 pub const LOWERED: &str = "opt_expr -keepdc; opt_clean; memory_collect; memory_map -rom-only r:SIZE<=4096; \
                            memory_map r:SIZE<=64; opt_expr -keepdc; opt_merge; opt_dff -keepdc -nodffe -nosdff; \
                            wreduce -keepdc; opt_expr -keepdc -mux_bool; opt_merge; opt_clean; dffunmap; \
-                           opt_expr -keepdc; opt_merge; opt_clean -purge";
+                           opt_expr -keepdc; opt_merge; opt_clean";
 
 /// The reason why a design is no [`Netlist`].
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -55,15 +55,24 @@ pub fn turned_shift(json: &str, top: &str) -> Result<Option<String>, Unfit> {
     module::turned_shift(json, top)
 }
 
-/// Reads the module `top` from the JSON that Yosys writes after [`LOWERED`]. All registers must have the clock `clock`,
-/// an input. Names are compared without regard to case if `ignores_case` is set.
+/// Reads the module `top` from the JSON that Yosys writes after [`LOWERED`]. Each register must have one of the
+/// `clocks`, which are inputs: each is given with the edges of the netlist's clock for one of its own, and all rise at
+/// the first edge. Names are compared without regard to case if `ignores_case` is set. Words inside that `shows` takes
+/// by their names and their widths are outputs too, behind the ports; those of which a part was left out as unused are
+/// none.
 ///
 /// # Errors
 ///
 /// [`Unfit`] if the text is no such JSON, or with the name of what a netlist cannot represent: a latch, a combinational
 /// loop, another clock or its falling edge, a word of more than 64 bits in arithmetic, an unknown value, a port
 /// `inout`, a large memory.
-pub fn read(json: &str, top: &str, (clock, ignores_case): (&str, bool)) -> Result<Netlist, Unfit> {
-    let module = module::Module::read(json, top, (clock, ignores_case))?;
+pub fn read(
+    json: &str,
+    top: &str,
+    (clocks, ignores_case): (&[(&str, u32)], bool),
+    shows: impl Fn(&str, usize) -> bool,
+) -> Result<Netlist, Unfit> {
+    let mut module = module::Module::read(json, top, (clocks, ignores_case))?;
+    module.inside.retain(|(name, bits)| bits.len() <= words::MOST && shows(name, bits.len()));
     words::Reader::new(&module).netlist()
 }

@@ -60,13 +60,15 @@ impl RawCell {
 
 /// A module.
 pub(super) struct Module {
-    /// The bit of the clock.
-    pub(super) clock: Bit,
+    /// The bits of the clocks, and the edges of the netlist's clock for one of theirs.
+    pub(super) clocks: Vec<(Bit, u32)>,
     /// Whether it was VHDL.
     pub(super) is_vhdl: bool,
     /// Names and bits of the inputs but for the clock, and of the outputs.
     pub(super) inputs: Vec<(String, Vec<Bit>)>,
     pub(super) outputs: Vec<(String, Vec<Bit>)>,
+    /// Those of words inside with names of their own.
+    pub(super) inside: Vec<(String, Vec<Bit>)>,
     pub(super) cells: Vec<RawCell>,
     /// The name of the word that a net is a bit of, and the index of the bit there.
     names: HashMap<u64, (String, usize)>,
@@ -120,22 +122,26 @@ fn is_made_up(name: &str) -> bool {
 }
 
 impl Module {
-    pub(super) fn read(json: &str, top: &str, (clock, ignores_case): (&str, bool)) -> Result<Self, Unfit> {
+    pub(super) fn read(json: &str, top: &str, (named, ignores_case): (&[(&str, u32)], bool)) -> Result<Self, Unfit> {
         let value: Value = serde_json::from_str(json).map_err(|error| Unfit(format!("no JSON of Yosys: {error}")))?;
         let module = &value["modules"][top];
         let entries = |of: &str| module[of].as_object().ok_or_else(|| malformed(of)).map(|all| all.iter());
-        let is = |name: &str| if ignores_case { name.eq_ignore_ascii_case(clock) } else { name == clock };
-        let (mut inputs, mut outputs, mut at_clock) = (Vec::new(), Vec::new(), None);
+        let same = |one: &str, other: &str| if ignores_case { one.eq_ignore_ascii_case(other) } else { one == other };
+        let (mut inputs, mut outputs, mut clocks) = (Vec::new(), Vec::new(), Vec::new());
         for (name, port) in entries("ports")? {
             let of = bits(&port["bits"])?;
+            let clock = named.iter().find(|(clock, _)| same(clock, name));
             match port["direction"].as_str() {
-                Some("input") if is(name) && of.len() == 1 => at_clock = Some(of[0]),
+                Some("input") if let (Some((_, edges)), [bit]) = (clock, &of[..]) => clocks.push((*bit, *edges)),
                 Some("input") => inputs.push((name.clone(), of)),
                 Some("output") => outputs.push((name.clone(), of)),
                 _ => return Err(Unfit(format!("port `{name}` is inout"))),
             }
         }
-        let clock = at_clock.ok_or_else(|| Unfit(format!("the clock `{clock}` is no input of one bit")))?;
+        if clocks.len() < named.len() {
+            let names: Vec<_> = named.iter().map(|(name, _)| format!("`{name}`")).collect();
+            return Err(Unfit(format!("a clock ({}) is no input of one bit", names.join(", "))));
+        }
         let mut cells = Vec::new();
         for (_, cell) in entries("cells")?.filter(|(_, cell)| cell["type"] != "$scopeinfo") {
             let kind = cell["type"].as_str().ok_or_else(|| malformed("a type"))?.to_string();
@@ -151,7 +157,7 @@ impl Module {
         if cells.len() > MOST_CELLS {
             return Err(Unfit(format!("it has {} cells; at most {MOST_CELLS} are taken", cells.len())));
         }
-        let (mut names, mut initial) = (HashMap::new(), HashMap::new());
+        let (mut names, mut initial, mut inside) = (HashMap::new(), HashMap::new(), Vec::new());
         let rank = |name: &str, is_hidden: bool| (is_hidden, is_made_up(name), name.len());
         let mut best = HashMap::new();
         for (name, net) in entries("netnames")? {
@@ -162,7 +168,12 @@ impl Module {
                     initial.insert(*net, value == '1');
                 }
             }
-            let own = rank(name, net["hide_name"].as_u64() == Some(1));
+            let is_hidden = net["hide_name"].as_u64() == Some(1);
+            let is_port = || inputs.iter().chain(&outputs).any(|(port, _)| port == name);
+            if !is_hidden && !is_port() {
+                inside.push((name.clone(), of.clone()));
+            }
+            let own = rank(name, is_hidden);
             for (at, bit) in of.into_iter().enumerate() {
                 let Bit::Net(net) = bit else { continue };
                 if best.get(&net).is_none_or(|known| own < *known) {
@@ -171,7 +182,12 @@ impl Module {
                 }
             }
         }
-        Ok(Self { clock, is_vhdl: ignores_case, inputs, outputs, cells, names, initial })
+        Ok(Self { clocks, is_vhdl: ignores_case, inputs, outputs, inside, cells, names, initial })
+    }
+
+    /// Returns the edges of the netlist's clock for one of the clock at these bits; `None` if they are no clock.
+    pub(super) fn clock(&self, bits: &[Bit]) -> Option<u32> {
+        self.clocks.iter().find(|(bit, _)| bits == [*bit]).map(|(_, edges)| *edges)
     }
 
     /// Returns a name for a word, by its first bit that has one.

@@ -32,6 +32,8 @@ pub(super) struct Reader<'m> {
     made: HashMap<Vec<Bit>, Net>,
     constants: HashMap<(u64, u8), Net>,
     slices: HashMap<(Net, u8, u8), Net>,
+    /// The bits that are 1 where slower clocks rise, by the edges of the netlist's clock for one of theirs.
+    rises: HashMap<u32, Net>,
     /// The cells that take each bit.
     pub(super) users: HashMap<Bit, Vec<usize>>,
 }
@@ -52,6 +54,7 @@ impl<'m> Reader<'m> {
             made: HashMap::new(),
             constants: HashMap::new(),
             slices: HashMap::new(),
+            rises: HashMap::new(),
         }
     }
 
@@ -86,6 +89,11 @@ impl<'m> Reader<'m> {
             let net = self.word(bits)?;
             self.netlist.output(name, net);
         }
+        for (name, bits) in &module.inside {
+            if let Ok(net) = self.word(bits) {
+                self.netlist.output(name, net);
+            }
+        }
         Ok(self.netlist)
     }
 
@@ -93,35 +101,35 @@ impl<'m> Reader<'m> {
         self.module.inputs.iter().any(|(_, bits)| bits.contains(&bit))
     }
 
-    /// Refuses a register whose clock is neither that of the netlist nor a bit of a register on that clock, which an
-    /// input may reset. Verilog alone may make clocks: Verilator lets the logic before a register settle before such a
-    /// clock, and VHDL reads it as it was.
+    /// Refuses a register whose clock is neither one of the scene nor a bit of a register on the fastest of these,
+    /// which an input may reset. Verilog alone may make clocks: Verilator lets the logic before a register settle
+    /// before such a clock, and VHDL reads it as it was.
     fn check_clock(&self, register: &RawCell) -> Result<(), Unfit> {
         let (module, clock) = (self.module, register.port("CLK"));
         let name = |cell: &RawCell| module.name(cell.port("Q"));
-        let is_own = |cell: &RawCell| cell.port("CLK") == [module.clock];
-        if is_own(register) && !register.is_set("CLK_POLARITY") {
+        let own = |cell: &RawCell| module.clock(cell.port("CLK"));
+        if own(register).is_some() && !register.is_set("CLK_POLARITY") {
             return Err(Unfit(format!(
                 "register `{}` takes its word at the falling edge of the clock",
                 name(register)
             )));
         }
         let makes = |cell: &&RawCell| {
-            cell.is_register() && is_own(cell) && cell.port("ARST").iter().all(|bit| self.is_input(*bit))
+            cell.is_register() && own(cell) == Some(1) && cell.port("ARST").iter().all(|bit| self.is_input(*bit))
         };
         let is_made =
             !module.is_vhdl && clock.first().and_then(|bit| self.driver(*bit)).is_some_and(|cell| makes(&cell));
-        if is_own(register) || is_made {
+        if own(register).is_some() || is_made {
             return Ok(());
         }
         let clock = module.name(clock);
-        Err(Unfit(format!("`{clock}` clocks register `{}`, and is not the scene's clock", name(register))))
+        Err(Unfit(format!("`{clock}` clocks register `{}`, and is no clock of the scene", name(register))))
     }
 
     fn drive(&mut self, driver: Driver, bits: &[Bit]) -> Result<(), Unfit> {
         for (place, bit) in bits.iter().enumerate() {
             let Bit::Net(net) = bit else { continue };
-            if *bit == self.module.clock || self.drivers.insert(*net, (driver, place)).is_some() {
+            if self.module.clock(&[*bit]).is_some() || self.drivers.insert(*net, (driver, place)).is_some() {
                 return Err(Unfit(format!("`{}` has several drivers", self.module.name(&[*bit]))));
             }
         }
@@ -155,13 +163,36 @@ impl<'m> Reader<'m> {
                 let at_start = self.module.is_vhdl || !cell.port("ARST").iter().all(|bit| self.is_input(*bit));
                 AsynchronousReset { net, active: cell.is_set("ARST_POLARITY"), word, at_start }
             });
+            let edges = self.module.clock(cell.port("CLK"));
+            let data = self.at_rises(register, data, edges.unwrap_or(1));
             self.netlist.connect(register, data, reset);
-            if cell.port("CLK") != [self.module.clock] {
+            if edges.is_none() {
                 let net = self.word(cell.port("CLK"))?;
                 self.netlist.clock_by(register, MadeClock { net, rises: cell.is_set("CLK_POLARITY") });
             }
         }
         Ok(())
+    }
+
+    /// Returns the data of a register whose clock rises at the first edge and then after so many edges of the netlist's
+    /// clock each.
+    fn at_rises(&mut self, register: Net, data: Net, edges: u32) -> Net {
+        if edges == 1 {
+            return data;
+        }
+        let rises = self.rises.get(&edges).copied().unwrap_or_else(|| {
+            let width = (u32::BITS - (edges - 1).leading_zeros()) as u8;
+            let phase = self.netlist.register("a slower clock", width, (0, u64::MAX));
+            let [none, one, last] = [0, 1, u64::from(edges) - 1].map(|word| self.constant(word, width));
+            let next = self.netlist.cell(Operation::Add, &[phase, one], width);
+            let is_last = self.netlist.cell(Operation::Equal, &[phase, last], 1);
+            let next = self.netlist.cell(Operation::Mux, &[is_last, next, none], width);
+            self.netlist.connect(phase, next, None);
+            let rises = self.netlist.cell(Operation::Equal, &[phase, none], 1);
+            *self.rises.entry(edges).or_insert(rises)
+        });
+        let width = self.netlist.width(register);
+        self.netlist.cell(Operation::Mux, &[rises, register, data], width)
     }
 
     /// Returns the cells that are no registers, each behind those whose words it takes.
@@ -229,7 +260,7 @@ impl<'m> Reader<'m> {
         let Bit::Net(net) = bit else { return Err(self.unknown(&[bit])) };
         let Some(&(driver, place)) = self.drivers.get(&net) else {
             let name = self.module.name(&[bit]);
-            let is_clock = bit == self.module.clock;
+            let is_clock = self.module.clock(&[bit]).is_some();
             let reads = |cell: &&RawCell| cell.kind.starts_with("$mem") && cell.port("RD_DATA").contains(&bit);
             if let Some(memory) = self.module.cells.iter().find(reads) {
                 return Err(self.refused(memory));

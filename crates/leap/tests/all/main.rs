@@ -5,3 +5,4 @@ mod horizons;
 mod netlists;
 mod random;
 mod verilog;
+mod yosys;

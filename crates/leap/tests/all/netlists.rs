@@ -160,7 +160,12 @@ impl Plain {
 /// Steps both for `edges` edges with inputs that change at random, and compares all outputs at every edge. Returns the
 /// share of edges that were leapt over.
 fn same(plain: &mut Plain, edges: u64, random: &mut Random) -> f64 {
-    let ranks: Vec<u8> = plain.outputs.iter().map(|_| random.below(2) as u8).collect();
+    same_for(plain, edges, 400, random)
+}
+
+/// The same with inputs that rest for up to `most` edges.
+fn same_for(plain: &mut Plain, edges: u64, most: u64, random: &mut Random) -> f64 {
+    let ranks: Vec<u8> = plain.outputs.iter().map(|_| random.below(3) as u8).collect();
     let mut leap = plain.leap(&ranks);
     plain.settle();
     let (mut edge, mut shown) = (0, plain.outputs.iter().map(|place| plain.words[*place]).collect::<Vec<_>>());
@@ -172,9 +177,10 @@ fn same(plain: &mut Plain, edges: u64, random: &mut Random) -> f64 {
         }
         plain.settle();
         leap.input(&words);
-        let until = edge + 1 + random.below(400);
+        let most = if random.below(3) == 0 { 40 } else { most };
+        let until = edge + 1 + random.below(most);
         while edge < until {
-            let asked = random.below(2) as u8;
+            let asked = random.below(3) as u8;
             let mut changes = Vec::new();
             let done = leap.clock(until - edge, asked, |at, output, word| changes.push((at, output, word)));
             assert!(done > 0 && done <= until - edge);
@@ -324,6 +330,136 @@ fn random_netlists_have_the_words_of_plain_stepping() {
     let share = leapt / NETLISTS as f64;
     assert!(share > 0.2, "only {share} of the edges are leapt over");
     assert!(resets > 50, "{resets} netlists with asynchronous resets");
+}
+
+/// Returns a netlist whose counters and accumulators wait for prescalers, dividers and clocks that it makes.
+fn prescaled_netlist(random: &mut Random) -> Plain {
+    let mut plain = Plain::default();
+    let input = plain.input(1 + random.below(4) as u8);
+    let zero = plain.constant(0, 1);
+    let mut enables = Vec::new();
+    let mut prescalers = Vec::new();
+    for _ in 0..1 + random.below(2) {
+        let width = 1 + random.below(5) as u8;
+        let (prescaler, one) = (plain.register(width, 0), plain.constant(1, width));
+        let next = plain.cell(Operation::Add, &[prescaler, one], width);
+        let last = plain.constant(random.below(1 << width), width);
+        let is_last = plain.cell(Operation::Equal, &[prescaler, last], 1);
+        let none = plain.constant(0, width);
+        let data = if random.below(4) == 0 { next } else { plain.cell(Operation::Mux, &[is_last, next, none], width) };
+        plain.connect(prescaler, data, None);
+        enables.push(match random.below(3) {
+            0 => plain.cell(Operation::Slice { low: random.below(width.into()) as u8 }, &[prescaler], 1),
+            _ => is_last,
+        });
+        prescalers.push(prescaler);
+    }
+    let toggle = plain.register(1, 0);
+    let other = plain.cell(Operation::Xor, &[toggle, enables[0]], 1);
+    plain.connect(toggle, other, None);
+    enables.push(plain.cell(Operation::And, &[toggle, enables[0]], 1));
+    let mut counters = Vec::new();
+    for _ in 0..2 + random.below(3) {
+        counters.push(plain.register(5 + random.below(8) as u8, 0));
+    }
+    let mut bits = vec![zero];
+    for at in 0..counters.len() {
+        let (own, with) = (counters[at], counters[random.below(counters.len() as u64) as usize]);
+        let width = plain.widths[own];
+        let step = match random.below(4) {
+            0 => with,
+            1 => input,
+            _ => plain.constant(1 + random.below(3), 2),
+        };
+        let step = plain.fitted(step, width, random);
+        let next = plain.cell([Operation::Add, Operation::Sub][random.below(2) as usize], &[own, step], width);
+        let limit = if random.below(2) == 0 { with } else { plain.constant(random.below(1 << width), width) };
+        let limit = plain.fitted(limit, width, random);
+        let operation = [Operation::Less { signed: random.below(2) == 0 }, Operation::Equal][random.below(2) as usize];
+        let bit = plain.cell(operation, &[own, limit], 1);
+        bits.push(bit);
+        let none = plain.constant(random.below(4), width);
+        let next = if random.below(2) == 0 { next } else { plain.cell(Operation::Mux, &[bit, next, none], width) };
+        let enable = enables[random.below(enables.len() as u64) as usize];
+        let data = plain.cell(Operation::Mux, &[enable, own, next], width);
+        let reset = (random.below(5) == 0).then(|| {
+            let trigger = bits[random.below(bits.len() as u64) as usize];
+            (trigger, random.below(2), random.below(1 << width))
+        });
+        plain.connect(own, data, reset);
+        if reset.is_none() && random.below(4) == 0 {
+            plain.clock_by(own, toggle, random.below(2) == 0);
+        }
+    }
+    let flag = plain.register(1, 0);
+    let bit = bits[random.below(bits.len() as u64) as usize];
+    let data = plain.cell(Operation::Mux, &[enables[0], flag, bit], 1);
+    plain.connect(flag, data, None);
+    plain.output(flag);
+    for _ in 0..random.below(3) {
+        plain.output(bits[random.below(bits.len() as u64) as usize]);
+    }
+    plain.output(counters[0]);
+    plain.output(prescalers[0]);
+    plain
+}
+
+/// Prescalers, dividers and clocks of the design: jumps over whole periods, under inputs that change now and then.
+#[test]
+fn periods_of_prescalers_have_the_words_of_plain_stepping() {
+    let (mut leapt, mut well) = (0.0, 0);
+    const NETLISTS: u64 = 200;
+    for seed in 1..=NETLISTS {
+        let mut random = Random(seed * 0xd134_2543_de82_ef95);
+        let mut plain = prescaled_netlist(&mut random);
+        let share = same_for(&mut plain, 12_000, 6000, &mut random);
+        leapt += share;
+        well += u32::from(share > 0.5);
+    }
+    let share = leapt / NETLISTS as f64;
+    assert!(share > 0.2 && well > 25, "only {share} of the edges are leapt over, {well} netlists well");
+}
+
+/// A prescaler counts up at every edge, and a counter down at every twentieth. Over whole periods only the counter
+/// moves; between two edges only the prescaler does, so that their sum does not rest.
+#[test]
+fn slopes_of_periods_end_with_them() {
+    let mut plain = Plain::default();
+    let (prescaler, count) = (plain.register(8, 0), plain.register(8, 200));
+    let [one, last, none] = [1, 19, 0].map(|word| plain.constant(word, 8));
+    let next = plain.cell(Operation::Add, &[prescaler, one], 8);
+    let is_last = plain.cell(Operation::Equal, &[prescaler, last], 1);
+    let data = plain.cell(Operation::Mux, &[is_last, next, none], 8);
+    plain.connect(prescaler, data, None);
+    let less = plain.cell(Operation::Sub, &[count, one], 8);
+    let data = plain.cell(Operation::Mux, &[is_last, count, less], 8);
+    plain.connect(count, data, None);
+    let sum = plain.cell(Operation::Add, &[prescaler, count], 8);
+    plain.output(none);
+    plain.output(sum);
+    let mut leap = plain.leap(&[0, 1]);
+    leap.tell([Some(0), Some(200)]);
+    plain.settle();
+    let (mut leapt, mut shown) = (0, 200);
+    for request in 0..400u64 {
+        // Long requests do not ask for the sum.
+        let (edges, asked) = if request % 2 == 0 { (3000, 0) } else { (7 + request % 30, 1) };
+        let (before, mut changes) = (leap.share().leapt, Vec::new());
+        assert_eq!(leap.clock(edges, asked, |at, output, word| changes.push((at, output, word))), edges);
+        leapt = leapt.max(leap.share().leapt - before);
+        let mut expected = Vec::new();
+        for at in 1..=edges {
+            plain.edge();
+            if asked == 1 && std::mem::replace(&mut shown, plain.words[sum]) != plain.words[sum] {
+                expected.push((at, 1, shown));
+            }
+        }
+        changes.retain(|change| change.1 == 1);
+        if request > 1 {
+            assert_eq!(changes, expected, "request {request}");
+        }
+    }
+    assert!(leapt > 2500, "{leapt} edges of a request are leapt over");
 }
 
 /// A counter that takes a step now and then, and an accumulator of the counter's old words: the next word of the

@@ -153,7 +153,7 @@ impl Designs for Simulators {
                 return Err(scene.error("dut.engine", "GHDL reads VHDL; write \"verilator\" or \"auto\"").into());
             }
             (Engine::Auto, _) => self.automatic(&model, scene, inside),
-            (Engine::Leap, _) => self.leaping_alone(&model, scene, inside),
+            (Engine::Leap, _) => self.leaping_alone(&model, inside),
             (Engine::Ghdl, true) => self.ghdl(&model, "", inside).map(|design| Arc::new(design) as Arc<dyn Design>),
             (Engine::Verilator, true) if let Some(delay) = lost_delay(&model) => {
                 let reason = format!("{delay}: {LOST}; write \"ghdl\" or \"auto\", which keep it");
@@ -170,15 +170,11 @@ const LOST: &str = "synthesis, the way of VHDL to Verilator, loses this delay, w
                     cycle";
 
 impl Simulators {
-    /// Builds a design as a netlist that leaps. Only where signals inside are to be shown does Verilator simulate it.
-    fn leaping_alone(&self, model: &Model, scene: &DutScene, inside: Inside) -> Result<Arc<dyn Design>, Error> {
+    /// Builds a design as a netlist that leaps.
+    fn leaping_alone(&self, model: &Model, inside: Inside) -> Result<Arc<dyn Design>, Error> {
         let refused = |why: String| Error::key("dut.engine", format!("{why}; write \"auto\""));
         if let Some(delay) = is_vhdl(&model.dut.files).then(|| lost_delay(model)).flatten() {
             return Err(refused(format!("{delay}: {LOST}")));
-        }
-        if inside.is_any() {
-            note(format!("Verilator simulates `{}`, because signals inside are to be shown", scene.dut.top));
-            return self.verilator(model, inside).map(|design| Arc::new(design) as _);
         }
         match self.leaping(model, inside)? {
             Ok(design) => Ok(Arc::new(design)),

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use hpu_cosim::dut::{Asked, Change, Design, Designs, DutSimulation, Inside};
 use hpu_cosim::scene::{DutScene, Experiment, SceneFile};
-use hpu_cosim::{Control, Simulation, Summary};
+use hpu_cosim::{Beyond, Control, Forever, Simulation, Summary};
 use hpu_rtl::dut::Simulators;
 use hpu_rtl::{CacheFolder, Hdl, Setup};
 use hpu_signal::{Cycle, Observe};
@@ -144,6 +144,8 @@ fn same_as_verilator(name: &str, changes: &[(&str, &str)], least: usize) -> Summ
 #[test]
 fn whole_runs_are_those_of_verilator_to_the_last_bit() {
     let energy = |summary: Summary| (summary.energy.source_j, summary.energy.copper_j);
+    same_as_verilator("prescaled", &[], 1000);
+    same_as_verilator("prescaled", &[("1.5 rad", "0.1 rad")], 10_000);
     let knee = energy(same_as_verilator("knee", &[], 10_000));
     assert_eq!(knee, (10.797_218_678_279_638, 10.803_402_102_578_916));
     let rim = energy(same_as_verilator("rim", &[], 20_000));
@@ -173,11 +175,15 @@ fn around(verilog: &str, more: &str, engine: &str) -> DutScene {
 fn around_file((file, code): (&str, &str), (top, clock): (&str, &str), more: &str, engine: &str) -> DutScene {
     let folder = hpu_rtl::temporary::Temporary::folder().expect("a folder");
     std::fs::write(folder.path().join(file), code).expect("a file");
+    let clocks = match clock.contains('=') {
+        true => format!("clocks = {{ {clock} }}"),
+        false => format!("clock = \"{clock}\""),
+    };
     let text = format!(
         "about = \"a design\"\ndevice = {{ kind = \"motor\", motor = \"vasudevan_2007\", wheel_ratio = 7 }}\n\
          clock = {{ frequency = \"10 MHz\" }}\nrun = {{ duration = \"1 ms\" }}\n\
          hand = {{ kind = \"spring_damper\", stiffness = \"0.3 N.m/rad\", damping = 0, path = [[0, 0], [1, 1]] }}\n\
-         [dut]\nfiles = [\"{file}\"]\ntop = \"{top}\"\nclock = \"{clock}\"\nengine = \"{engine}\"\n{more}"
+         [dut]\nfiles = [\"{file}\"]\ntop = \"{top}\"\n{clocks}\nengine = \"{engine}\"\n{more}"
     );
     let file = SceneFile { name: "t.toml".to_string(), text, data: folder.path().to_path_buf(), is_shipped: false };
     match file.parse(&[]).unwrap_or_else(|error| panic!("{error}")) {
@@ -249,10 +255,21 @@ fn same_answers(verilog: &str, more: &str, of: (u32, bool)) {
 
 /// The same by an engine. Returns its name at the end.
 fn same_answers_by(engine: &str, verilog: &str, more: &str, (requests, drives): (u32, bool)) -> String {
-    let engines = [engine, "verilator"].map(|engine| built(&around(verilog, more, engine)));
+    same_answers_of(&|engine| around(verilog, more, engine), engine, verilog, (requests, drives))
+}
+
+/// The same of the design of any scene.
+fn same_answers_of(
+    scene: &dyn Fn(&str) -> DutScene,
+    engine: &str,
+    verilog: &str,
+    (requests, drives): (u32, bool),
+) -> String {
+    let engines = [engine, "verilator"].map(|engine| built(&scene(engine)));
     let [own, other] = &engines;
     assert_eq!(own.ports(), other.ports());
-    let ports: Vec<_> = own.ports().iter().filter(|port| !["clk", "rst"].contains(&&*port.name)).collect();
+    let is_given = |port: &&hpu_cosim::dut::Port| !port.name.starts_with("clk") && port.name != "rst";
+    let ports: Vec<_> = own.ports().iter().filter(is_given).collect();
     let driving: Vec<_> = ports.iter().map(|port| drives && !port.is_input).collect();
     let mut seed = 0x1234_5678_9abc_def1u64;
     let mut random = |limit: u64| {
@@ -631,6 +648,128 @@ fn values_of_parameters_are_those_of_verilator() {
     }
 }
 
+/// Two clocks of the scene that are slower than its own, with registers on either side, and a reset at once.
+#[test]
+fn slower_clocks_of_a_scene_answer_as_in_verilator() {
+    let verilog = "module t(input clk, input clk_b, input clk_c, input rst, input [7:0] a, output reg [7:0] fast,
+           output reg [7:0] slow, output reg [11:0] slower, output [7:0] sum, output reg pulse);
+         reg set = 0;
+         assign sum = slow + fast;
+         always @(posedge clk) if (rst) fast <= 0; else fast <= fast + slow[2:0];
+         always @(posedge clk_b or posedge rst) if (rst) slow <= 5; else slow <= slow + {7'b0, fast[0]} + a[0];
+         always @(posedge clk_c) if (rst) {slower, pulse} <= 0;
+           else begin slower <= slower + 1 + (slow == a); pulse <= slower[5:0] < a[5:0]; set <= ~set; end
+         endmodule\n";
+    for clocks in ["clk = 1, clk_b = 4, clk_c = 6", "clk_b = 1, clk = 3, clk_c = 1", "clk_c = 1, clk_b = 2, clk = 64"] {
+        let of = |engine: &str| around_file(("t.v", verilog), ("t", clocks), "reset = { port = \"rst\" }\n", engine);
+        for drives in [false, true] {
+            let engine = same_answers_of(&of, "leap", verilog, (400, drives));
+            assert!(engine.starts_with("hpu's leaps"), "{engine}");
+        }
+    }
+}
+
+/// Returns Verilog of a design whose counters wait for prescalers, dividers and clocks that it makes, by a seed.
+fn prescaled(seed: u64) -> String {
+    let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
+    let mut random = |limit: u64| {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        (state.wrapping_mul(0x2545_f491_4f6c_dd1d) >> 11) % limit
+    };
+    let (mut declared, mut clocked, mut outputs) = (String::new(), String::new(), String::new());
+    let mut enables = vec!["half".to_string()];
+    for at in 0..1 + random(2) {
+        let last = 1 + random(20);
+        let wait = if random(3) == 0 { enables[enables.len() - 1].clone() } else { "1'b1".to_string() };
+        let name = format!("p{at}");
+        writeln!(declared, "reg [4:0] {name} = 0; wire e{at} = {wait} && {name} == {last};").expect("memory");
+        writeln!(clocked, "if ({wait}) {name} <= e{at} ? 0 : {name} + 1;").expect("memory");
+        enables.push(format!("e{at}"));
+    }
+    let makes = random(3) == 0;
+    let count = 2 + random(3);
+    for at in 0..count {
+        let (width, step) = (4 + random(9), 1 + random(3));
+        let step = match random(4) {
+            0 => "a[1:0]".to_string(),
+            1 => format!("n{}[1:0]", random(count)),
+            _ => step.to_string(),
+        };
+        let (sign, limit) = (["+", "-"][random(2) as usize], random(1 << width.min(8)));
+        let limit = if random(2) == 0 { format!("{width}'d{limit}") } else { format!("a[{}:0]", random(8)) };
+        let is_it = ["==", "<", ">="][random(3) as usize];
+        let wrap = if random(2) == 0 { format!("n{at} == {limit} ? {} : ", random(8)) } else { String::new() };
+        let enable = enables[random(enables.len() as u64) as usize].clone();
+        writeln!(declared, "reg [{}:0] n{at} = 0; reg o{at} = 0;", width - 1).expect("memory");
+        let next = format!("n{at} <= {wrap}n{at} {sign} {step}; o{at} <= n{at} {is_it} {limit};");
+        match (makes, random(4)) {
+            (true, 0) => {
+                writeln!(declared, "always @({} half) begin {next} end", ["posedge", "negedge"][random(2) as usize])
+            }
+            (_, 1) => {
+                writeln!(
+                    declared,
+                    "always @(posedge clk or posedge b) if (b) n{at} <= 1; else if ({enable}) begin {next} end"
+                )
+            }
+            _ => writeln!(clocked, "if ({enable}) begin {next} end"),
+        }
+        .expect("memory");
+        write!(outputs, ", output [{}:0] y{at}, output z{at}", width - 1).expect("memory");
+        writeln!(declared, "assign y{at} = n{at}; assign z{at} = o{at};").expect("memory");
+    }
+    format!(
+        "module t(input clk, input [7:0] a, input b{outputs});\nreg half = 0;\n{declared}always @(posedge clk) begin\n\
+         half <= ~half;\n{clocked}end\nendmodule\n"
+    )
+}
+
+/// Designs at random with prescalers, dividers and clocks of their own; outputs of one bit end the requests.
+fn random_prescalers(seeds: std::ops::Range<u64>) {
+    let mut leapt = 0;
+    for seed in seeds {
+        let verilog = prescaled(seed);
+        let scene = |engine: &str| around(&verilog, "", engine);
+        let [own, other] = ["leap", "verilator"].map(|engine| built(&scene(engine)));
+        let ports: Vec<_> = own.ports().iter().filter(|port| port.name != "clk").cloned().collect();
+        let drives: Vec<_> = ports.iter().map(|port| port.name.starts_with('z')).collect();
+        let [a, b] = ["a", "b"].map(|name| ports.iter().position(|port| port.name == name).expect("a port"));
+        let (mut words, mut state) = (vec![0; ports.len()], seed | 1);
+        let start = |design: &Arc<dyn Design>| design.start(&words, &drives, &mut Vec::new()).expect("a simulation");
+        let mut running = [start(&own), start(&other)];
+        let mut longest = 0;
+        for request in 0..600u64 {
+            state = state.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(0x1405_7b7e_f767_814f);
+            if request % 40 == 0 {
+                (words[a], words[b]) = (state >> 56, u64::from(state >> 40 & 7 == 0));
+            }
+            let edges = [7, 300, 5000, 20_000][(state >> 33) as usize % 4];
+            let asked = if request % 3 == 0 { Asked::Outputs } else { Asked::Driving };
+            let mut changes = [Vec::new(), Vec::new()];
+            let done = [0, 1].map(|at| running[at].clock(&words, edges, asked, &mut changes[at]).expect("edges"));
+            assert_eq!(done[0], done[1], "seed {seed}, request {request}\n{verilog}");
+            assert_eq!(changes[0], changes[1], "seed {seed}, request {request}\n{verilog}");
+            longest = longest.max(done[0]);
+        }
+        leapt += u32::from(longest >= 5000);
+    }
+    assert!(leapt > 0);
+}
+
+#[test]
+fn prescalers_at_random_answer_as_in_verilator() {
+    random_prescalers(1..7);
+}
+
+/// As many as take half an hour.
+#[test]
+#[ignore = "testbench/long.sh runs it"]
+fn many_prescalers_at_random_answer_as_in_verilator() {
+    random_prescalers(100..500);
+}
+
 /// The two designs whose counters are no plain ones: an eye on what `auto` does with them. Verilator, another process,
 /// is asked at each change of an output; in the wall that of the sigma-delta modulator changes at most edges.
 #[test]
@@ -639,7 +778,7 @@ fn designs_that_do_not_leap_well_run_in_verilator_unless_it_is_asked_too_often()
     for (name, wall, starts, why) in [
         ("sigma", far, "Verilator", "register `lfsr` changes at every edge"),
         ("sigma", near, "hpu's leaps", "0.0 % of the clock edges leapt over"),
-        ("prescaled", near, "Verilator", "every few edges"),
+        ("prescaled", near, "hpu's leaps", "% of the clock edges leapt over"),
     ] {
         let brief =
             [("run = { duration = \"1 s\" }", "run = { duration = \"30 ms\" }"), ("1.4]", "1.6]"), ("150 ms", "20 ms")];
@@ -674,4 +813,135 @@ fn a_design_that_leaps_until_it_has_started_is_handed_over_then() {
     assert!(engine.starts_with(said) && engine.contains("`lfsr` changes at every edge"), "{engine}");
     assert!(one == other && one.0.len() > 100, "{} changes", one.0.len());
     assert_eq!(by_auto.energy, by_verilator.energy);
+}
+
+/// The words that an observer is shown of each net: its changes, and a number that depends on each of their edges and
+/// words (FNV-1a).
+#[derive(Default)]
+struct Hashed(Vec<(Option<i64>, u64, u64)>);
+
+impl Observe for Hashed {
+    fn nets(&mut self, cycle: Cycle, words: &[i64]) {
+        self.0.resize(words.len(), (None, 0, 0xcbf2_9ce4_8422_2325));
+        for ((last, changes, hash), word) in self.0.iter_mut().zip(words) {
+            if *last != Some(*word) {
+                (*last, *changes) = (Some(*word), *changes + 1);
+                for part in [cycle.0, word.cast_unsigned()] {
+                    *hash = (*hash ^ part).wrapping_mul(0x0100_0000_01b3);
+                }
+            }
+        }
+    }
+
+    fn reals(&mut self, _: Cycle, _: &[f64]) {}
+}
+
+/// Runs a scene whose signals inside are shown. Returns each net with its format, its changes and their hash, and the
+/// names of the signals that are not shown.
+fn shown_inside(scene: &DutScene) -> (Vec<(String, String)>, u64, Vec<String>) {
+    let simulators = simulators();
+    let simulation = DutSimulation::new(scene, &simulators, Inside::All).unwrap_or_else(|error| panic!("{error}"));
+    let (mut trace, mut hashed) = (simulation.brief_trace(), Hashed::default());
+    let ran = simulation.run(true, &mut trace, &mut hashed, &Control::default());
+    let summary = ran.unwrap_or_else(|error| panic!("{error}"));
+    let used = summary.nets.iter().zip(&hashed.0);
+    let told = used.map(|(net, (_, changes, hash))| {
+        let range = (net.usage.min, net.usage.max);
+        (net.signal.name.to_string(), format!("{} {changes} changes, {hash:016x}, {range:?}", net.signal.format))
+    });
+    let hidden = simulation.hidden().iter().map(|port| port.name.clone()).collect();
+    (told.collect(), hashed.0.iter().map(|net| net.1).sum(), hidden)
+}
+
+/// Returns a scene around this project's own VHDL of a wall.
+fn hybrid_loop(engine: &str) -> DutScene {
+    let names = "hybrid_loop command_limiter displacement position_counter pwm quadrature_decoder synchronizer \
+                 torque_sum truncating_multiplier unilateral velocity_register rounding_pkg";
+    let files: Vec<_> = names.split(' ').map(|name| format!("\"{name}.vhd\"")).collect();
+    let text = format!(
+        "about = \"a wall\"\ndevice = {{ kind = \"motor\", motor = \"vasudevan_2007\", wheel_ratio = 7 }}\n\
+         clock = {{ frequency = \"50 MHz\" }}\nrun = {{ duration = \"20 ms\" }}\n\
+         hand = {{ kind = \"spring_damper\", stiffness = \"0.3 N.m/rad\", damping = 0, \
+         path = [[0, 0], [0.01, 0.3]] }}\n[dut]\nfiles = [{}]\ntop = \"hybrid_loop\"\nclock = \"clk\"\n\
+         reset = {{ port = \"rst\" }}\n\
+         engine = \"{engine}\"\n[dut.ports]\na_pin = \"encoder.a\"\nb_pin = \"encoder.b\"\nreference = 5\n\
+         stiffness = 18\ndamping = 3\nperiod = 5000\nscale = 256\na_high = \"bridge.plus_high\"\n\
+         a_low = \"bridge.plus_low\"\nb_high = \"bridge.minus_high\"\nb_low = \"bridge.minus_low\"\n",
+        files.join(", ")
+    );
+    let file = SceneFile { name: "t.toml".to_string(), text, data: root().join("hdl"), is_shipped: false };
+    match file.parse(&[]).unwrap_or_else(|error| panic!("{error}")) {
+        Experiment::Dut(scene) => scene,
+        _ => panic!("a design"),
+    }
+}
+
+/// Waves of signals inside have every word at every edge that Verilator's have, under the same names and formats; of
+/// the counters too, which end no jump. What the netlist has not is hidden. Ranges are those of Verilator.
+#[test]
+fn signals_inside_have_the_words_of_verilator_at_every_edge() {
+    let near = ("position = \"1.5 rad\"", "position = \"0.05 rad\"");
+    let brief = |path: &'static str| [near, ("duration = \"1 s\"", "duration = \"60 ms\""), (path, "\"20 ms\", 0.3]")];
+    let knob = [("800 ms", "2 ms"), ("[\"50 ms\", 0], [\"450 ms\", 0.6]", "[0, 0], [0.002, 0.1]")];
+    for (name, changes, least, lost) in [
+        ("knee", &brief("\"150 ms\", 1.4]")[..], 600_000, 0),
+        ("rim", &brief("\"150 ms\", 1.4]"), 600_000, 0),
+        ("foc-knob", &knob, 100_000, 20),
+        ("hybrid_loop", &[], 1_000_000, 6),
+    ] {
+        let of = |engine: &str| match name {
+            "hybrid_loop" => hybrid_loop(engine),
+            _ => scene(name, changes, engine),
+        };
+        let (own, changed, hidden) = shown_inside(&of("leap"));
+        let (others, _, known) = shown_inside(&of("verilator"));
+        assert!(changed > least, "{name}: {changed} changes");
+        assert_eq!(others.len() - own.len(), lost, "{name}");
+        let (mut left, mut missing) = (own.iter(), Vec::new());
+        let mut next = left.next();
+        for other in &others {
+            match next {
+                Some(own) if own.0 == other.0 => {
+                    assert_eq!(own, other, "{name}");
+                    next = left.next();
+                }
+                _ => missing.push(&other.0),
+            }
+        }
+        assert!(next.is_none(), "{name}: {next:?}");
+        assert!(missing.iter().all(|name| hidden.contains(name) && !known.contains(name)), "{name}: {missing:?}");
+    }
+}
+
+/// A state that is told to come back, of the registers that matter and of the device, to the last bit: in Verilator the
+/// words of all ports repeat from there on with that period.
+#[test]
+fn a_state_that_comes_back_repeats_in_verilator() {
+    for (name, longest) in [("knee", 2000), ("rim", 4000)] {
+        let (scene_by_leaps, simulators) = (scene(name, &[], "auto"), simulators());
+        let simulation = DutSimulation::new(&scene_by_leaps, &simulators, Inside::Nothing);
+        let simulation = simulation.unwrap_or_else(|error| panic!("{error}"));
+        let beyond = Beyond {
+            edges: 100_000_000,
+            live: &|_, _, wanted| wanted,
+            prove: &|_| Err("nothing is proved here".to_string()),
+            follow: &|_| Err("nothing is proved here"),
+            words: &|_| Err("no words".to_string()),
+        };
+        let (mut trace, control) = (simulation.brief_trace(), Control::default());
+        let summary = simulation.run_beyond(false, &mut trace, &mut (), &control, Some(&beyond)).expect("a run");
+        let Some(Ok(Forever::Recurs { recurrence, .. })) = summary.forever else { panic!("{:?}", summary.forever) };
+        assert!(recurrence.from >= summary.edges && recurrence.period <= longest, "{name}: {recurrence:?}");
+        let mut longer = scene(name, &[], "verilator");
+        let end = recurrence.from + 20 * recurrence.period;
+        longer.head.run.duration_s = end as f64 * longer.clock.period_s();
+        let (shown, ..) = ran(&longer);
+        let period = recurrence.period;
+        let later: Vec<_> = shown.0.iter().filter(|(edge, _)| *edge > recurrence.from && *edge < end).collect();
+        let first = later.iter().filter(|(edge, _)| *edge <= recurrence.from + period).count();
+        assert!(first >= 2, "{name}: {first} changes a period");
+        for (now, then) in later[first..].iter().zip(&later) {
+            assert_eq!((now.0 - period, &now.1), (then.0, &then.1), "{name}");
+        }
+    }
 }

@@ -13,11 +13,14 @@
 //! | `verdict` | 0 when right, infinite when wrong |
 
 use hpu_cosim::scene::{Datapath, Experiment, Metric, OutcomeKind, Output};
-use hpu_cosim::{Control, Driver, PASSIVE_RMS_M, Simulation, Summary, Trace, Wired, WiredSimulation, metric};
+use hpu_cosim::{
+    AnySimulation, Control, Driver, PASSIVE_RMS_M, Simulation, Summary, Trace, Wired, WiredSimulation, metric,
+};
 use hpu_signal::{Cycle, Observe};
 
 use super::Device;
 use crate::Error;
+use crate::map::any_simulation;
 
 /// Greatest number of rows of a recording that a run may hold.
 const MOST_ROWS: u64 = 20_000_000;
@@ -67,8 +70,10 @@ pub fn driver(overrides: &[(String, String)]) -> Driver {
     if solver.is_some_and(|(_, solver)| solver == "clock") { Driver::Clock } else { Driver::Events }
 }
 
-/// A hash over every edge of every net.
+/// A hash over every edge of every net, in the order of their names: the simulators of a design number its ports in
+/// different ways.
 struct Print {
+    order: Vec<usize>,
     last: Vec<i64>,
     hash: u64,
 }
@@ -85,7 +90,9 @@ impl Observe for Print {
             self.last.resize(words.len(), 0);
             self.last.copy_from_slice(words);
             self.add(cycle.0);
-            words.iter().for_each(|word| self.add(word.cast_unsigned()));
+            for at in 0..words.len() {
+                self.add(words[self.order.get(at).copied().unwrap_or(at)].cast_unsigned());
+            }
         }
     }
 
@@ -103,12 +110,38 @@ pub(crate) fn simulation(experiment: &Experiment) -> Result<WiredSimulation<'_>,
     if !simulation.has_device() {
         return Err("a recording has no device whose motion could be compared".into());
     }
+    has_rows(&simulation)?;
+    Ok(simulation)
+}
+
+/// Returns a scene made ready to run, also one with a design of the user's own.
+pub(super) fn any(experiment: &Experiment) -> Result<AnySimulation<'_>, Error> {
+    let Experiment::Dut(_) = experiment else { return simulation(experiment).map(AnySimulation::Ours) };
+    let simulation = any_simulation(experiment)?;
+    has_rows(&simulation)?;
+    Ok(simulation)
+}
+
+/// Runs a scene that was made ready.
+pub(super) fn run(
+    simulation: &AnySimulation,
+    driver: Driver,
+    (trace, observer): (&mut Trace, &mut dyn Observe),
+    control: &Control,
+) -> Result<Summary, Error> {
+    match simulation {
+        AnySimulation::Ours(ours) => Ok(ours.run(driver, trace, observer, control)),
+        AnySimulation::Dut(design) => design.run(false, trace, observer, control).map_err(Error::design),
+    }
+}
+
+fn has_rows(simulation: &impl Simulation) -> Result<(), Error> {
     let rows = simulation.edges() / simulation.stride();
     if rows > MOST_ROWS {
         let most = format!("{rows} rows would be recorded, of {MOST_ROWS} at most");
         return Err(format!("{most}: lower record.plant_rate or run.duration").into());
     }
-    Ok(simulation)
+    Ok(())
 }
 
 impl Outputs {
@@ -118,7 +151,7 @@ impl Outputs {
     ///
     /// Returns why the experiment cannot be run.
     pub fn of(experiment: &Experiment, driver: Driver, control: &Control) -> Result<(Option<Self>, Summary), Error> {
-        Self::watched(experiment, driver, &mut (), control)
+        Self::watched(experiment, driver, None, control)
     }
 
     /// Like [`of`](Self::of), with the [`print`](Self::print), which takes most of the time of a run that leaps.
@@ -131,20 +164,31 @@ impl Outputs {
         driver: Driver,
         control: &Control,
     ) -> Result<(Option<Self>, Summary), Error> {
-        let mut print = Print { last: Vec::new(), hash: 0 };
-        let (outputs, summary) = Self::watched(experiment, driver, &mut print, control)?;
+        let mut print = Print { order: Vec::new(), last: Vec::new(), hash: 0 };
+        let (outputs, summary) = Self::watched(experiment, driver, Some(&mut print), control)?;
         Ok((outputs.map(|outputs| Self { print: Some(print.hash), ..outputs }), summary))
     }
 
     fn watched(
         experiment: &Experiment,
         driver: Driver,
-        observer: &mut dyn Observe,
+        mut print: Option<&mut Print>,
         control: &Control,
     ) -> Result<(Option<Self>, Summary), Error> {
-        let simulation = simulation(experiment)?;
+        let simulation = any(experiment)?;
         let mut trace = simulation.brief_trace();
-        let summary = simulation.run(driver, &mut trace, observer, control);
+        if let (AnySimulation::Dut(design), Some(print)) = (&simulation, &mut print) {
+            let names = design.nets().into_iter().map(|net| net.name.to_ascii_lowercase()).enumerate();
+            let mut names: Vec<_> = names.collect();
+            names.sort_by(|one, other| one.1.cmp(&other.1));
+            print.order = names.into_iter().map(|(at, _)| at).collect();
+        }
+        let mut nothing = ();
+        let observer: &mut dyn Observe = match print {
+            Some(print) => print,
+            None => &mut nothing,
+        };
+        let summary = run(&simulation, driver, (&mut trace, observer), control)?;
         let outputs = if summary.complete { Some(Self::new(experiment, &summary, &trace)?) } else { None };
         Ok((outputs, summary))
     }

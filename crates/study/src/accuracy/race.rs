@@ -10,14 +10,14 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use hpu_cosim::scene::{Experiment, OutcomeKind, Output};
-use hpu_cosim::{Control, Driver, Simulation, Trace, Wired};
+use hpu_cosim::{Control, Driver, Simulation, Trace};
 use hpu_farm::{Failed, units};
 use hpu_prove::criteria;
 
 use super::contestants;
 use super::contestants::{Contestant, named};
 use super::found::{Chart, ContestantResult, Entry, Grade, Speed};
-use super::outputs::{Outputs, driver, simulation, usual, worst};
+use super::outputs::{self, Outputs, any, driver, usual, worst};
 use super::profile::Profile;
 use crate::Error;
 use crate::map::SceneText;
@@ -90,7 +90,7 @@ impl Race {
         load: &mut dyn FnMut(&str) -> io::Result<Vec<u8>>,
     ) -> Result<Self, Error> {
         let (scene, written) = SceneText::read(text, set, load)?;
-        simulation(&written)?;
+        any(&written)?;
         let mut contestants = contestants(&written);
         if !names.is_empty() {
             contestants = named(&contestants, names)?;
@@ -227,7 +227,7 @@ impl Race {
     /// Returns whether a contestant can run the scene.
     pub(super) fn can_run(&self, contestant: &Contestant) -> bool {
         let experiment = self.experiment(contestant, None);
-        experiment.is_ok_and(|experiment| contestant.criterion.is_some() || simulation(&experiment).is_ok())
+        experiment.is_ok_and(|experiment| contestant.criterion.is_some() || any(&experiment).is_ok())
     }
 
     /// Returns the wall times of contestants, taken in turn; `None` when stopped. With the profile of a run that took
@@ -313,9 +313,9 @@ impl Entrant {
             black_box(criteria::named(name, scene));
             return Ok((0, true));
         }
-        let simulation = simulation(experiment)?;
+        let simulation = any(experiment)?;
         let trace = memory.get_or_insert_with(|| simulation.brief_trace());
-        let summary = simulation.run(driver(&self.contestant.overrides), trace, &mut (), control);
+        let summary = outputs::run(&simulation, driver(&self.contestant.overrides), (trace, &mut ()), control)?;
         Ok((summary.edges, summary.complete))
     }
 }

@@ -243,7 +243,14 @@ impl Cell {
                 }
                 Ok(ours.run(Driver::Events, &mut trace, observer, own))
             }
-            AnySimulation::Dut(dut) => dut.run(false, &mut trace, &mut (), own).map_err(Error::design),
+            AnySimulation::Dut(dut) => {
+                #[cfg(not(target_family = "wasm"))]
+                if let Some(longest) = limits.for_ever {
+                    let ask = |asked: &hpu_cosim::Beyond| dut.run_beyond(false, &mut trace, &mut (), own, Some(asked));
+                    return lasting::beyond(experiment, longest.as_secs_f64(), ask).map_err(Error::design);
+                }
+                dut.run(false, &mut trace, &mut (), own).map_err(Error::design)
+            }
         };
         let (summary, late) = limited(Some(events), guard, control, run);
         let summary = summary?;

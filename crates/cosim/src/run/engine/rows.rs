@@ -63,7 +63,7 @@ impl Rows {
 
     /// Creates rows of which none is ever due.
     #[cfg(not(target_family = "wasm"))]
-    pub(super) fn never() -> Self {
+    pub(crate) fn never() -> Self {
         Self { next: u64::MAX, ..Self::new(u64::MAX) }
     }
 

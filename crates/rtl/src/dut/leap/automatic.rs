@@ -60,7 +60,10 @@ impl Both {
             return Ok(built);
         }
         let model = Model::of(&self.scene, &self.prepared);
-        let built = self.simulators.clocked(&model, &self.scene, Inside::Nothing, None);
+        let shown: Vec<_> = self.leaping.ports().iter().filter(|port| port.is_inside).map(|port| &port.name).collect();
+        let takes = |path: &str| shown.iter().any(|name| *name == path);
+        let inside = if shown.is_empty() { Inside::Nothing } else { Inside::Chosen(&takes) };
+        let built = self.simulators.clocked(&model, &self.scene, inside, None);
         let built = built.map_err(|error| at(error, &self.scene))?;
         let same = |one: &Port, other: &Port| one.name == other.name && one.format == other.format;
         let (own, others) = (self.leaping.ports(), built.ports());
@@ -188,12 +191,13 @@ impl Either {
         changes: &mut Vec<Change>,
     ) -> Option<Result<u64, Fault>> {
         let State::Leaping(running) = &mut self.state else { return None };
+        let plain = self.design.0.leaping.inside;
         let from = changes.len();
         let Some(past) = &mut self.past else { return Some(running.clock(words, edges, asked, changes)) };
         let most = edges.min(self.next.saturating_sub(past.edge).max(1));
         let done = running.clock(words, most, asked, changes);
         let is_unset = match &done {
-            Ok(_) => changes[from..].iter().any(|change| change.bits.is_none()),
+            Ok(_) => changes[from..].iter().any(|change| change.bits.is_none() && change.port < plain),
             Err(fault) => matches!(fault.downcast_ref::<Error>().map(Error::reason), Some(Reason::Unset(_))),
         };
         if is_unset {
@@ -229,11 +233,17 @@ impl RunningDesign for Either {
             };
             changes[from..].iter_mut().for_each(|change| change.edge += done);
             done += more;
-            if self.is_over() || changes[from..].iter().any(|change| self.drives[change.port]) {
+            let ends = self.is_over() || changes[from..].iter().any(|change| self.drives[change.port]);
+            // Of signals inside there are many changes.
+            if ends || asked == Asked::Inside {
                 break;
             }
         }
         Ok(done)
+    }
+
+    fn state(&self, words: &mut Vec<u64>) -> bool {
+        matches!(&self.state, State::Leaping(running) if running.state(words))
     }
 
     fn is_over(&self) -> bool {

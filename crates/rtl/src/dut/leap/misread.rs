@@ -10,108 +10,31 @@ use super::super::declared::attribute;
 use super::super::text::{bare, words};
 
 /// System functions that only compute, and tasks that only give memories their first words.
-const SILENT: [&str; 12] = [
-    "$signed",
-    "$unsigned",
-    "$clog2",
-    "$bits",
-    "$size",
-    "$high",
-    "$low",
-    "$left",
-    "$right",
-    "$readmemh",
-    "$readmemb",
-    "$countones",
-];
+const SILENT: &str = "$signed $unsigned $clog2 $bits $size $high $low $left $right $readmemh $readmemb $countones";
 /// Keywords of assertions.
-const CLAIMS: [&str; 6] = ["assert", "assume", "cover", "property", "sequence", "final"];
+const CLAIMS: &str = "assert assume cover property sequence final";
 /// Words of which a synthesiser makes something else than a simulator, or that Debian's Yosys reads only in part, and
 /// macros that only one of both defines.
-const OTHERWISE: [&str; 41] = [
-    "unique",
-    "unique0",
-    "priority",
-    "wand",
-    "wor",
-    "triand",
-    "trior",
-    "tri0",
-    "tri1",
-    "trireg",
-    "supply0",
-    "supply1",
-    "pullup",
-    "pulldown",
-    "force",
-    "release",
-    "deassign",
-    "while",
-    "do",
-    "foreach",
-    "forever",
-    "repeat",
-    "real",
-    "realtime",
-    "shortreal",
-    "time",
-    "struct",
-    "union",
-    "interface",
-    "class",
-    "bind",
-    "specify",
-    "primitive",
-    "task",
-    "defparam",
-    "SYNTHESIS",
-    "YOSYS",
-    "FORMAL",
-    "VERILATOR",
-    "verilator",
-    "verilator3",
-];
+const OTHERWISE: &str = "\
+    unique unique0 priority wand wor triand trior tri0 tri1 trireg supply0 supply1 pullup pulldown force release \
+    deassign while do foreach forever repeat real realtime shortreal time struct union interface class bind \
+    specify primitive task defparam SYNTHESIS YOSYS FORMAL VERILATOR verilator verilator3";
 /// Attributes that change nothing in the logic.
-const PLAIN: [&str; 15] = [
-    "keep",
-    "keep_hierarchy",
-    "dont_touch",
-    "async_reg",
-    "ram_style",
-    "rom_style",
-    "mark_debug",
-    "use_dsp",
-    "preserve",
-    "syn_keep",
-    "syn_preserve",
-    "syn_ramstyle",
-    "shreg_extract",
-    "fsm_encoding",
-    "max_fanout",
-];
+const PLAIN: &str = "\
+    keep keep_hierarchy dont_touch async_reg ram_style rom_style mark_debug use_dsp preserve syn_keep \
+    syn_preserve syn_ramstyle shreg_extract fsm_encoding max_fanout";
 /// Comments by which a synthesiser leaves code out or believes a choice to be complete.
-const BELIEVED: [&str; 3] = ["full_case", "parallel_case", "translate_off"];
+const BELIEVED: &str = "full_case parallel_case translate_off";
 /// Keywords of declarations whose words are no integers of 32 bits.
-const NARROW: [&str; 16] = [
-    "reg",
-    "logic",
-    "bit",
-    "byte",
-    "shortint",
-    "longint",
-    "wire",
-    "var",
-    "input",
-    "output",
-    "inout",
-    "parameter",
-    "localparam",
-    "enum",
-    "typedef",
-    "tri",
-];
+const NARROW: &str = "\
+    reg logic bit byte shortint longint wire var input output inout parameter localparam enum typedef tri";
 /// Keywords of declarations of integers of 32 bits.
-const INTEGERS: [&str; 3] = ["integer", "int", "genvar"];
+const INTEGERS: &str = "integer int genvar";
+
+/// Returns whether a word is in a list.
+fn lists(list: &str, word: &str) -> bool {
+    list.split(' ').any(|one| one == word)
+}
 
 /// Returns why files of Verilog may mean something else to Yosys than to Verilator, or say something; `None` if no word
 /// of them does. Of Verilog that GHDL has written (`is_made`), only what it says counts.
@@ -120,7 +43,7 @@ pub(super) fn in_text(files: &[String], is_made: bool) -> Option<String> {
     for code in &codes {
         let is_heard = |word: &&str| {
             let is_task = word.starts_with('$') && word.len() > 1;
-            is_task && !SILENT.contains(word) || CLAIMS.contains(word)
+            is_task && !lists(SILENT, word) || lists(CLAIMS, word)
         };
         if let Some(word) = words(code).map(|(_, word)| word).find(is_heard) {
             return Some(format!("it may say something or end the run while it is simulated: `{word}`"));
@@ -131,11 +54,11 @@ pub(super) fn in_text(files: &[String], is_made: bool) -> Option<String> {
     }
     let otherwise = |what: &str| Some(format!("Yosys may read it otherwise than Verilator: {what}"));
     for (file, code) in files.iter().zip(&codes) {
-        if let Some((_, word)) = words(code).find(|(_, word)| OTHERWISE.contains(word)) {
+        if let Some((_, word)) = words(code).find(|(_, word)| lists(OTHERWISE, word)) {
             return otherwise(&format!("`{word}`"));
         }
         let lower = file.to_ascii_lowercase();
-        if let Some(word) = BELIEVED.iter().find(|word| lower.contains(*word)) {
+        if let Some(word) = BELIEVED.split(' ').find(|word| lower.contains(word)) {
             return otherwise(&format!("`{word}`"));
         }
         if code.contains("``") {
@@ -159,7 +82,7 @@ fn attribute_in(text: &str) -> Option<&str> {
     }
     let (inside, _) = text.split_once("*)").unwrap_or((text, ""));
     let names = inside.split(',').map(|one| one.split('=').next().unwrap_or_default().trim());
-    names.into_iter().find(|name| !PLAIN.contains(&&*name.to_ascii_lowercase()))
+    names.into_iter().find(|name| !lists(PLAIN, &name.to_ascii_lowercase()))
 }
 
 /// Returns the first words of all amounts of shifts, with a sign before them.
@@ -211,7 +134,7 @@ fn counts(header: &str, all: &[String]) -> bool {
     let Some((declared, value)) = first.split_once('=') else { return false };
     let declared: Vec<_> = declared.split_whitespace().collect();
     let (name, is_integer) = match declared[..] {
-        [kind, name] if INTEGERS.contains(&kind) => (name, true),
+        [kind, name] if lists(INTEGERS, kind) => (name, true),
         [name] => (name, is_integer(name, all)),
         _ => return false,
     };
@@ -233,8 +156,8 @@ fn is_integer(name: &str, all: &[String]) -> bool {
         let of: Vec<_> =
             words(statement).filter(|one| one.1 != name || !is_called(one)).map(|(_, word)| word).collect();
         if of.contains(&name) {
-            is_one |= of.iter().any(|word| INTEGERS.contains(word));
-            is_other |= of.iter().any(|word| NARROW.contains(word));
+            is_one |= of.iter().any(|word| lists(INTEGERS, word));
+            is_other |= of.iter().any(|word| lists(NARROW, word));
         }
     }
     is_one && !is_other
@@ -420,8 +343,7 @@ fn raced(tree: &Tree, module: usize) -> Option<String> {
 }
 
 fn integers<'x>(tree: &Tree<'x>, module: usize) -> BTreeSet<&'x str> {
-    let is_integer =
-        |node: &&Node| node.tag == "var" && node.get("vartype").is_some_and(|kind| INTEGERS.contains(&kind));
+    let is_integer = |node: &&Node| node.tag == "var" && node.get("vartype").is_some_and(|kind| lists(INTEGERS, kind));
     tree.within(module).map(|at| &tree.nodes[at]).filter(is_integer).filter_map(|node| node.get("name")).collect()
 }
 

@@ -21,7 +21,7 @@ use hpu_leap::{Netlist, yosys};
 
 pub use self::compared::{Difference, Found, LeapsBeside};
 use self::running::Running;
-use super::build::{Model, common_cycle, write, write_files};
+use super::build::{Model, write, write_files};
 use super::fallback::wires;
 use super::files::PlainName;
 use super::verilator::{Described, XML, in_vhdl, port, read, sources};
@@ -35,7 +35,7 @@ use crate::engines::tool::Tool;
 /// reason why there is none, if there is one.
 const RESULTS: [&str; 5] = [NETLIST, PORTS, NOTES, UNCHECKED, UNFIT];
 /// Version of the rules by which designs are refused. Raise it with each new one.
-const RULES: &str = "4";
+const RULES: &str = "5";
 const NETLIST: &str = "netlist.json";
 /// The JSON of Yosys before it simplifies anything.
 const UNSIMPLIFIED: &str = "unsimplified.json";
@@ -63,6 +63,8 @@ pub(super) struct Leaping {
     /// The source of each input and the port of each output of the netlist.
     inputs: Vec<Source>,
     outputs: Vec<usize>,
+    /// The number of the first port that is a signal inside.
+    inside: usize,
 }
 
 /// The source of an input of a netlist.
@@ -95,7 +97,7 @@ impl Simulators {
     pub(super) fn leaping(&self, model: &Model, inside: Inside) -> Result<Result<Leaping, String>, Error> {
         let dut = model.dut;
         let is_vhdl = super::is_vhdl(&dut.files);
-        if let Some(why) = unfit(dut, inside) {
+        if let Some(why) = unfit(dut) {
             return Ok(Err(why));
         }
         let version = |tool: Tool| Ok(format!("{} {}", tool.name(), tool.version(self.setup.timeout)?));
@@ -118,15 +120,20 @@ impl Simulators {
         if !why.is_empty() {
             return Ok(Err(why));
         }
-        let clock = &dut.clocks[0].port;
-        let netlist = match yosys::read(&text(NETLIST)?, &top(dut), (clock, is_vhdl)) {
+        let clocks: Vec<_> = dut.clocks.iter().map(|clock| (&*clock.port, clock.divide)).collect();
+        let described = self.described(model, &text(PORTS)?, inside)?;
+        let shows = |name: &str, width: usize| {
+            let name = inner(model, name);
+            let is_it = |port: &Port| name.as_ref() == Some(&port.name) && port.format.width() as usize == width;
+            described.ports.iter().any(|port| port.is_inside && is_it(port))
+        };
+        let netlist = match yosys::read(&text(NETLIST)?, &top(dut), (&clocks, is_vhdl), shows) {
             Ok(netlist) => netlist,
             Err(why) => return Ok(Err(why.to_string().replace(&format!("{INSTANCE}."), ""))),
         };
         text(NOTES)?.lines().for_each(|told| note(told.to_string()));
         let unchecked = text(UNCHECKED)?.lines().map(str::to_string).collect();
-        let described = self.described(model, &text(PORTS)?, inside)?;
-        Ok(joined(model, netlist, described).map(|design| Leaping { unchecked, ..design }))
+        Ok(joined(model, netlist, described, inside).map(|design| Leaping { unchecked, ..design }))
     }
 
     /// Makes a netlist of a design in a folder, or tells why it has none.
@@ -151,7 +158,7 @@ impl Simulators {
         if let Some(why) = misread::in_text(&texts, is_vhdl) {
             return Ok(Err(why));
         }
-        let translated = self.translated(model, (folder, &files, &top), (!is_vhdl, false))?;
+        let translated = self.translated(model, (folder, &files, &top), (!is_vhdl, true))?;
         if translated.is_timed {
             return Ok(Err("it has delays".to_string()));
         }
@@ -214,16 +221,18 @@ fn said(error: &Error) -> String {
 }
 
 /// Returns the reason why a design has no netlist whatever its files are.
-fn unfit(dut: &Dut, inside: Inside) -> Option<String> {
-    if dut.clocks.len() != 1 || common_cycle(dut) != 1 {
-        return Some("it has several clocks, or a slower one than the scene".to_string());
+fn unfit(dut: &Dut) -> Option<String> {
+    let is_random = dut.registers == Registers::Random;
+    is_random.then(|| "dut.registers = \"random\" takes the random values of Verilator".to_string())
+}
+
+/// Returns the path in the design of a word inside, as users know it, from its name in the netlist.
+fn inner(model: &Model, name: &str) -> Option<String> {
+    match super::is_vhdl(&model.dut.files) {
+        true => model.names.inside(&in_vhdl(name)),
+        false if is_wrapped(model.dut) => Some(name.strip_prefix(INSTANCE)?.strip_prefix('.')?.to_string()),
+        false => Some(name.to_string()),
     }
-    if dut.registers == Registers::Random {
-        return Some("dut.registers = \"random\" takes the random values of Verilator".to_string());
-    }
-    inside.is_any().then(|| {
-        "signals inside are to be shown, of which a netlist keeps few; with --wave ports it may leap".to_string()
-    })
 }
 
 /// Returns whether a module around the design sets its parameters: Yosys itself would lose their signs.
@@ -259,16 +268,36 @@ fn wrapped(dut: &Dut, lines: &str) -> Result<String, String> {
     Ok(format!("module {WRAPPED}({ports});\n  {} #({values}) {INSTANCE}({connected});\nendmodule\n", dut.top))
 }
 
-/// Joins a netlist and the ports of its design, by name and width.
-fn joined(model: &Model, netlist: Netlist, described: Described) -> Result<Leaping, String> {
+/// Joins a netlist and the ports of its design, by name and width. Signals inside that the netlist has no word for are
+/// hidden, and told.
+fn joined(model: &Model, netlist: Netlist, described: Described, inside: Inside) -> Result<Leaping, String> {
     let (dut, is_vhdl) = (model.dut, super::is_vhdl(&model.dut.files));
-    let Described { ports, raw, hidden, .. } = described;
+    let Described { mut ports, raw, mut hidden, .. } = described;
     let same = |one: &str, other: &str| if is_vhdl { one.eq_ignore_ascii_case(other) } else { one == other };
     let own = |name: &str| if is_vhdl { in_vhdl(name) } else { name.to_string() };
+    let kept: Vec<_> = netlist.outputs().iter().filter_map(|output| inner(model, &output.name)).collect();
+    let lost = hidden.len();
+    hidden.extend(ports.extract_if(.., |port| port.is_inside && !kept.contains(&port.name)));
+    match (&hidden[lost..], inside) {
+        ([], _) => {}
+        ([first, ..], Inside::Chosen(_)) => {
+            return Err(format!("`{}` is to be shown, and its netlist has no such signal", first.name));
+        }
+        (lost, _) => note(format!(
+            "{} of {} signals inside `{}` are not shown, because its netlist leaves out what reaches no output; \
+             dut.engine = \"verilator\" shows them",
+            lost.len(),
+            ports.iter().filter(|port| port.is_inside).count() + lost.len(),
+            dut.top
+        )),
+    }
     let numbered: Vec<_> = wires(dut, &ports).into_iter().map(|port| port.name.clone()).collect();
     // The name of a port as tools have it, and its number in a request.
     let number = |name: &str, width: u8, is_input: bool| {
-        let at = raw.iter().position(|raw| same(raw, &own(name)))?;
+        let at = raw.iter().position(|raw| same(raw, &own(name)));
+        let at = at.filter(|at| ports.get(*at).is_some_and(|port| !port.is_inside));
+        let named = inner(model, name);
+        let at = at.or_else(|| ports.iter().position(|port| port.is_inside && named.as_ref() == Some(&port.name)))?;
         let fits = ports[at].is_input == is_input && ports[at].format.width() == u32::from(width);
         numbered.iter().position(|numbered| fits && *numbered == ports[at].name)
     };
@@ -306,6 +335,7 @@ fn joined(model: &Model, netlist: Netlist, described: Described) -> Result<Leapi
         unchecked: Vec::new(),
         inputs,
         outputs,
+        inside: all.iter().filter(|port| !port.is_inside).count(),
         ports,
     })
 }

@@ -24,6 +24,8 @@ const LOOKED: u64 = 1024;
 const LEAST: u64 = 16;
 /// A request of Verilator, which is another process, takes longer than to clock this number of edges.
 const ASKED: u64 = 64;
+/// The most edges of a request for signals inside: each word of a counter is told.
+const MOST_SHOWN: u64 = 1 << 12;
 const MOST_NAMED: usize = 4;
 
 /// Returns whether fewer than three quarters of the edges were leapt over, or too few at once, so that Verilator is
@@ -49,12 +51,13 @@ pub(super) struct Running {
     pub(super) calls: u64,
     others: Vec<Leap>,
     sources: Vec<Source>,
-    /// The port of each output, whether it drives, and its word as told last: unknown, or not told.
+    /// The port of each output, the least request that asks for it, and its word as told last: unknown, or not told.
     outputs: Vec<usize>,
     names: Vec<String>,
-    /// The names of the registers.
+    /// The names of the registers, and whether outputs that drive depend on them.
     registers: Vec<String>,
-    drives: Vec<bool>,
+    live: Vec<bool>,
+    ranks: Vec<u8>,
     told: Vec<Option<Option<u64>>>,
     /// The level of the reset when it is not active.
     passive: u64,
@@ -92,8 +95,12 @@ impl Running {
     pub(super) fn start(design: &Leaping, words: &[u64], drives: &[bool], changes: &mut Vec<Change>) -> Self {
         let netlist = &*design.netlist;
         let outputs = design.outputs.clone();
-        let drives: Vec<_> = outputs.iter().map(|port| drives[*port]).collect();
-        let ranks: Vec<_> = drives.iter().map(|drives| u8::from(!drives)).collect();
+        let rank = |port: &usize| match (drives[*port], *port < design.inside) {
+            (true, _) => Asked::Driving as u8,
+            (_, true) => Asked::Outputs as u8,
+            _ => Asked::Inside as u8,
+        };
+        let ranks: Vec<_> = outputs.iter().map(rank).collect();
         let passive = u64::from(design.active_low);
         let given = |reset: u64| -> Vec<u64> {
             let word = |source: &Source| match source {
@@ -137,7 +144,8 @@ impl Running {
                 .collect(),
             told: vec![None; outputs.len()],
             outputs,
-            drives,
+            live: netlist.live(|at| ranks[at] == Asked::Driving as u8),
+            ranks,
             passive,
             given: before.clone(),
             edge: 0,
@@ -180,14 +188,15 @@ impl Running {
             }
             for at in 0..self.outputs.len() {
                 let bits = self.known(at);
-                if self.drives[at] && bits.is_none() {
+                let drives = self.ranks[at] == Asked::Driving as u8;
+                if drives && bits.is_none() {
                     return Err(self.unset(at));
                 }
-                if self.told[at] == Some(bits) || asked == Asked::Driving && !self.drives[at] {
+                if self.told[at] == Some(bits) || self.ranks[at] > asked as u8 {
                     continue;
                 }
                 self.told[at] = Some(bits);
-                ends |= self.drives[at];
+                ends |= drives;
                 changes.push(Change { edge: done, port: self.outputs[at], bits });
             }
             if self.edge >= self.look {
@@ -275,9 +284,9 @@ impl RunningDesign for Running {
             (done, ends) = self.beside(edges, asked, changes)?;
         }
         if done < edges && !ends {
-            let rank = u8::from(asked != Asked::Driving);
+            let most = if asked == Asked::Inside { MOST_SHOWN } else { u64::MAX };
             let (outputs, told) = (&self.outputs, &mut self.told);
-            let more = self.leap.clock(edges - done, rank, |edge, at, word| {
+            let more = self.leap.clock((edges - done).min(most), asked as u8, |edge, at, word| {
                 told[at] = Some(Some(word));
                 changes.push(Change { edge: done + edge, port: outputs[at], bits: Some(word) });
             });
@@ -286,6 +295,13 @@ impl RunningDesign for Running {
         }
         changes[from..].sort_unstable_by_key(|change| (change.edge, change.port));
         Ok(done)
+    }
+
+    fn state(&self, words: &mut Vec<u64>) -> bool {
+        let known = self.others.is_empty();
+        let live = self.leap.registers().zip(&self.live).filter(|(_, live)| known && **live);
+        words.extend(live.map(|(word, _)| word));
+        known
     }
 
     fn heard(&mut self) -> Heard {

@@ -9,6 +9,10 @@
 //! pending difference at [`STEADY`] edges in a row is a *mover* from there on. Lines are computed of words that depend
 //! on movers, and only where all pending registers are movers: then everything else rests.
 
+mod periods;
+
+use periods::Periods;
+
 use crate::index_set::IndexSet;
 use crate::line::{FOREVER, Line};
 use crate::netlist::{Cell, Net, Netlist};
@@ -21,6 +25,8 @@ const BRIEF: u64 = 4;
 /// Brief jumps in a row after which the next edges are ordinary ones, and the most edges that are.
 const PATIENCE: u32 = 8;
 const LONGEST_REST: u64 = 1024;
+/// The highest rank of outputs that end a jump where they move.
+const STILL: usize = 1;
 
 /// The clock edges of a simulation, and how many of them were leapt over.
 #[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
@@ -91,7 +97,7 @@ pub struct Leap {
     steps: Vec<Step>,
     flops: Vec<Flop>,
     inputs: Vec<(u32, u64)>,
-    outputs: Vec<u32>,
+    outputs: Vec<(u32, u64)>,
     /// The register, the net, the active level and the word of each asynchronous reset.
     resets: Vec<(u32, u32, u64, u64)>,
     clocks: Vec<Inner>,
@@ -108,13 +114,28 @@ pub struct Leap {
     news: IndexSet,
     /// The outputs of each rank and below.
     ranks: Vec<IndexSet>,
+    /// The outputs that move in a jump, with their lines and the bits of their widths.
+    ramps: Vec<(usize, Line, u64)>,
     /// The users of movers, direct or not: cells, registers, outputs, asynchronous resets and clocks.
     cone: Cone,
     share: Share,
     brief: u32,
     rest: u64,
-    /// Words that registers take at an edge, before any of them has it.
-    taken: Vec<(u32, u64)>,
+    /// Words that registers take at an edge, before any of them has it; in a macro-step their lines.
+    taken: Vec<(u32, Line)>,
+    periods: Periods,
+}
+
+/// Returns for how many edges, or periods of a macro-step, a word certainly has this slope.
+#[inline]
+fn keeps(line: Line, slope: i64) -> u64 {
+    if line.slope == slope { line.horizon } else { 1 }
+}
+
+/// Returns whether words differ, in a macro-step whether their lines do.
+#[inline]
+fn differ<const PERIOD: bool>(one: Line, other: Line) -> bool {
+    if PERIOD { one != other } else { one.word != other.word }
 }
 
 #[derive(Clone, Default)]
@@ -129,7 +150,8 @@ struct Cone {
 impl Leap {
     /// Starts a simulation with these words of the registers and of the inputs; asynchronous resets that are active act
     /// at once, if they act at the start. `ranks` has a rank for each output: a [request](Self::clock) tells of the
-    /// outputs up to a rank, and ends where one of rank 0 changes.
+    /// outputs up to a rank, and ends where one of rank 0 changes. Outputs of rank 2 and more are for showing: no jump
+    /// ends because one of them counts.
     ///
     /// # Panics
     ///
@@ -221,7 +243,7 @@ impl Leap {
         let mut leap = Self {
             steps,
             inputs: inputs.iter().map(|(_, net)| (net.0, mask(netlist.width(*net)))).collect(),
-            outputs: outputs.iter().map(|output| output.net.0).collect(),
+            outputs: outputs.iter().map(|output| (output.net.0, mask(netlist.width(output.net)))).collect(),
             resets,
             clocks,
             risen: Vec::new(),
@@ -233,14 +255,16 @@ impl Leap {
             told: vec![None; outputs.len()],
             news: IndexSet::new(outputs.len()),
             ranks: (0..=highest).map(up_to).collect(),
+            ramps: Vec::new(),
             cone: Cone::default(),
             share: Share::default(),
             brief: 0,
             rest: 0,
             taken: Vec::with_capacity(flops.len()),
+            periods: Periods::default(),
             flops,
         };
-        leap.settle();
+        leap.settle::<false>(0);
         leap
     }
 
@@ -253,12 +277,12 @@ impl Leap {
                 self.users.mark(net, &mut self.marked);
             }
         }
-        self.settle();
+        self.settle::<false>(0);
     }
 
     /// Returns the word of an output now.
     pub fn output(&self, output: usize) -> u64 {
-        self.lines[self.outputs[output] as usize].word
+        self.lines[self.outputs[output].0 as usize].word
     }
 
     /// Takes these words as those that were told last of the outputs; an output without one is told at the next edge at
@@ -292,7 +316,11 @@ impl Leap {
         let asked = usize::from(asked).min(self.ranks.len() - 1);
         let mut done = 0;
         while done < edges {
+            let before = done;
             done += self.step(edges - done, asked);
+            if !self.ramps.is_empty() {
+                self.ramp((before, done), &mut said);
+            }
             if self.news.meets(&self.ranks[asked]) && self.say(asked, done, &mut said) {
                 break;
             }
@@ -317,11 +345,23 @@ impl Leap {
     }
 
     /// Moves on by an ordinary edge or by a jump of at most `most` edges. Returns the number of edges.
-    #[inline]
     fn step(&mut self, most: u64, asked: usize) -> u64 {
+        if self.is_other() {
+            let edges = self.other_step(most, asked);
+            if edges > 0 {
+                return edges;
+            }
+        }
         let may_leap = most > 1 && self.rest == 0 && self.pending.is_within(&self.movers);
         let edges = if may_leap && !self.news.meets(&self.ranks[asked]) { self.horizon(most, asked) } else { 1 };
         if edges > 1 {
+            let first = self.steps.len() + self.flops.len();
+            for (at, line, bits) in &self.ramps {
+                let moved = line.word.wrapping_add((edges - 1).wrapping_mul(line.slope.cast_unsigned()));
+                self.told[*at] = Some(moved & *bits);
+                // Its word after the jump may be the one before it, and is told then.
+                self.marked.insert(first + at);
+            }
             self.leap(edges);
             self.share.leapt += edges;
         } else {
@@ -333,15 +373,27 @@ impl Leap {
         edges
     }
 
+    /// Tells the words of the outputs that have counted in a jump, at its edges but for the last one.
+    #[inline(never)]
+    fn ramp(&mut self, (before, done): (u64, u64), said: &mut impl FnMut(u64, usize, u64)) {
+        for edge in before + 1..done {
+            for (at, line, bits) in &mut self.ramps {
+                line.word = line.word.wrapping_add(line.slope.cast_unsigned()) & *bits;
+                said(edge, *at, line.word);
+            }
+        }
+        self.ramps.clear();
+    }
+
     /// An ordinary edge: each pending register takes its next word.
-    #[inline]
     fn edge(&mut self) {
         let now = self.share.edges;
         let mut is_new = false;
         for at in self.pending.iter() {
             let flop = &mut self.flops[at];
-            let (next, word) = (self.lines[flop.data as usize].word, self.lines[flop.output as usize].word);
-            self.taken.push((at as u32, next));
+            let (line, word) = (self.lines[flop.data as usize], self.lines[flop.output as usize].word);
+            let next = line.word;
+            self.taken.push((at as u32, line));
             if flop.width > 1 && !self.movers.contains(at) {
                 let difference = next.wrapping_sub(word) & mask(flop.width);
                 let goes_on = flop.last + 1 == now && flop.difference == difference;
@@ -353,105 +405,131 @@ impl Leap {
                 }
             }
         }
-        self.take();
+        self.take::<false>(0);
         if is_new {
             self.find_cone();
         }
     }
 
     /// Gives the registers the words in `taken`.
+    fn take<const PERIOD: bool>(&mut self, asked: usize) {
+        self.give::<PERIOD>();
+        self.settle::<PERIOD>(asked);
+    }
+
+    /// Gives the registers the words in `taken`, in a macro-step the lines, and marks their users.
     #[inline]
-    fn take(&mut self) {
-        for (at, word) in self.taken.drain(..) {
+    fn give<const PERIOD: bool>(&mut self) {
+        for (at, taken) in self.taken.drain(..) {
             let net = self.flops[at as usize].output;
-            self.lines[net as usize].word = word;
-            self.pending.set(at as usize, false);
+            let line = &mut self.lines[net as usize];
+            line.word = taken.word;
+            if PERIOD {
+                *line = taken;
+            }
             // Its data may be as they were, and then the register is pending or not by its own new word.
             self.marked.insert(self.steps.len() + at as usize);
             self.users.mark(net, &mut self.marked);
         }
-        self.settle();
     }
 
     /// Jumps over edges: each pending register moves by its slope at each of them.
-    #[inline]
     fn leap(&mut self, edges: u64) {
         for at in self.pending.iter() {
             let flop = &self.flops[at];
             let line = self.lines[flop.output as usize];
             let moved = line.word.wrapping_add(edges.wrapping_mul(line.slope.cast_unsigned()));
-            self.taken.push((at as u32, moved & mask(flop.width)));
+            self.taken.push((at as u32, Line { word: moved & mask(flop.width), ..line }));
         }
-        self.take();
+        self.take::<false>(0);
     }
 
     /// Evaluates all that is marked, until no asynchronous reset acts any more and no clock that the design makes has
     /// had an edge. A register that is reset keeps that word until the next edge, so each register is reset at most
     /// once. Clocks that the design makes depend on no register of theirs, so each has at most one edge.
     #[inline]
-    fn settle(&mut self) {
+    fn settle<const PERIOD: bool>(&mut self, asked: usize) {
         loop {
-            self.evaluate();
+            self.evaluate::<PERIOD>(asked);
             if self.taken.is_empty() {
                 for at in self.risen.drain(..) {
-                    let words = self.clocks[at as usize].flops.iter();
-                    self.taken.extend(words.map(|(flop, data)| (*flop, self.lines[*data as usize].word)));
+                    let lines = self.clocks[at as usize].flops.iter();
+                    self.taken.extend(lines.map(|(flop, data)| (*flop, self.lines[*data as usize])));
                 }
                 if self.taken.is_empty() {
                     break;
                 }
             }
-            for (at, word) in self.taken.drain(..) {
-                let net = self.flops[at as usize].output;
-                self.lines[net as usize].word = word;
-                self.marked.insert(self.steps.len() + at as usize);
-                self.users.mark(net, &mut self.marked);
-            }
+            self.give::<PERIOD>();
         }
     }
 
     /// Evaluates all that is marked, in the order of the marks. Leaves the registers that have to be reset in `taken`.
+    /// In a macro-step (`PERIOD`) words have lines, and it is bounded by those of outputs up to the rank `asked`, of
+    /// resets and of clocks.
     #[inline]
-    fn evaluate(&mut self) {
+    fn evaluate<const PERIOD: bool>(&mut self, asked: usize) {
         let lines = &mut self.lines[..];
         let flops = self.steps.len();
         let outputs = flops + self.flops.len();
         let resets = outputs + self.outputs.len();
         let clocks = resets + self.resets.len();
+        let mut bound = self.periods.bound;
         for part in 0..self.marked.parts() {
             while let Some(mark) = self.marked.take_from(part) {
                 if mark < flops {
                     let step = &self.steps[mark];
-                    let word = step.operation.word(step.widths, step.operands.map(|net| lines[net as usize].word));
+                    let operands = step.operands.map(|net| lines[net as usize]);
+                    let word = step.operation.word(step.widths, operands.map(|line| line.word));
+                    let mut made = Line::still(word);
+                    if PERIOD && operands.iter().any(|line| *line != Line::still(line.word)) {
+                        made = step.operation.line(step.widths, word, operands);
+                    }
                     let line = &mut lines[step.output as usize];
-                    if line.word != word {
+                    if differ::<PERIOD>(*line, made) {
                         line.word = word;
+                        if PERIOD {
+                            *line = made;
+                        }
                         for &(part, bits) in &self.users.marks[step.users.0 as usize..step.users.1 as usize] {
                             self.marked.insert_into(part as usize, bits);
                         }
                     }
                 } else if mark < outputs {
                     let flop = &self.flops[mark - flops];
-                    let is_pending = lines[flop.data as usize].word != lines[flop.output as usize].word;
+                    let is_pending = differ::<PERIOD>(lines[flop.data as usize], lines[flop.output as usize]);
                     self.pending.set(mark - flops, is_pending);
                 } else if mark < resets {
                     let output = mark - outputs;
-                    let is_new = self.told[output] != Some(lines[self.outputs[output] as usize].word);
-                    self.news.set(output, is_new);
+                    let line = lines[self.outputs[output].0 as usize];
+                    self.news.set(output, self.told[output] != Some(line.word));
+                    if PERIOD && self.ranks[asked].contains(output) {
+                        bound = bound.min(keeps(line, 0));
+                    }
                 } else if mark < clocks {
                     let (at, net, active, word) = self.resets[mark - resets];
-                    let output = self.flops[at as usize].output;
-                    if lines[net as usize].word == active && lines[output as usize].word != word {
-                        self.taken.push((at, word));
+                    let (line, own) = (lines[net as usize], lines[self.flops[at as usize].output as usize]);
+                    if line.word == active && differ::<PERIOD>(own, Line::still(word)) {
+                        self.taken.push((at, Line::still(word)));
+                    }
+                    if PERIOD {
+                        bound = bound.min(keeps(line, 0));
                     }
                 } else {
                     let clock = &mut self.clocks[mark - clocks];
-                    let before = std::mem::replace(&mut clock.level, lines[clock.net as usize].word);
+                    let line = lines[clock.net as usize];
+                    if PERIOD {
+                        bound = bound.min(keeps(line, 0));
+                    }
+                    let before = std::mem::replace(&mut clock.level, line.word);
                     if before != clock.level && clock.level == clock.active {
                         self.risen.push((mark - clocks) as u32);
                     }
                 }
             }
+        }
+        if PERIOD {
+            self.periods.bound = bound;
         }
     }
 
@@ -469,19 +547,26 @@ impl Leap {
             let line = &mut self.lines[step.output as usize];
             *line = step.operation.line(step.widths, line.word, operands);
         }
-        let keeps = |line: Line, slope: i64| if line.slope == slope { line.horizon } else { 1 };
         let mut edges = most;
         for &at in &self.cone.flops {
             let Flop { data, output, .. } = self.flops[at as usize];
             edges = edges.min(keeps(self.lines[data as usize], self.lines[output as usize].slope));
         }
-        for &at in &self.cone.outputs {
-            if self.ranks[asked].contains(at as usize) {
-                edges = edges.min(keeps(self.lines[self.outputs[at as usize] as usize], 0));
+        for at in self.cone.outputs.iter().map(|at| *at as usize).filter(|at| self.ranks[asked].contains(*at)) {
+            let (net, bits) = self.outputs[at];
+            let line = self.lines[net as usize];
+            if self.ranks[asked.min(STILL)].contains(at) {
+                edges = edges.min(keeps(line, 0));
+            } else {
+                edges = edges.min(line.horizon);
+                self.ramps.extend((line.slope != 0).then_some((at, line, bits)));
             }
         }
         for &net in &self.cone.triggers {
             edges = edges.min(keeps(self.lines[net as usize], 0));
+        }
+        if edges == 1 {
+            self.ramps.clear();
         }
         if edges >= BRIEF || edges == most {
             (self.brief, self.rest) = (0, 0);
@@ -511,7 +596,7 @@ impl Leap {
         let is_in = |net: u32| moves[net as usize];
         let depends = |(at, flop): (usize, &Flop)| (self.movers.contains(at) || is_in(flop.data)).then_some(at as u32);
         cone.flops = self.flops.iter().enumerate().filter_map(depends).collect();
-        cone.outputs = (0..self.outputs.len()).filter(|at| is_in(self.outputs[*at])).map(|at| at as u32).collect();
+        cone.outputs = (0..self.outputs.len()).filter(|at| is_in(self.outputs[*at].0)).map(|at| at as u32).collect();
         let triggers = self.resets.iter().map(|reset| reset.1).chain(self.clocks.iter().map(|clock| clock.net));
         cone.triggers = triggers.filter(|net| is_in(*net)).collect();
         self.cone = cone;

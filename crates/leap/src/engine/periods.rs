@@ -1,0 +1,222 @@
+//! Macro-steps: jumps over whole periods of several edges.
+//!
+//! Where a prescaler lets a counter move at every tenth edge, or a divider clocks one, no register but the prescaler
+//! moves at every edge, and no jump is longer than its period. The state then moves by lines *a period*: a register is
+//! assumed to have moved by `slope k` after `k` periods. [`Leap::macro_step`] does the edges of one period as ordinary
+//! ones, but with the lines of all words in `k` instead of words alone: the line of a word after an edge of the period
+//! is what the word is after that edge of each later period. Where each register has, after the period, the line that
+//! was assumed and moved by its slope, it follows by induction that it moves so for as many periods as the least
+//! horizon tells; the outputs, asynchronous resets and clocks must rest at each edge of the period. Then all these
+//! periods are one jump. A wrong assumption costs time, never a word: the edges of the period are done by then.
+//!
+//! The period is found as the distance at which the differences of the pending registers repeat.
+
+use super::{Leap, STILL, keeps};
+use crate::line::{FOREVER, Line};
+use crate::operation::{mask, signed};
+
+/// Steps after which it is looked whether they were short, and the edges a step below which they are.
+const LOOK: u64 = 256;
+const SHORT: u64 = 32;
+/// The edges in which a period is looked for, and the longest one.
+const SEEN: usize = 256;
+const LONGEST: usize = 64;
+/// Edges of macro-steps without a jump after which another period is tried.
+const CREDIT: u64 = 1024;
+/// The most edges for which no period is looked for after none was found.
+const LONGEST_REST: u64 = 1 << 20;
+
+/// The period of a simulation, and how it is found.
+#[derive(Clone, Default)]
+pub(super) struct Periods {
+    /// The edges of a period; 0 if there is none.
+    period: u64,
+    /// The slope of each register a period, and the difference over the period that was seen last.
+    slopes: Vec<i64>,
+    seen: Vec<u64>,
+    /// A number for the differences of the pending registers at each edge, while a period is looked for.
+    hashes: Vec<u64>,
+    is_looking: bool,
+    /// The edges that macro-steps may still take without a jump.
+    credit: u64,
+    /// The number of steps at which it is looked next, and what there was the last time: edges and steps.
+    next: u64,
+    before: (u64, u64),
+    /// The edge up to which no period is looked for, and the rest after the next failure.
+    until: u64,
+    rest: u64,
+    /// The least horizon of the macro-step, in periods, and the words with which it began.
+    pub(super) bound: u64,
+    begun: Vec<u64>,
+}
+
+impl Leap {
+    /// Looks whether the steps were short, and begins to look for a period.
+    #[inline(never)]
+    pub(super) fn look_at_steps(&mut self) {
+        let Periods { next, before, until, is_looking, hashes, .. } = &mut self.periods;
+        let (edges, steps) = (self.share.edges - before.0, self.share.steps - before.1);
+        (*next, *before) = (self.share.steps + LOOK, (self.share.edges, self.share.steps));
+        *is_looking = edges < SHORT * steps && self.share.edges >= *until;
+        hashes.clear();
+    }
+
+    /// Returns whether the next step is one that [`other_step`](Self::other_step) makes.
+    #[inline]
+    pub(super) fn is_other(&self) -> bool {
+        self.periods.period > 0 || self.periods.is_looking || self.share.steps >= self.periods.next
+    }
+
+    /// Makes a step of at most `most` edges in which a period is looked for or leapt over. Returns the number of edges;
+    /// none where an ordinary step is to follow.
+    pub(super) fn other_step(&mut self, most: u64, asked: usize) -> u64 {
+        if self.periods.is_looking {
+            let difference = |at: usize| {
+                let flop = &self.flops[at];
+                let [next, word] = [flop.data, flop.output].map(|net| self.lines[net as usize].word);
+                (at as u64) << 32 ^ next.wrapping_sub(word) & mask(flop.width)
+            };
+            let add =
+                |hash: u64, at: usize| (hash ^ difference(at)).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(29);
+            let hash = self.pending.iter().fold(1, add);
+            self.periods.hashes.push(hash);
+            if self.periods.hashes.len() == SEEN {
+                self.find_period();
+            }
+            self.edge();
+            self.share.edges += 1;
+            self.share.steps += 1;
+            return 1;
+        }
+        let period = self.periods.period;
+        if period == 0 {
+            self.look_at_steps();
+        }
+        if period == 0 || most < 2 * period || asked > STILL || self.news.meets(&self.ranks[asked]) {
+            return 0;
+        }
+        self.macro_step(most, asked)
+    }
+
+    /// Finds the period with which the differences of the last edges repeat. One of a single edge may be several of a
+    /// register that has one bit.
+    fn find_period(&mut self) {
+        let periods = &mut self.periods;
+        periods.is_looking = false;
+        let repeats = |period: &usize| {
+            let last = &periods.hashes[SEEN - 4 * (*period).max(8)..];
+            last[*period..].iter().zip(last).all(|(now, before)| now == before)
+        };
+        match (1..=LONGEST).find(repeats) {
+            Some(period) => self.begin_period(period.max(2) as u64),
+            None => self.rest_from_periods(),
+        }
+    }
+
+    fn begin_period(&mut self, period: u64) {
+        let periods = &mut self.periods;
+        (periods.period, periods.credit) = (period, CREDIT);
+        periods.slopes = vec![0; self.flops.len()];
+        periods.seen = vec![0; self.flops.len()];
+    }
+
+    /// Gives periods up for a time, which doubles.
+    fn rest_from_periods(&mut self) {
+        let periods = &mut self.periods;
+        periods.period = 0;
+        periods.rest = (2 * periods.rest).clamp(1 << 12, LONGEST_REST);
+        periods.until = self.share.edges + periods.rest;
+    }
+
+    /// Makes the edges of a period, and leaps over further ones where that is proved.
+    fn macro_step(&mut self, most: u64, asked: usize) -> u64 {
+        let period = self.periods.period;
+        self.rest_lines();
+        self.periods.bound = FOREVER;
+        self.periods.begun.clear();
+        for (at, (flop, slope)) in self.flops.iter().zip(&self.periods.slopes).enumerate() {
+            let line = &mut self.lines[flop.output as usize];
+            self.periods.begun.push(line.word);
+            if *slope != 0 {
+                line.slope = *slope;
+                self.marked.insert(self.steps.len() + at);
+                self.users.mark(flop.output, &mut self.marked);
+            }
+        }
+        // A register does not move while it is reset.
+        for (at, net, active, _) in &self.resets {
+            if self.lines[*net as usize].word == *active && self.periods.slopes[*at as usize] != 0 {
+                self.periods.bound = 1;
+            }
+        }
+        self.settle::<true>(asked);
+        let mut edges = 0;
+        while edges < period && !self.news.meets(&self.ranks[asked]) {
+            let flops = &self.flops;
+            let lines = &self.lines;
+            self.taken.extend(self.pending.iter().map(|at| (at as u32, lines[flops[at].data as usize])));
+            self.take::<true>(asked);
+            edges += 1;
+        }
+        let is_whole = edges == period && !self.news.meets(&self.ranks[asked]);
+        let jump = if is_whole { self.proved().min((most - period) / period) } else { 0 };
+        if jump > 0 {
+            for (at, (flop, slope)) in self.flops.iter().zip(&self.periods.slopes).enumerate() {
+                if *slope != 0 {
+                    let moved =
+                        self.lines[flop.output as usize].word.wrapping_add(jump.wrapping_mul(slope.cast_unsigned()));
+                    self.taken.push((at as u32, Line::still(moved & mask(flop.width))));
+                }
+            }
+        }
+        self.rest_lines();
+        // Registers whose lines alone were others are pending no more.
+        for at in 0..self.flops.len() {
+            self.marked.insert(self.steps.len() + at);
+        }
+        self.take::<false>(asked);
+        let leapt = jump * period;
+        self.share.edges += edges + leapt;
+        self.share.leapt += leapt;
+        self.share.steps += edges;
+        self.pay(edges, leapt);
+        edges + leapt
+    }
+
+    /// Returns for how many periods after the one that is done all registers certainly move by their slopes. Learns the
+    /// slopes from two periods with one difference.
+    fn proved(&mut self) -> u64 {
+        let Periods { slopes, seen, begun, bound, .. } = &mut self.periods;
+        let mut least = *bound;
+        for (at, flop) in self.flops.iter().enumerate() {
+            let line = self.lines[flop.output as usize];
+            let difference = line.word.wrapping_sub(begun[at]) & mask(flop.width);
+            let is_it = difference == slopes[at].cast_unsigned() & mask(flop.width);
+            least = least.min(if is_it { keeps(line, slopes[at]) } else { 1 });
+            if std::mem::replace(&mut seen[at], difference) == difference {
+                slopes[at] = signed(difference, flop.width);
+            }
+        }
+        least.saturating_sub(1)
+    }
+
+    /// Takes macro-steps without jumps from the credit, and tries a longer period or none once it is used up.
+    fn pay(&mut self, edges: u64, leapt: u64) {
+        let periods = &mut self.periods;
+        if leapt >= 8 * edges {
+            (periods.credit, periods.rest) = (CREDIT, 0);
+        } else if let Some(left) = periods.credit.checked_sub(edges) {
+            periods.credit = left;
+        } else if 2 * periods.period <= LONGEST as u64 {
+            self.begin_period(2 * self.periods.period);
+        } else {
+            self.rest_from_periods();
+        }
+    }
+
+    fn rest_lines(&mut self) {
+        for line in &mut self.lines {
+            (line.slope, line.horizon) = (0, FOREVER);
+        }
+    }
+}
