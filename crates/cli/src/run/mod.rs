@@ -5,6 +5,7 @@ mod axis;
 mod device;
 mod dut;
 mod finished;
+mod foc;
 mod gimbal;
 mod junit;
 mod nets;

@@ -129,7 +129,11 @@ impl AxisDirect<'_> {
         let (quantum_n, duty) = match self.plant.actuator {
             Actuator::Amplified { quantum_n, .. } => (quantum_n, 0.0),
             Actuator::Averaged { full_scale, .. } => (0.0, 1.0 / full_scale),
-            Actuator::Switching | Actuator::ThreeLegs | Actuator::Preloaded { .. } | Actuator::Converted { .. } => {
+            Actuator::Switching
+            | Actuator::ThreeLegs
+            | Actuator::AveragedLegs { .. }
+            | Actuator::Preloaded { .. }
+            | Actuator::Converted { .. } => {
                 unreachable!("scenes refuse it: without a clock nothing switches")
             }
         };
