@@ -135,11 +135,13 @@ impl Placed for KnobIn<i64> {
     #[inline]
     fn command(world: &AxisWorld<Self>, out: &FocOut<i64>, words: &[i64]) -> i64 {
         let FocOut { a_high, a_low, b_high, b_low, c_high, c_low, trigger } = *out;
-        let started = || world.read[..2].iter().flatten().fold(0, |bits, sensor| bits | trigger << sensor);
+        let started = || match trigger {
+            0 => 0,
+            _ => world.read[..2].iter().flatten().fold(0, |bits, sensor| bits | 1 << sensor),
+        };
         match world.plant.actuator {
             Actuator::ThreeLegs => {
-                let gates = [a_high, a_low, b_high, b_low, c_high, c_low];
-                let gates = gates.iter().rev().fold(0, |word, gate| word << 1 | gate);
+                let gates = a_high | a_low << 1 | b_high << 2 | b_low << 3 | c_high << 4 | c_low << 5;
                 gates | started() << LEGS
             }
             // The modulator takes the duties at the edge at which it starts the converters.
@@ -163,6 +165,18 @@ impl Placed for KnobIn<i64> {
                 *word = sensors.pins()[sensor][0];
             }
         }
+    }
+
+    #[inline]
+    fn is_placed(&self, world: &AxisWorld<Self>) -> bool {
+        let Pins { a, b } = world.pins;
+        let Some(sensors) = &world.sensors else { return (self.a_pin, self.b_pin) == (a, b) };
+        let is_read = |sensor: Option<usize>, word: i64| sensor.is_none_or(|sensor| sensors.pins()[sensor][0] == word);
+        (self.a_pin, self.b_pin) == (a, b)
+            && (self.enable != 0) == (world.edge >= world.begins.0)
+            && is_read(world.read[0], self.i_a)
+            && is_read(world.read[1], self.i_b)
+            && is_read(world.read[2], self.code)
     }
 }
 

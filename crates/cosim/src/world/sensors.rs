@@ -25,6 +25,8 @@ pub(crate) struct Sensors<'p> {
     /// The legs of a bridge with three, and the bits by which a design starts samples, as they are.
     legs: [Leg; 3],
     started: i64,
+    /// These bits with the lines of chips, as they were told last.
+    told: i64,
     /// The sampler whose words an input shows at once, if there is one.
     converter: Option<usize>,
 }
@@ -85,6 +87,7 @@ impl<'p> Sensors<'p> {
             tells_new,
             legs: [Leg::Open; 3],
             started: 0,
+            told: 0,
             converter: None,
         };
         for (sensor, one) in all.iter().enumerate() {
@@ -202,6 +205,9 @@ impl<'p> Sensors<'p> {
     /// Takes a sample of each sensor whose bit rises at this edge. A sensor that is still converting misses it.
     pub(crate) fn start(&mut self, edge: u64, legs: [Leg; 3], bits: i64, device: &mut AnyDevice) {
         self.legs = legs;
+        if std::mem::replace(&mut self.told, bits) == bits {
+            return;
+        }
         let lines = bits >> MOST_SENSORS;
         for (place, (sensor, chip)) in self.chips.iter_mut().enumerate() {
             let level = |line: usize| lines >> (3 * place + line) & 1 != 0;

@@ -10,8 +10,8 @@
 //! - **Ports**: `a_pin`, `b_pin` (0,1,0), `code` (0,POSITION_WIDTH,0), `coded` (0,1,0), `reference`
 //!   (0,POSITION_WIDTH,0), `stiffness`, `damping`, `period` of `torque_table`, `zero` (0,POSITION_WIDTH,0), `i_a`,
 //!   `i_b`, `proportional`, `integral`, `enable` and the outputs as in `foc_loop`, whose `offset` is `zero`.
-//! - **Latency**: a pin comes to the position in 4 edges; a sample of the law to the wanted current in 1; the rest as in
-//!   `foc_loop`.
+//! - **Latency**: a pin comes to the position in 4 edges; a sample of the law to the wanted current in 1; the rest as
+//!   in `foc_loop`.
 //! - **Reset**: all registers 0. **Overflow**: of its blocks.
 //! - **VHDL twin**: `hdl/foc_knob_loop.vhd`; the instances and nets have the names of [`Wiring`](crate::Wiring)'s.
 //! - **Source**: that of its blocks.

@@ -64,6 +64,6 @@ keys! { model_foc: "model" of [FOC];
     /// Models the current loops with their winding, or a torque that is the wanted one; then neither winding, bridge
     /// and cogging are modelled, nor a stiction above Coulomb friction.
     currents: Choice<bool> = Choice::new(|| vec![("loops", false), ("ideal", true)], Is(false));
-    /// Time by which an ideal torque follows the wanted one, a pure delay.
-    current_delay beside currents: Quantity = Quantity::new(&q::TIME, NotNegative, Is(0.0));
+    /// Time by which an ideal torque follows the wanted one, a pure delay; only beside `currents = "ideal"`.
+    current_delay: Quantity = Quantity::new(&q::TIME, NotNegative, Is(0.0));
 }

@@ -7,11 +7,11 @@ use hpu_page::Page;
 use hpu_signal::{Notation, Signal};
 use serde_json::{Value, json};
 
-use super::axis::motion;
-use super::device::{Shown, named, of_words};
-use super::dut::starts;
-use super::simulate::Ran;
 use crate::parameters;
+use crate::run::axis::motion;
+use crate::run::device::{Shown, named, of_words};
+use crate::run::dut::starts;
+use crate::run::simulate::Ran;
 use crate::units::si;
 
 impl Shown for FocSimulation<'_> {
