@@ -8,32 +8,27 @@ use crate::device::Device;
 use crate::fit::Simplifications;
 use crate::{accuracy, fit, map, widths};
 
-/// A part of the model that can be left out: its name as a contestant, what it is, its worth, and the key that leaves
-/// it out.
-type Part = (&'static str, &'static str, u32, (&'static str, &'static str));
+/// Keys that leave parts of the model out.
+const AVERAGED: (&str, &str) = ("model.bridge", "averaged");
+const IDEAL: (&str, &str) = ("model.currents", "ideal");
+const FRICTIONLESS: (&str, &str) = ("model.friction", "none");
 
-/// Returns the parts that a scene's model has.
-fn parts(scene: &FocScene) -> Vec<Part> {
+/// Returns whether a scene's model has the switching of the bridge, current loops that can be left out, and friction.
+fn parts(scene: &FocScene) -> [bool; 3] {
+    let has_loops = !scene.model.ideal && scene.method.position.is_none() && scene.method.enable_after_s == 0.0;
     let rubs = scene.model.friction != Friction::None && scene.pmsm.coulomb_nm > 0.0;
-    let has_loops = !scene.model.ideal;
-    let is_ideal = has_loops && scene.method.position.is_none() && scene.method.enable_after_s == 0.0;
-    let all = [
-        (
-            has_loops && scene.model.bridge == BridgeModel::Switching,
-            ("averaged", "the bridge's switching", 6, ("model.bridge", "averaged")),
-        ),
-        (
-            is_ideal && !scene.gives("model.bridge"),
-            ("ideal currents", "the current loops", 8, ("model.currents", "ideal")),
-        ),
-        (rubs, ("frictionless", "Coulomb friction", 4, ("model.friction", "none"))),
-    ];
-    all.into_iter().filter(|(has, _)| *has).map(|(_, part)| part).collect()
+    [scene.model.bridge == BridgeModel::Switching, has_loops, rubs]
 }
 
 impl accuracy::Device for FocScene {
     fn contestants(&self) -> Vec<Contestant> {
-        parts(self).into_iter().map(|(name, _, _, set)| Contestant::new(name, &[set])).collect()
+        let [switches, has_loops, rubs] = parts(self);
+        let all = [
+            (switches, Contestant::new("averaged", &[AVERAGED])),
+            (has_loops, Contestant::new("ideal currents", &[AVERAGED, IDEAL])),
+            (rubs, Contestant::new("frictionless", &[FRICTIONLESS])),
+        ];
+        all.into_iter().filter(|(has, _)| *has).map(|(_, contestant)| contestant).collect()
     }
 }
 
@@ -51,8 +46,13 @@ impl fit::Device for FocScene {
 
     fn simplifications(&self) -> Simplifications {
         let mut list = Simplifications::default();
-        for (_, what, worth, set) in parts(self) {
-            list.add(what, worth, &[set], &[]);
+        let [switches, has_loops, rubs] = parts(self);
+        let averaged = switches.then(|| list.add("the bridge's switching", 6, &[AVERAGED], &[]));
+        if has_loops {
+            list.add("the current loops", 8, &[IDEAL], &[averaged]);
+        }
+        if rubs {
+            list.add("Coulomb friction", 4, &[FRICTIONLESS], &[]);
         }
         list
     }

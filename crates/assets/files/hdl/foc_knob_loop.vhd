@@ -59,7 +59,7 @@
 -- reset    synchronous, to every clocked block
 -- overflow as in the blocks
 -- source   that of the blocks
--- differs from the hardware: as in the blocks; combinational paths settle within the
+-- differs from the hardware: as in its blocks; combinational paths settle within the
 --          clock they change in.
 
 library ieee;

@@ -17,7 +17,7 @@ fn a_scene_without_a_clock_is_refused() {
 fn a_device_that_follows_words_inside_its_loop_is_refused() {
     for (name, model) in [
         ("foc-detents", "model.bridge=averaged"),
-        ("foc-detents", "model.currents=ideal"),
+        ("foc-detents", "model={ bridge = \"averaged\", currents = \"ideal\" }"),
         ("epfl-paddle-step", "model.bridge=averaged"),
     ] {
         let refused = Plant::open(&shipped(name), &set(&[model])).err().expect("no pins");

@@ -22,6 +22,9 @@ fn run(name: &str, sets: &[(&str, &str)], driver: Driver) -> (Summary, Trace) {
     (summary, trace)
 }
 
+/// A torque that is the wanted one.
+const IDEAL: (&str, &str) = ("model", "{ bridge = \"averaged\", currents = \"ideal\" }");
+
 /// A hand that pushes from the start.
 const PUSHED: (&str, &str) = ("hand", "{ kind = \"constant_torque\", torque = \"60 mN.m\" }");
 
@@ -30,7 +33,7 @@ fn events_and_clock_agree_to_the_bit_whatever_is_modelled() {
     for (name, model) in [
         ("foc-detents", ("model.bridge", "switching")),
         ("foc-detents", ("model.bridge", "averaged")),
-        ("foc-detents", ("model.currents", "ideal")),
+        ("foc-detents", IDEAL),
         ("foc-wall", ("model.bridge", "switching")),
         ("foc-wall", ("model.bridge", "averaged")),
         ("foc-wall", ("method.enable_after", "1 ms")),
@@ -63,7 +66,7 @@ fn a_wall_gives_its_stiffness_times_the_depth_as_torque_and_as_current() {
         ("expect", "{}"),
         ("run.duration", "400 ms"),
     ];
-    for model in [("model.bridge", "switching"), ("model.bridge", "averaged"), ("model.currents", "ideal")] {
+    for model in [("model.bridge", "switching"), ("model.bridge", "averaged"), IDEAL] {
         let (_, trace) = run("foc-wall", &[&sets[..], &[model]].concat(), Driver::Events);
         let mean = |column: usize| {
             let last = &trace.real(column)[trace.real(column).len() - 1000..];

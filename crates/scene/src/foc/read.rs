@@ -87,7 +87,7 @@ pub(crate) fn scene(file: &str, source: &Source, load: Load) -> Result<FocScene,
     Ok(scene)
 }
 
-/// Refuses keys that have no effect beside ideal currents, and a delay beside others.
+/// Refuses a switching bridge and keys of currents beside ideal ones, and a delay beside others.
 fn agree_on_model(scene: &FocScene) -> Result<(), SceneError> {
     if !scene.model.ideal {
         return match scene.model.delay_s > 0.0 {
@@ -96,8 +96,8 @@ fn agree_on_model(scene: &FocScene) -> Result<(), SceneError> {
         };
     }
     let refused = |key: &str, reason: &str| Err(scene.error(key, reason));
-    if scene.gives("model.bridge") {
-        return refused("model.bridge", "ideal currents have no bridge; leave this out");
+    if scene.model.bridge == BridgeModel::Switching {
+        return refused("model.currents", "\"ideal\" has no switching; write bridge = \"averaged\" beside it");
     }
     if scene.method.position.is_some() {
         return refused("model.currents", "\"ideal\" reads the encoder; write method.position = \"encoder\"");

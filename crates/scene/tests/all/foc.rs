@@ -76,11 +76,15 @@ fn what_the_loop_cannot_have_is_refused_at_its_key() {
         ("foc-wall", vec![("wall.position", "4 rad")], ["wall.position", "does not fit 14 bits"]),
         ("foc-wall", vec![("wall.stiffness", "1e6")], ["wall.stiffness", "does not fit"]),
         ("foc-wall", vec![("wall.ramp", "{ from = 0, to = 1 }")], ["wall.ramp", "unknown"]),
-        ("foc-wall", vec![("model.currents", "ideal")], ["model.currents", "reads the encoder"]),
-        ("foc-detents", vec![("model.currents", "ideal"), ("model.bridge", "averaged")], ["model.bridge", "no bridge"]),
+        (
+            "foc-wall",
+            vec![("model.bridge", "averaged"), ("model.currents", "ideal")],
+            ["model.currents", "reads the encoder"],
+        ),
+        ("foc-detents", vec![("model.currents", "ideal")], ["model.currents", "bridge = \"averaged\""]),
         (
             "foc-detents",
-            vec![("model.currents", "ideal"), ("method.enable_after", "1 ms")],
+            vec![("model.bridge", "averaged"), ("model.currents", "ideal"), ("method.enable_after", "1 ms")],
             ["model.currents", "from the start"],
         ),
         (

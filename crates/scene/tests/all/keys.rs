@@ -105,7 +105,7 @@ fn bases() -> Vec<Base> {
     };
     vec![
         foc(&[]),
-        foc(&[("model.currents", "ideal")]),
+        foc(&[("model.bridge", "averaged"), ("model.currents", "ideal")]),
         paddle,
         gimbal("path", &[("target.path", "[[0, 0.01, 0, 0]]")]),
         gimbal("sines", &[]),
@@ -378,8 +378,7 @@ fn said(base: &Base, row: &KeyRow, value: &str) -> Option<String> {
 /// Whether a scene reads the key: a prescribed hand overrules a start, a mass has no bridge and a motor no amplifier,
 /// the drive of this network is neither and it takes no steps, a hand with a path has no file, and a velocity that is
 /// not rescaled has no scale, a filter by its corner takes no keys of others, another method has no target, a plant
-/// is written in one way, as are inductances and magnets of three phases, and ideal currents alone have a delay and no
-/// bridge.
+/// is written in one way, as are inductances and magnets of three phases, and ideal currents alone have a delay.
 fn reads(base: &Base, row: &KeyRow) -> bool {
     let written_otherwise = ["inductance", "inductance_d", "inductance_q", "flux_linkage", "torque_constant"];
     let is_overruled = base.hand == "prescribed" && row.key.starts_with("initial_")
@@ -397,7 +396,7 @@ fn reads(base: &Base, row: &KeyRow) -> bool {
             && !base.text.contains(&format!("{} =", row.key))
         || row.section == "device" && row.key == "gain" && !base.text.contains("poles")
         || row.section == "device" && row.key == "d" && !base.text.contains("c = [1]")
-        || base.scene == "foc" && row.key == if base.set.is_empty() { "current_delay" } else { "bridge" }
+        || base.scene == "foc" && base.set.is_empty() && row.key == "current_delay"
         || base.method == "pid" && (row.section, row.key) == ("method", "kind");
     base.takes(row) && base.should_take(row.section, row.key) && !is_overruled
 }
