@@ -61,7 +61,7 @@ impl fit::Device for FocScene {
 impl map::Device for FocScene {}
 impl widths::Device for FocScene {
     fn no_fields(&self) -> &'static str {
-        "widths are reviewed of loops on an H-bridge: there are none to choose here"
+        "widths are varied of loops on an H-bridge alone: there are none to choose here"
     }
 }
 impl widths::search::Device for FocScene {}

@@ -89,7 +89,7 @@ impl FocScene {
             ..KnobConfig::default()
         };
         let most = Format::unsigned(config.period_width).max();
-        if i128::from(period) > i128::from(most) {
+        if i128::from(period) > most {
             let least = number_above(self.clock.frequency_hz() as f64 / most as f64);
             let reason = format!("{} Hz; write at this clock {least} Hz or more", number(method.sample_rate_hz));
             return Err(self.error("method.sample_rate", reason));
