@@ -123,6 +123,9 @@ impl Plant {
                 return Err(named(&"with this model.solver it runs without a clock, and pins have one"));
             }
             (Laws::Wired(WiredSimulation::Axis(simulation)), _) => of_axis(simulation),
+            (Laws::Wired(simulation), _) if !simulation.gates_drive() => {
+                return Err(named(&"with this model the device follows words inside the loop, and pins are gates"));
+            }
             (Laws::Wired(arm), _) => of_arm(arm),
             (Laws::Dut(plant, wires), Experiment::Dut(scene)) => of_dut(scene, plant, wires),
             (Laws::Dut(..), _) => unreachable!("only the scene of a design has its laws"),

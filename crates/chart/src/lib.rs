@@ -31,6 +31,8 @@ use motion::Motion;
 use drawing::canvas::{Anchor, Canvas, HEIGHT, INK, QUIET, WIDTH, text_width};
 
 #[cfg(not(target_family = "wasm"))]
+pub use devices::foc::{FOC_NETS, foc_pictures};
+#[cfg(not(target_family = "wasm"))]
 pub use devices::paddle::{PADDLE_NETS, paddle_pictures};
 pub use devices::transfer::{TRANSFER_NETS, transfer_pictures};
 pub use diagram::Diagram;

@@ -266,6 +266,7 @@ fn bar_name(map: &Map, quantity: &Quantity) -> String {
     let unit = match quantity.unit {
         LENGTH => match map.experiment(map.point(map.layer() / 2)) {
             Ok(Experiment::Axis(scene)) => format!("m{}", scene.units().position),
+            Ok(Experiment::Foc(scene)) => format!("m{}", scene.device.units().position),
             Ok(Experiment::Dut(scene)) => format!("m{}", scene.device.units().position),
             _ => "thousandths of its unit".into(),
         },

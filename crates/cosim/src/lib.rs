@@ -2,6 +2,8 @@
 
 mod any_simulation;
 pub mod dut;
+#[cfg(not(target_family = "wasm"))]
+mod foc;
 mod gimbal;
 mod linear;
 mod named_block;
@@ -17,6 +19,8 @@ mod world;
 
 pub use any_simulation::AnySimulation;
 pub use dut::driven_world::{DrivenWorld, Halt, Logic};
+#[cfg(not(target_family = "wasm"))]
+pub use foc::FocSimulation;
 pub use gimbal::{ERROR, FORCE, GIMBAL_REALS, GIMBAL_ROW, GimbalSimulation, RADIUS, STRESSES, stress_error_pa};
 pub use linear::LinearLoop;
 pub use named_block::{NamedBlockError, named_block};

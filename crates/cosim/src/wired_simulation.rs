@@ -24,6 +24,9 @@ macro_rules! wired {
             /// Bodies and joints whose loop is that of EPFL's haptic paddle; a page, which loads all code, has it not.
             #[cfg(not(target_family = "wasm"))]
             Paddle(crate::PaddleSimulation<'s>),
+            /// A motor with three phases behind field-oriented control; a page has it not either.
+            #[cfg(not(target_family = "wasm"))]
+            Foc(crate::FocSimulation<'s>),
         }
 
         /// Evaluates an expression with a simulation bound to a name, whatever its type.
@@ -34,6 +37,8 @@ macro_rules! wired {
                     $(Self::$Device($d simulation) => $d call,)*
                     #[cfg(not(target_family = "wasm"))]
                     Self::Paddle($d simulation) => $d call,
+                    #[cfg(not(target_family = "wasm"))]
+                    Self::Foc($d simulation) => $d call,
                 }
             };
         }
@@ -50,6 +55,12 @@ macro_rules! wired {
                     $(Experiment::$Device(scene) => crate::$Simulation::new(scene).map(Self::$Device),)*
                     #[cfg(not(target_family = "wasm"))]
                     Experiment::Paddle(scene) => crate::PaddleSimulation::new(scene).map(Self::Paddle),
+                    #[cfg(not(target_family = "wasm"))]
+                    Experiment::Foc(scene) => crate::FocSimulation::new(scene).map(Self::Foc),
+                    #[cfg(target_family = "wasm")]
+                    Experiment::Foc(scene) => {
+                        Err(SimulationError::Scene(scene.error("device.kind", "a page has no motor with three phases")))
+                    }
                     #[cfg(target_family = "wasm")]
                     Experiment::Paddle(scene) => {
                         Err(SimulationError::Scene(scene.error("method.kind", "a page has not the loop of the paddle")))

@@ -1,7 +1,10 @@
 //! The catalogue of all blocks.
 
 use crate::base::listed::{Configured, Given, Listed};
-use crate::foc::{Clarke, FocLoop, InversePark, Park, Sinc3, SpaceVector, SpiMaster, SsiMaster, ThreePhasePwm};
+use crate::foc::{
+    Clarke, FocKnobLoop, FocLoop, InversePark, Park, PositionSelect, Sinc3, SpaceVector, SpiMaster, SsiMaster,
+    ThreePhasePwm,
+};
 use crate::gimbal::{
     ControlSwitch, CrankTable, GimbalInverse, GimbalLoop, GimbalShearLoop, ImpedanceControl, ServoControl,
 };
@@ -75,7 +78,7 @@ macro_rules! around_laws {
             PhantomSharedLoop, PhantomIo, GimbalInverse, CrankTable, ServoControl, ImpedanceControl, ControlSwitch,
             FractionalDifference, SampleTimer, GimbalLoop, GimbalShearLoop, WindowSum, FilteredPid, AngleSelect,
             TimerPwm, EpflPaddleLoop, Clarke, Park, InversePark, SpaceVector,
-            ThreePhasePwm, Sinc3, SpiMaster, SsiMaster, FocLoop,
+            ThreePhasePwm, Sinc3, SpiMaster, SsiMaster, FocLoop, PositionSelect, FocKnobLoop,
         }
     };
 }

@@ -82,6 +82,7 @@ mod dut;
 mod experiment;
 mod faults;
 mod files;
+mod foc;
 mod gimbal;
 mod head;
 pub mod joined;
@@ -121,6 +122,7 @@ pub use experiment::resolved::{
 pub use experiment::shipped::shipped_file;
 pub use faults::{EncoderLine, Faults, Stuck, Switch, Times};
 pub use files::{read_plain, read_stdin, read_text, utf8};
+pub use foc::{FocMethod, FocModel, FocScene, FocWords};
 pub use gimbal::{
     Displacement, ForceSensor, GimbalMethod, GimbalModel, GimbalScene, GimbalWords, PositionGains, Posture, Probe,
     Servo, Shear, Target, TargetKind, Thresholds,
@@ -159,6 +161,6 @@ pub use hpu_plant::Bridge;
 /// Every key of a scene, as data.
 pub mod keys {
     pub use crate::experiment::groups::{has_own_kind, kinds_of, markdown, rows};
-    pub use crate::method::{FOLLOWS, PADDLE};
+    pub use crate::method::{FOC, FOLLOWS, PADDLE};
     pub use crate::schema::{KeyRow, Otherwise, Shape, Sizes, Takes, grouped, is_any_name};
 }

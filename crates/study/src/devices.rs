@@ -44,6 +44,7 @@ pub fn device(scene: &Experiment) -> &dyn Device {
         #[cfg(not(target_family = "wasm"))]
         Experiment::Transfer(scene) => scene,
         Experiment::Paddle(scene) => scene,
+        Experiment::Foc(scene) => scene,
         Experiment::Dut(scene) => scene,
     }
 }

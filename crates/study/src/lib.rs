@@ -3,6 +3,7 @@
 pub mod accuracy;
 pub mod command;
 pub mod fit;
+mod foc;
 pub mod gimbal;
 pub mod identify;
 pub mod limits;

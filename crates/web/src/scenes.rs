@@ -1,6 +1,6 @@
 //! The shipped scenes.
 
-use hpu_cosim::scene::keys::{FOLLOWS, PADDLE};
+use hpu_cosim::scene::keys::{FOC, FOLLOWS, PADDLE};
 use hpu_cosim::scene::{Shipped, shipped};
 use serde_json::{Value, json};
 
@@ -10,7 +10,7 @@ use crate::request::Refusal;
 /// target and plants as transfer functions, and so the scenes that have one.
 pub(crate) fn list() -> Result<Value, Refusal> {
     let mut all = Vec::new();
-    let kinds = || FOLLOWS.into_iter().chain([PADDLE, "transfer"]);
+    let kinds = || FOLLOWS.into_iter().chain([PADDLE, FOC, "transfer"]);
     let follows = |scene: &&Shipped| kinds().any(|kind| scene.text.contains(&format!("kind = \"{kind}\"")));
     for scene in shipped().iter().filter(|scene| !follows(scene)) {
         let parsed = scene.parse(&[])?;

@@ -171,7 +171,7 @@ fn mathml_is_well_formed_and_no_markdown() {
 }
 
 /// Runs that stay text: the block, the begin of the run, and the reason.
-const TEXT: [(&str, &str, &str); 36] = [
+const TEXT: [(&str, &str, &str); 38] = [
     ("axis_front", "a_pin, b_pin -> sync", "a drawing"),
     ("butterworth_difference", "position -+-> hold", "a drawing"),
     ("conventional_loop", "pins -> sync", "a drawing"),
@@ -185,6 +185,8 @@ const TEXT: [(&str, &str, &str); 36] = [
     ("position_pid_loop", "pins -> front", "a drawing"),
     ("torque_table_loop", "pins -> front", "a drawing"),
     ("virtual_coupling_loop", "pins -> front", "a drawing"),
+    ("foc_knob_loop", "pins -> sync", "a drawing"),
+    ("foc_knob_loop", "position -> from_zero", "a drawing"),
     ("foc_loop", "pins -> sync", "a drawing"),
     ("gimbal_loop", "timer -> sample -> inverse", "a drawing"),
     ("gimbal_shear_loop", "timer -> sample -> shear", "a drawing"),

@@ -112,6 +112,29 @@ fn rows_are_states(name: &str, pairs: &[&str]) {
 }
 
 #[test]
+fn a_motor_of_three_phases_behind_field_oriented_control_moves_as_in_the_engine() {
+    let pushed = "hand={ kind = \"constant_torque\", torque = \"60 mN.m\" }";
+    same_as_the_engine("foc-detents", &["run.duration=20 ms", pushed]);
+    same_as_the_engine("foc-wall", &["run.duration=20 ms", pushed, "wall.position=5 mrad"]);
+}
+
+/// Two legs drive 12 V through two phases, each of 0.5 Ohm, 20 mOhm of a switch and 0.3 mH; the rotor hardly moves.
+#[test]
+fn the_current_of_three_phases_rises_as_their_resistance_and_inductance_say() {
+    let mut plant = Plant::open(&shipped("foc-detents"), &set(&["hand={ kind = \"none\" }"])).expect("a plant");
+    let at = |name: &str| plant.outputs().iter().position(|output| output.name == name).expect("an output");
+    let (high, low, outputs) = (at("b_high"), at("c_low"), plant.outputs().len());
+    let mut gates = vec![0; outputs];
+    (gates[high], gates[low]) = (1, 1);
+    plant.drive(&gates).expect("a leg up and a leg down");
+    plant.advance(500).expect("10 us");
+    // Across the field the voltage is 12 V / sqrt(3).
+    let exact = 12.0 / 3f64.sqrt() / 0.52 * -(-10e-6 * 0.52 / 0.3e-3f64).exp_m1();
+    let current = plant.state(0).expect("the current");
+    assert!((current / exact - 1.0).abs() < 1e-4, "{current} for {exact}");
+}
+
+#[test]
 fn rows_of_a_run_are_the_states_that_the_library_tells_to_the_bit() {
     let fine = "record.plant_rate=47 kHz";
     let near = "wall.position=0.02 rad";

@@ -14,6 +14,19 @@ fn a_scene_without_a_clock_is_refused() {
 }
 
 #[test]
+fn a_device_that_follows_words_inside_its_loop_is_refused() {
+    for (name, model) in [
+        ("foc-detents", "model.bridge=averaged"),
+        ("foc-detents", "model={ bridge = \"averaged\", currents = \"ideal\" }"),
+        ("epfl-paddle-step", "model.bridge=averaged"),
+    ] {
+        let refused = Plant::open(&shipped(name), &set(&[model])).err().expect("no pins");
+        assert_eq!(refused.status, Status::Refused);
+        assert!(refused.text.ends_with("follows words inside the loop, and pins are gates"), "{name}: {refused}");
+    }
+}
+
+#[test]
 fn all_errors_of_a_scene_are_told() {
     let pairs = set(&["wall.stiffness=soft", "encoder.lines=-1"]);
     let refused = Plant::open(&shipped("hybrid-wall"), &pairs).err().expect("two errors");

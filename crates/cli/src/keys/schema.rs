@@ -5,7 +5,7 @@
 
 use hpu_cosim::scene::KINDS;
 use hpu_cosim::scene::keys::{
-    FOLLOWS, KeyRow, Otherwise, PADDLE, Shape, Sizes, Takes, has_own_kind, is_any_name, kinds_of, rows,
+    FOC, FOLLOWS, KeyRow, Otherwise, PADDLE, Shape, Sizes, Takes, has_own_kind, is_any_name, kinds_of, rows,
 };
 use serde_json::{Map, Value, json};
 
@@ -32,6 +32,7 @@ pub fn schema() -> Value {
                 case["allOf"] = json!([{ "not": { "required": ["dut"] } }, { "not": of_paddle() }, own]);
             }
             PADDLE => case["allOf"] = json!([of_paddle()]),
+            FOC => case["allOf"] = json!([{ "not": { "required": ["dut"] } }]),
             "dut" => case["required"] = json!(["device", "dut"]),
             _ => {}
         }
@@ -71,7 +72,9 @@ fn taken<'a>(section: &'a str, kinds: &'a [&'a str]) -> impl Iterator<Item = Key
 /// Returns the schema of a section. If its own `kind` decides which keys it takes, there is a case for each kind.
 fn section(of: Of, name: &str) -> Value {
     let kinds = &kinds_of(name, of.scene, of.device, None);
-    let is_of = |row: &KeyRow| name != "method" || row.kinds.contains(&PADDLE) == (of.scene == PADDLE);
+    let is_of = |row: &KeyRow| {
+        name != "method" || [PADDLE, FOC].iter().all(|own| row.kinds.contains(own) == (of.scene == *own))
+    };
     let kind = rows().find(|row| (row.section, row.key) == (name, "kind") && is_of(row));
     let Some(kind) = kind.filter(|_| has_own_kind(name, of.scene)) else { return object(of, name, kinds) };
     let Takes::Choice(names) = &kind.takes else { return object(of, name, kinds) };

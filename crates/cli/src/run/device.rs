@@ -56,6 +56,7 @@ pub fn shown<'r>(simulation: &'r AnySimulation) -> &'r dyn Shown {
         AnySimulation::Ours(WiredSimulation::Gimbal(simulation)) => simulation,
         AnySimulation::Ours(WiredSimulation::Transfer(simulation)) => simulation,
         AnySimulation::Ours(WiredSimulation::Paddle(simulation)) => simulation,
+        AnySimulation::Ours(WiredSimulation::Foc(simulation)) => simulation,
         AnySimulation::Dut(simulation) => simulation,
     }
 }

@@ -2,7 +2,7 @@
 
 use hpu_chart::{self as chart, Picture};
 use hpu_cosim::dut::{DutSimulation, Wire};
-use hpu_cosim::scene::{Driving, Units};
+use hpu_cosim::scene::{Driving, Sensor, Units};
 use hpu_cosim::{Frames, Starts, Summary, Trace};
 use hpu_page::Page;
 use hpu_signal::Signal;
@@ -11,6 +11,23 @@ use serde_json::{Value, json};
 use super::axis::motion;
 use super::device::Shown;
 use super::simulate::Ran;
+
+/// Tells how often the logic has started samples of these sensors.
+pub(super) fn starts(page: &mut Page, sensors: &[Sensor], starts: &[(usize, Starts)]) {
+    let name = |index: usize| sensors[index].name.as_str();
+    for &(index, Starts { taken, missed }) in starts {
+        let never = if taken == 0 { "; the design never started one" } else { "" };
+        let said = format!("{}: {taken} samples, {missed} starts while it was converting{never}", name(index));
+        page.line("sensor", said);
+    }
+    if !starts.is_empty() {
+        let one = |&(index, Starts { taken, missed }): &(usize, Starts)| {
+            let sensor = name(index);
+            json!({ "sensor": sensor, "samples": taken, "missed": missed })
+        };
+        page.data("started", Value::Array(starts.iter().map(one).collect()));
+    }
+}
 
 impl Shown for DutSimulation<'_> {
     fn lines(&self, page: &mut Page, ran: &Ran) {
@@ -26,22 +43,10 @@ impl Shown for DutSimulation<'_> {
             page.line("port", format!("{:<24} {arrow} {}", format!("{}{bits}", port.name), wire.connection()));
         }
         let name = |index: usize| scene.sensors()[index].name.as_str();
-        let starts = &ran.summary.starts;
-        for &(index, Starts { taken, missed }) in starts {
-            let never = if taken == 0 { "; the design never started one" } else { "" };
-            let said = format!("{}: {taken} samples, {missed} starts while it was converting{never}", name(index));
-            page.line("sensor", said);
-        }
+        starts(page, scene.sensors(), &ran.summary.starts);
         for &(index, Frames { all, wrong, fast }) in &ran.summary.frames {
             let said = format!("{all} frames, {wrong} wrong, {fast} with a clock beyond the chip's data sheet");
             page.line("sensor", format!("{}: {said}", name(index)));
-        }
-        if !starts.is_empty() {
-            let one = |&(index, Starts { taken, missed }): &(usize, Starts)| {
-                let sensor = name(index);
-                json!({ "sensor": sensor, "samples": taken, "missed": missed })
-            };
-            page.data("started", Value::Array(starts.iter().map(one).collect()));
         }
         if !ran.summary.frames.is_empty() {
             let one = |&(index, Frames { all, wrong, fast }): &(usize, Frames)| {

@@ -3,12 +3,12 @@
 mod against;
 mod axis;
 mod device;
+mod devices;
 mod dut;
 mod finished;
 mod gimbal;
 mod junit;
 mod nets;
-mod paddle;
 mod page;
 mod phantom;
 mod pictures;
@@ -16,7 +16,6 @@ mod plan;
 mod rows;
 mod simulate;
 mod suspect;
-mod transfer;
 
 use std::path::PathBuf;
 use std::time::Duration;

@@ -374,6 +374,9 @@ pub const COMMANDS: &[(&str, Form)] = &[
     ("hpu run two-encoder-joint", Form::AsIs),
     ("hpu run two-encoder-joint --set method.position=load", Form::AsIs),
     ("hpu run epfl-paddle-step", Form::AsIs),
+    ("hpu run foc-detents", Form::AsIs),
+    ("hpu run foc-wall", Form::AsIs),
+    ("hpu run foc-wall --set 'method.zero=0.449 rad'", Form::AsIs),
     ("hpu run epfl-paddle-step -o out", short("hpu run epfl-paddle-step -o out --edges 3360000", "it runs 0.3 s")),
     (
         "hpu run epfl-paddle-cycle --set model.bridge=averaged",

@@ -79,6 +79,7 @@ impl LogBeside {
             Experiment::Axis(scene) => Ok(scene.encoder.count_rad()),
             Experiment::Dut(scene) => Ok(scene.encoder.count_rad()),
             Experiment::Paddle(scene) => Ok(scene.encoder.count_rad()),
+            Experiment::Foc(scene) => Ok(scene.encoder.count_rad()),
             _ => Err("a log is held beside the one position of an axis; this device has several".into()),
         }
     }

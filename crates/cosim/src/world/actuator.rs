@@ -20,6 +20,16 @@ pub(crate) enum Actuator {
     /// sensor takes a sample, then the lines `csn`, `sck` and `mosi` of each chip on a bus.
     #[cfg_attr(target_family = "wasm", allow(dead_code, reason = "a page has no design of a user's own"))]
     ThreeLegs,
+    /// The mean voltages of a bridge with three legs, in each period of a modulator. A command has the duties of legs
+    /// a, b and c, 16 bits each from the lowest bit on, all ones while the switches are open; then a bit for each
+    /// sensor as [`ThreeLegs`](Self::ThreeLegs) has it.
+    #[cfg_attr(target_family = "wasm", allow(dead_code, reason = "a page has no motor with three phases"))]
+    AveragedLegs {
+        /// The greatest duty.
+        steps: u32,
+        /// The least duty that is not dropped, and the least distance to the greatest one.
+        min_pulse: u32,
+    },
     /// The bridge's mean voltage.
     Averaged {
         /// PWM counts of full scale.

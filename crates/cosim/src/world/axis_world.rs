@@ -6,6 +6,7 @@
 use std::collections::VecDeque;
 use std::marker::PhantomData;
 
+use hpu_datapath::foc::{FocOut, KnobIn};
 use hpu_datapath::paddle::PaddleIn;
 use hpu_datapath::{LoopIn, LoopOut, Repeat};
 use hpu_plant::network::NetworkDevice;
@@ -29,13 +30,20 @@ use crate::world::plant::{AnyLaws, Kind, Plant};
 use crate::world::sensors::Sensors;
 use crate::world::stepped::Stepped;
 use crate::world::{EncoderState, World};
-use hpu_scene::Schedule;
+use hpu_scene::{MOST_SENSORS, Schedule};
 
 /// Steps passed at a time: enough that the leaps between them cost little, few enough that a run can be stopped.
 const GLIDES: u32 = 64;
 
-/// The inputs of a wiring that an axis's world drives. Implemented by those of the haptic loops and of the paddle's.
+/// The inputs of a wiring that an axis's world drives, with the outputs of that wiring. Implemented by those of the
+/// haptic loops, of the paddle's, and of the loop behind field-oriented control.
 pub trait Placed: Ports<i64> + Copy + PartialEq {
+    /// The outputs of the wiring.
+    type Out: Ports<i64> + Copy + PartialEq;
+    /// Returns the gates of an H-bridge; all 0 of another one.
+    fn bridge(out: &Self::Out) -> LoopOut<i64>;
+    /// Returns the word that an actuator which takes commands gets.
+    fn command(world: &AxisWorld<Self>, out: &Self::Out, words: &[i64]) -> i64;
     /// Writes the present values.
     fn placed(&mut self, world: &AxisWorld<Self>);
     /// Whether these are the present values.
@@ -47,7 +55,26 @@ pub trait Placed: Ports<i64> + Copy + PartialEq {
     }
 }
 
+/// The part of `impl Placed` that is alike for wirings with an H-bridge.
+macro_rules! on_an_h_bridge {
+    () => {
+        type Out = LoopOut<i64>;
+
+        #[inline(always)]
+        fn bridge(out: &LoopOut<i64>) -> LoopOut<i64> {
+            *out
+        }
+
+        #[inline(always)]
+        fn command(world: &AxisWorld<Self>, _: &LoopOut<i64>, words: &[i64]) -> i64 {
+            words[world.command]
+        }
+    };
+}
+
 impl Placed for LoopIn<i64> {
+    on_an_h_bridge!();
+
     #[inline]
     fn placed(&mut self, world: &AxisWorld) {
         self.a_pin = world.pins.a;
@@ -71,6 +98,8 @@ impl Placed for LoopIn<i64> {
 }
 
 impl Placed for PaddleIn<i64> {
+    on_an_h_bridge!();
+
     #[inline]
     fn placed(&mut self, world: &AxisWorld<Self>) {
         self.a_pin = world.pins.a;
@@ -80,13 +109,74 @@ impl Placed for PaddleIn<i64> {
         }
         let is_on = world.edge >= world.begins.0;
         [self.proportional, self.integral, self.derivative] = if is_on { world.begins.1 } else { [0; 3] };
-        let (Some(sensors), [code, hall]) = (&world.sensors, world.read) else { return };
+        let (Some(sensors), [code, hall, _]) = (&world.sensors, world.read) else { return };
         if let Some(code) = code {
             self.code = sensors.pins()[code][0];
         }
         if let Some(hall) = hall {
             self.hall = sensors.pins()[hall][0];
         }
+    }
+}
+
+/// Bits of a command to three legs that switch them.
+const LEGS: u32 = 6;
+/// Bits of a duty in a command to averaged legs, and the duties of open switches.
+const DUTY: u32 = 16;
+const OPEN: i64 = (1 << (3 * DUTY)) - 1;
+
+impl Placed for KnobIn<i64> {
+    type Out = FocOut<i64>;
+
+    fn bridge(_: &FocOut<i64>) -> LoopOut<i64> {
+        LoopOut { a_high: 0, a_low: 0, b_high: 0, b_low: 0 }
+    }
+
+    #[inline]
+    fn command(world: &AxisWorld<Self>, out: &FocOut<i64>, words: &[i64]) -> i64 {
+        let FocOut { a_high, a_low, b_high, b_low, c_high, c_low, trigger } = *out;
+        let started = || match trigger {
+            0 => 0,
+            _ => world.read[..2].iter().flatten().fold(0, |bits, sensor| bits | 1 << sensor),
+        };
+        match world.plant.actuator {
+            Actuator::ThreeLegs => {
+                let gates = a_high | a_low << 1 | b_high << 2 | b_low << 3 | c_high << 4 | c_low << 5;
+                gates | started() << LEGS
+            }
+            // The modulator takes the duties at the edge at which it starts the converters.
+            Actuator::AveragedLegs { .. } if trigger == 1 && world.edge >= world.begins.0 => {
+                let duties = &words[world.command..world.command + 3];
+                duties.iter().rev().fold(0, |word, duty| word << DUTY | duty) | started() << (3 * DUTY)
+            }
+            Actuator::AveragedLegs { .. } => world.commanded.unwrap_or(OPEN) & OPEN | started() << (3 * DUTY),
+            _ => words[world.command],
+        }
+    }
+
+    #[inline]
+    fn placed(&mut self, world: &AxisWorld<Self>) {
+        self.a_pin = world.pins.a;
+        self.b_pin = world.pins.b;
+        let Some(sensors) = &world.sensors else { return };
+        self.enable = i64::from(world.edge >= world.begins.0);
+        for (word, sensor) in [&mut self.i_a, &mut self.i_b, &mut self.code].into_iter().zip(world.read) {
+            if let Some(sensor) = sensor {
+                *word = sensors.pins()[sensor][0];
+            }
+        }
+    }
+
+    #[inline]
+    fn is_placed(&self, world: &AxisWorld<Self>) -> bool {
+        let Pins { a, b } = world.pins;
+        let Some(sensors) = &world.sensors else { return (self.a_pin, self.b_pin) == (a, b) };
+        let is_read = |sensor: Option<usize>, word: i64| sensor.is_none_or(|sensor| sensors.pins()[sensor][0] == word);
+        (self.a_pin, self.b_pin) == (a, b)
+            && (self.enable != 0) == (world.edge >= world.begins.0)
+            && is_read(world.read[0], self.i_a)
+            && is_read(world.read[1], self.i_b)
+            && is_read(world.read[2], self.code)
     }
 }
 
@@ -138,9 +228,11 @@ pub struct AxisWorld<'p, I = LoopIn<i64>> {
     recorded: u64,
     /// The count of recorded lines, from their first levels.
     recorded_count: i64,
-    /// The sensors whose words are inputs: of the current, and of the angle.
-    read: [Option<usize>; 2],
-    /// The edge from which on the paddle's position controller has its gains, 0 before, and these gains.
+    /// The sensors whose words are inputs: of the current, and of the angle; of three phases those of the currents in a
+    /// and b, then of the angle.
+    read: [Option<usize>; 3],
+    /// The edge from which on the paddle's position controller has its gains, 0 before, and these gains; of three
+    /// phases the edge from which on the gates switch.
     begins: (u64, [i64; 3]),
     inputs: PhantomData<I>,
 }
@@ -149,7 +241,7 @@ impl<'p> AxisWorld<'p> {
     /// Creates the world at edge 0, all gates off. `command` is the index of the net that an averaged bridge or an
     /// amplifier follows.
     pub fn new(plant: &'p Plant, command: usize, schedule: Schedule) -> Self {
-        Self::made(plant, command, schedule, [None; 2])
+        Self::made(plant, command, schedule, [None; 3])
     }
 }
 
@@ -161,15 +253,33 @@ impl<'p> AxisWorld<'p, PaddleIn<i64>> {
         plant: &'p Plant,
         command: usize,
         schedule: Schedule,
-        read: [Option<usize>; 2],
+        [code, hall]: [Option<usize>; 2],
         begins: (u64, [i64; 3]),
     ) -> Self {
-        Self { begins, ..Self::made(plant, command, schedule, read) }
+        Self { begins, ..Self::made(plant, command, schedule, [code, hall, None]) }
+    }
+}
+
+#[cfg(not(target_family = "wasm"))]
+impl<'p> AxisWorld<'p, KnobIn<i64>> {
+    /// Creates the world of the loop behind field-oriented control, which reads the words of two currents and, if it is
+    /// one, of an angle. The gates switch from an edge on. `command` is the index of the net that an amplifier follows,
+    /// or of the first duty of averaged legs.
+    pub(crate) fn of_three_phases(
+        plant: &'p Plant,
+        command: usize,
+        read: [Option<usize>; 3],
+        enabled_from: u64,
+    ) -> Self {
+        let mut world = Self::made(plant, command, Schedule::default(), read);
+        world.begins.0 = enabled_from;
+        world.plan();
+        world
     }
 }
 
 impl<'p, I> AxisWorld<'p, I> {
-    fn made(plant: &'p Plant, command: usize, schedule: Schedule, read: [Option<usize>; 2]) -> Self {
+    fn made(plant: &'p Plant, command: usize, schedule: Schedule, read: [Option<usize>; 3]) -> Self {
         let mut world = Self {
             plant,
             command,
@@ -245,7 +355,7 @@ impl<'p, I> AxisWorld<'p, I> {
                 world.waiting.push_back((1, 0));
             }
             Actuator::Modulated(config) => world.modulator = Modulator::new(config).map(Box::new),
-            Actuator::Switching | Actuator::ThreeLegs | Actuator::Converted { .. } => {}
+            Actuator::Switching | Actuator::ThreeLegs | Actuator::AveragedLegs { .. } | Actuator::Converted { .. } => {}
         }
         world.due();
         // What was recorded before is the lines' first levels.
@@ -436,7 +546,7 @@ impl<'p, I> AxisWorld<'p, I> {
 
     /// Tells the device outputs or a command that it was not told last.
     #[inline(never)]
-    fn drive_anew(&mut self, out: LoopOut<i64>, words: &[i64]) {
+    fn drive_anew(&mut self, out: LoopOut<i64>, word: i64) {
         let edge = self.edge;
         if self.device.is_none() {
             return;
@@ -447,7 +557,6 @@ impl<'p, I> AxisWorld<'p, I> {
                 self.switch(out);
             }
             _ => {
-                let word = words[self.command];
                 self.commanded = Some(word);
                 match (self.plant.late, self.plant.actuator) {
                     // The modulator reads, at the first edge of a period, the word of the edge before it.
@@ -482,6 +591,22 @@ impl<'p, I> AxisWorld<'p, I> {
                 device.driven(edge, Drive::Legs(legs));
                 if let Some(sensors) = &mut self.sensors {
                     sensors.start(edge, legs, word >> (2 * legs.len()), device);
+                }
+            }
+            Actuator::AveragedLegs { steps, min_pulse } => {
+                let duties: [i64; 3] = std::array::from_fn(|leg| word >> (DUTY * leg as u32) & ((1 << DUTY) - 1));
+                let share = |duty: i64| match duty {
+                    _ if duty < i64::from(min_pulse) => 0.0,
+                    _ if duty > i64::from(steps - min_pulse) => 1.0,
+                    _ => duty as f64 / f64::from(steps),
+                };
+                let is_open = word & OPEN == OPEN;
+                let drive = if is_open { Drive::Legs([Leg::Open; 3]) } else { Drive::Averages(duties.map(share)) };
+                device.driven(edge, drive);
+                if let Some(sensors) = &mut self.sensors {
+                    // The converters start at the valley, where all low switches are on.
+                    let legs = [if is_open { Leg::Open } else { Leg::Low }; 3];
+                    sensors.start(edge, legs, word >> (3 * DUTY) & ((1 << MOST_SENSORS) - 1), device);
                 }
             }
             // As with a bridge in antiphase, but a positive command pushes towards the positive direction.
@@ -618,7 +743,7 @@ fn gates(out: LoopOut<i64>) -> Gates {
 
 impl<I: Placed> World for AxisWorld<'_, I> {
     type In = I;
-    type Out = LoopOut<i64>;
+    type Out = I::Out;
     type Row = [f64; REALS.len()];
     const REALS: &'static [Real] = &REALS;
 
@@ -721,19 +846,23 @@ impl<I: Placed> World for AxisWorld<'_, I> {
     }
 
     #[inline(always)]
-    fn drive(&mut self, out: LoopOut<i64>, words: &[i64]) {
+    fn drive(&mut self, out: I::Out, words: &[i64]) {
         if !self.is_driven_by(&out, words) {
-            self.drive_anew(out, words);
+            let word = if self.plant.actuator == Actuator::Switching { 0 } else { I::command(self, &out, words) };
+            self.drive_anew(I::bridge(&out), word);
         }
     }
 
     #[inline(always)]
-    fn is_driven_by(&self, out: &LoopOut<i64>, words: &[i64]) -> bool {
-        self.told == Some(*out) || self.commanded.is_some_and(|word| word == words[self.command])
+    fn is_driven_by(&self, out: &I::Out, words: &[i64]) -> bool {
+        self.told == Some(I::bridge(out)) || self.commanded.is_some_and(|word| word == I::command(self, out, words))
     }
 
     fn driven_by(&self) -> u64 {
-        if self.plant.actuator == Actuator::Switching { 0 } else { 1 << self.command }
+        match self.plant.actuator {
+            Actuator::Switching | Actuator::ThreeLegs | Actuator::AveragedLegs { .. } => 0,
+            _ => 1 << self.command,
+        }
     }
 
     #[inline(always)]
@@ -741,13 +870,13 @@ impl<I: Placed> World for AxisWorld<'_, I> {
         self.told.is_some()
     }
 
-    fn foresee(&mut self, repeat: &Repeat<LoopOut<i64>>) -> Option<u64> {
+    fn foresee(&mut self, repeat: &Repeat<I::Out>) -> Option<u64> {
         if self.plant.actuator != Actuator::Switching || self.faults.as_ref().is_some_and(|faults| faults.may_stick()) {
             return None;
         }
         let last = self.edge.saturating_add(repeat.edges).saturating_add(1).min(self.next_due);
         let Band { low, high, .. } = self.encoder.band();
-        let pulses = Pulses { period: repeat.period, duty: repeat.first, pause: gates(repeat.others) };
+        let pulses = Pulses { period: repeat.period, duty: repeat.first, pause: gates(I::bridge(&repeat.others)) };
         let end = self.device.as_mut()?.cruise(self.edge, last, (low, high), &pulses)?;
         // During a cruise the device is not told every change.
         self.told = None;
@@ -866,11 +995,12 @@ impl<I: Placed> World for AxisWorld<'_, I> {
     }
 
     #[cfg(not(target_family = "wasm"))]
-    fn rest(&self, lead: &[(LoopOut<i64>, u64)], cycle: &[(LoopOut<i64>, u64)]) -> Option<Rest> {
+    fn rest(&self, lead: &[(I::Out, u64)], cycle: &[(I::Out, u64)]) -> Option<Rest> {
         let Some(AnyDevice::Exact(device)) = &self.device else { return None };
         let switching = self.plant.actuator == Actuator::Switching;
-        let share =
-            |&(out, edges): &(LoopOut<i64>, u64)| Some((device.supply_share(switching.then(|| gates(out)))?, edges));
+        let share = |(out, edges): &(I::Out, u64)| {
+            Some((device.supply_share(switching.then(|| gates(I::bridge(out))))?, *edges))
+        };
         let Band { low, high, .. } = self.encoder.band();
         Some(Rest {
             edge: self.edge,

@@ -25,6 +25,8 @@ pub(crate) struct Sensors<'p> {
     /// The legs of a bridge with three, and the bits by which a design starts samples, as they are.
     legs: [Leg; 3],
     started: i64,
+    /// These bits with the lines of chips, as they were told last.
+    told: i64,
     /// The sampler whose words an input shows at once, if there is one.
     converter: Option<usize>,
 }
@@ -48,6 +50,8 @@ struct Sampler<'p> {
     /// Edges from a sample to the next, and from a sample to its word.
     period: u64,
     latency: u64,
+    /// The edge before which it takes no sample.
+    ready: u64,
     /// The edge of the next sample.
     next: u64,
     /// The words on their way, each with the edge at which it comes.
@@ -83,6 +87,7 @@ impl<'p> Sensors<'p> {
             tells_new,
             legs: [Leg::Open; 3],
             started: 0,
+            told: 0,
             converter: None,
         };
         for (sensor, one) in all.iter().enumerate() {
@@ -95,7 +100,7 @@ impl<'p> Sensors<'p> {
                 }
                 SensorKind::Sampled(of) => {
                     let taking = Taking::word(of, sensor, seed);
-                    if current == Some(sensor) && of.latency == 0 {
+                    if current == Some(sensor) && of.latency == 0 && !of.triggered {
                         sensors.converter = Some(sensors.samplers.len());
                     }
                     #[cfg(not(target_family = "wasm"))]
@@ -103,9 +108,13 @@ impl<'p> Sensors<'p> {
                         sensors.chips.push((sensor, SpiChip::new(least)));
                     }
                     // A design sees no word at the edge at which it starts the sample.
-                    let times =
-                        if of.triggered { (u64::MAX, 0, of.latency.max(1)) } else { (of.phase, of.period, of.latency) };
-                    sensors.samplers.push(Sampler::new(sensor, taking, times));
+                    let late = of.ready.saturating_sub(of.phase).div_ceil(of.period.max(1)) * of.period;
+                    let times = if of.triggered {
+                        (u64::MAX, 0, of.latency.max(1))
+                    } else {
+                        (of.phase + late, of.period, of.latency)
+                    };
+                    sensors.samplers.push(Sampler { ready: of.ready, ..Sampler::new(sensor, taking, times) });
                 }
                 SensorKind::Modulator(Modulator { period, phase, charge_as, winding }) => {
                     sensors.samplers.push(Sampler::new(
@@ -196,11 +205,15 @@ impl<'p> Sensors<'p> {
     /// Takes a sample of each sensor whose bit rises at this edge. A sensor that is still converting misses it.
     pub(crate) fn start(&mut self, edge: u64, legs: [Leg; 3], bits: i64, device: &mut AnyDevice) {
         self.legs = legs;
+        if std::mem::replace(&mut self.told, bits) == bits {
+            return;
+        }
         let lines = bits >> MOST_SENSORS;
-        for (place, (_, chip)) in self.chips.iter_mut().enumerate() {
+        for (place, (sensor, chip)) in self.chips.iter_mut().enumerate() {
             let level = |line: usize| lines >> (3 * place + line) & 1 != 0;
             let lines = Lines { csn: level(0), sck: level(1), mosi: level(2) };
-            if chip.lines() != lines {
+            let is_up = || self.samplers.iter().all(|sampler| sampler.sensor != *sensor || edge >= sampler.ready);
+            if chip.lines() != lines && is_up() {
                 chip.drive(edge, lines);
             }
         }
@@ -208,7 +221,7 @@ impl<'p> Sensors<'p> {
         let risen = bits & !self.started;
         self.started = bits;
         for sampler in self.samplers.iter_mut().filter(|sampler| risen >> sampler.sensor & 1 != 0) {
-            if sampler.waiting.is_empty() {
+            if sampler.waiting.is_empty() && edge >= sampler.ready {
                 let word = sampler.taking.take(edge, device, legs);
                 sampler.waiting.push_back((edge + sampler.latency, word));
                 sampler.starts.taken += 1;
@@ -288,7 +301,8 @@ impl<'p> Taking<'p> {
 
 impl<'p> Sampler<'p> {
     fn new(sensor: usize, taking: Taking<'p>, (next, period, latency): (u64, u64, u64)) -> Self {
-        Self { sensor, taking, period, latency, next, waiting: VecDeque::new(), until: None, starts: Starts::default() }
+        let (waiting, starts) = (VecDeque::new(), Starts::default());
+        Self { sensor, taking, period, latency, ready: 0, next, waiting, until: None, starts }
     }
 
     fn due(&self) -> u64 {

@@ -9,6 +9,7 @@ mod cruise;
 mod drivers;
 mod energy;
 mod faults;
+mod foc;
 mod following;
 mod gallery;
 mod gimbal;

@@ -244,7 +244,14 @@ impl LoopCircuit<39> for FocCircuit {
     }
 
     fn described(&self, net: Signal) -> Signal {
-        let current = |doc| Signal { format: self.config.current(), unit: "code", doc, ..net.clone() };
+        Self::told(self.config, net)
+    }
+}
+
+impl FocCircuit {
+    /// Returns a net inside as a loop of these words describes it.
+    pub(super) fn told(config: FocConfig, net: Signal) -> Signal {
+        let current = |doc| Signal { format: config.current(), unit: "code", doc, ..net.clone() };
         let doc = match net.name {
             "d" => return current("Current along the rotor's flux"),
             "q" => return current("Current across the rotor's flux"),
@@ -267,9 +274,10 @@ impl Configured for FocLoop {
     }
 }
 
-impl Listed for FocLoop {
-    fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
-        let short = FocConfig {
+impl FocConfig {
+    /// Returns small words, with which every period is short.
+    pub(super) fn short() -> Self {
+        Self {
             position_width: 6,
             pole_pairs: 3,
             counts: 64,
@@ -290,7 +298,12 @@ impl Listed for FocLoop {
             sample_delay: 3,
             peak: true,
             sinusoidal: true,
-        };
-        Ok(vec![("short", Self::new(short)?)])
+        }
+    }
+}
+
+impl Listed for FocLoop {
+    fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
+        Ok(vec![("short", Self::new(FocConfig::short())?)])
     }
 }

@@ -2,9 +2,11 @@
 //! gates of three legs.
 
 pub mod clarke;
+pub mod foc_knob_loop;
 pub mod foc_loop;
 pub mod inverse_park;
 pub mod park;
+pub mod position_select;
 pub mod sinc3;
 pub mod space_vector;
 pub mod spi_master;
@@ -12,9 +14,11 @@ pub mod ssi_master;
 pub mod three_phase_pwm;
 
 pub use clarke::{Clarke, ClarkeConfig};
+pub use foc_knob_loop::{FocKnobLoop, KnobCircuit, KnobConfig, KnobIn};
 pub use foc_loop::{FocCircuit, FocConfig, FocIn, FocLoop, FocOut};
 pub use inverse_park::InversePark;
 pub use park::{Park, RotationConfig};
+pub use position_select::PositionSelect;
 pub use sinc3::Sinc3;
 pub use space_vector::{SpaceVector, SpaceVectorConfig};
 pub use spi_master::{SpiMaster, SpiMasterConfig};

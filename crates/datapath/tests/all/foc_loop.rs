@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use hpu_datapath::foc::{FocConfig, FocIn, FocLoop};
+use hpu_datapath::foc::{FocConfig, FocIn, FocKnobLoop, FocLoop, FocOut, KnobConfig};
 use hpu_datapath::{AnyBlock, Block, Wiring};
 use hpu_signal::Format;
 
@@ -36,62 +36,84 @@ fn small(peak: bool) -> FocConfig {
 }
 
 #[test]
-fn the_loop_is_its_parts_and_leaps_as_it_ticks() {
+fn the_loops_are_their_parts_and_leap_as_they_tick() {
     for peak in [false, true] {
-        let mut wiring = FocLoop::new(small(peak)).unwrap();
-        let (mut netlist, mut leaper, mut engine) = (Netlist::new(&wiring), wiring.clone(), wiring.clone());
-        let formats: Vec<_> = AnyBlock::inputs(&wiring).iter().map(|port| port.format).collect();
-        let (mut words, mut state, mut place, mut gates) = (vec![0; formats.len()], 5u64, 0usize, 0u64);
-        words[8] = 1;
-        let (mut edges, mut quiet, mut stretches) = (0, 0, 0);
-        while edges < 60_000 {
-            let random = draw(&mut state, Format::unsigned(16));
-            if random % 3 == 0 {
-                place = place.wrapping_add([1, 1, 3][random as usize % 7 % 3]);
-                words[..2].copy_from_slice(&[[0, 0], [0, 1], [1, 1], [1, 0]][place % 4]);
-            }
-            if random % 5 == 0 {
-                let port = 2 + random as usize / 5 % 6;
-                words[port] = draw(&mut state, formats[port]);
-            }
-            words[8] = i64::from(random % 50 != 7);
-            let input: FocIn<i64> = hpu_datapath::bundle(&words);
-            let stay = 1 + random % 13;
-            for _ in 0..stay {
-                // The leaper ticks only where it cannot promise.
-                if Block::quiet(&leaper, &input) > 0 {
-                    Block::skip(&mut leaper, 1, &input);
-                    quiet += 1;
-                } else {
-                    Block::tick(&mut leaper, input);
-                }
-                Block::tick(&mut wiring, input);
-                let expected = netlist.tick(&words);
-                assert_eq!(wiring.words(), expected, "edge {edges}");
-                assert_eq!(leaper.words(), expected, "edge {edges}");
-                gates |= (9..16).filter(|net| expected[*net] == 1).fold(0, |set, net| set | 1 << net);
-                edges += 1;
-            }
-            // As the engine goes on, in stretches of ticks.
-            engine.take(&input);
-            engine.tick_again(&input);
-            let mut left = stay as u64 - 1;
-            while left > 0 {
-                let quiet = engine.quiet_again(&input).min(left);
-                Block::skip(&mut engine, quiet, &input);
-                left -= quiet;
-                if left > 0 {
-                    let (done, _) = engine.tick_on(left, 0, &input);
-                    stretches += u32::from(done > 2);
-                    left -= done;
-                }
-            }
-            assert_eq!(engine.words(), wiring.words(), "edge {edges}");
-        }
-        assert!(stretches > 100, "{stretches}");
-        assert_eq!(gates, 0x7f << 9, "every gate was on");
-        assert!(quiet > 10_000, "{quiet}");
+        leaps(&FocLoop::new(small(peak)).unwrap(), 8);
+        let torques = [0, 13, 31, 13, 0, -13, -31, -13].map(|torque| 2 * torque);
+        let mut config = KnobConfig {
+            foc: small(peak),
+            period_width: 5,
+            table_bits: 3,
+            shift: 1,
+            torques: [0; 32],
+            ..Default::default()
+        };
+        config.stiffness = Format::new(false, 3, 2).unwrap();
+        config.damping = Format::new(false, 3, 1).unwrap();
+        config.torques[..8].copy_from_slice(&torques);
+        leaps(&FocKnobLoop::new(config).unwrap(), 13);
     }
+}
+
+/// Drives a loop at random: the ports after the pins change now and then, that of `enable` more seldom.
+fn leaps<W>(wiring: &W, enable: usize)
+where
+    W: Wiring<Out<i64> = FocOut<i64>> + Clone,
+    W::In<i64>: Copy,
+{
+    let mut wiring = wiring.clone();
+    let (mut netlist, mut leaper, mut engine) = (Netlist::new(&wiring), wiring.clone(), wiring.clone());
+    let formats: Vec<_> = AnyBlock::inputs(&wiring).iter().map(|port| port.format).collect();
+    let (mut words, mut state, mut place, mut gates) = (vec![0; formats.len()], 5u64, 0usize, 0u64);
+    words[enable] = 1;
+    let (mut edges, mut quiet, mut stretches) = (0, 0, 0);
+    while edges < 60_000 {
+        let random = draw(&mut state, Format::unsigned(16));
+        if random % 3 == 0 {
+            place = place.wrapping_add([1, 1, 3][random as usize % 7 % 3]);
+            words[..2].copy_from_slice(&[[0, 0], [0, 1], [1, 1], [1, 0]][place % 4]);
+        }
+        if random % 5 == 0 {
+            let port = 2 + random as usize / 5 % (enable - 2);
+            words[port] = draw(&mut state, formats[port]);
+        }
+        words[enable] = i64::from(random % 50 != 7);
+        let input: W::In<i64> = hpu_datapath::bundle(&words);
+        let stay = 1 + random % 13;
+        for _ in 0..stay {
+            // The leaper ticks only where it cannot promise.
+            if Block::quiet(&leaper, &input) > 0 {
+                Block::skip(&mut leaper, 1, &input);
+                quiet += 1;
+            } else {
+                Block::tick(&mut leaper, input);
+            }
+            Block::tick(&mut wiring, input);
+            let expected = netlist.tick(&words);
+            assert_eq!(wiring.words(), expected, "edge {edges}");
+            assert_eq!(leaper.words(), expected, "edge {edges}");
+            gates |= (enable + 1..enable + 8).filter(|net| expected[*net] == 1).fold(0, |set, net| set | 1 << net);
+            edges += 1;
+        }
+        // As the engine goes on, in stretches of ticks.
+        engine.take(&input);
+        engine.tick_again(&input);
+        let mut left = stay as u64 - 1;
+        while left > 0 {
+            let quiet = engine.quiet_again(&input).min(left);
+            Block::skip(&mut engine, quiet, &input);
+            left -= quiet;
+            if left > 0 {
+                let (done, _) = engine.tick_on(left, 0, &input);
+                stretches += u32::from(done > 2);
+                left -= done;
+            }
+        }
+        assert_eq!(engine.words(), wiring.words(), "edge {edges}");
+    }
+    assert!(stretches > 100, "{stretches}");
+    assert_eq!(gates, 0x7f << (enable + 1), "every gate was on");
+    assert!(quiet > 8_000, "{quiet}");
 }
 
 /// A motor at a constant speed, in volts, amperes and electrical radians: both currents of the stator.

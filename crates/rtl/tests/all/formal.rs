@@ -282,6 +282,7 @@ fn every_wiring_equals_its_vhdl_in_every_listed_configuration() {
             "conventional_loop",
             "energy_bounding_loop",
             "epfl_paddle_loop",
+            "foc_knob_loop",
             "foc_loop",
             "gimbal_loop",
             "gimbal_shear_loop",

@@ -203,7 +203,15 @@ keys! { sensor: "device.sensors.SENSOR" of [];
     /// Errors in counts of the word at places equally far apart over all words, straight between two: 2^n of an
     /// absolute encoder, whose last one leads to the first; 2^n + 1 of a current.
     inl: Own = Own::new(|| Takes::Own(Shape::List, "a list of numbers"), Said("none"));
+    /// The same of an absolute encoder as harmonics of a turn, or of its span: of the first one, and of the second one
+    /// too, the amplitude in counts and the phase at the word 0; as sines at 256 places.
+    harmonics: Own = Own::new(|| Takes::Own(Shape::List, HARMONICS), Said("none"));
+    /// Time before which the sensor takes no sample and a chip answers with zeros; starts before it are missed.
+    power_up: Quantity = Quantity::new(&q::TIME, NotNegative, Is(0.0));
 }
+
+/// The form of the errors of an absolute encoder as harmonics.
+pub(crate) const HARMONICS: &str = "a list of one or two [amplitude, phase], as in [[1.5, 0], [0.5, \"90 deg\"]]";
 
 keys! { method_network: "method" of ["network"];
     /// Sensor of a network whose lines the logic counts, in the place of the encoder's: position and velocity are

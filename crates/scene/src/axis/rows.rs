@@ -123,7 +123,7 @@ scene! { amplifier_shaper: "amplifier.shaper" of [];
     }
 }
 
-keys! { wall: "wall" of ["axis", "dut"];
+keys! { wall: "wall" of ["axis", "dut", "foc"];
     /// Where the wall stands; the device is in the wall at greater angles or positions.
     position: Quantity = Quantity::along(|axis| axis.position, Any, Required);
     /// Accepts a wall out of the range of `method.position_bits`, or of a port `wall.count`: the logic then reads the
@@ -235,7 +235,7 @@ keys! { model_motor: "model" of ["motor"];
     winding: Choice<Winding> = Choice::new(|| named(&Winding::ALL, Winding::name), Is(Winding::Inductive));
 }
 
-keys! { model_friction: "model" of ["axis", "dut", "epfl_paddle"];
+keys! { model_friction: "model" of ["axis", "dut", "epfl_paddle", "foc"];
     /// Models Coulomb friction with sticking and slipping, proportional to the speed below `friction_speed`, or not at
     /// all.
     friction: Choice<Friction> = Choice::new(|| vec![

@@ -4,11 +4,13 @@ use std::f64::consts::PI;
 
 use hpu_plant::network::Sensed;
 use hpu_signal::{Clock, Format};
+use toml_edit::Item;
 
 use crate::axis::network_rows as keys;
 use crate::axis::parts::Encoder;
 use crate::schema::parameter::{Origin, ParameterValue};
-use crate::schema::quantity::{RAIL, SHAFT};
+use crate::schema::quantity as q;
+use crate::schema::quantity::{RAIL, SHAFT, Sense};
 use crate::schema::section::Section;
 use crate::schema::source::SceneError;
 use crate::schema::{Key, Quantity, Text, Whole};
@@ -107,6 +109,8 @@ pub struct Sampled {
     pub phase: u64,
     /// Clocks from a sample to its word.
     pub latency: u64,
+    /// Clocks before which it takes no sample, and answers to nothing.
+    pub ready: u64,
     /// Errors over all words, in 2^-16 counts.
     pub inl: Vec<i64>,
     /// The offset in 2^-16 counts.
@@ -229,7 +233,24 @@ pub(crate) fn encoder(
 /// The keys of each kind of sensor, beside its kind.
 const KEYS: [(&str, &[&str]); 5] = [
     ("encoder", &["on", "lines", "resolution"]),
-    ("absolute", &["on", "chip", "rate", "phase", "latency", "bus", "bits", "span", "corner", "noise", "inl"]),
+    (
+        "absolute",
+        &[
+            "on",
+            "chip",
+            "rate",
+            "phase",
+            "latency",
+            "bus",
+            "bits",
+            "span",
+            "corner",
+            "noise",
+            "inl",
+            "harmonics",
+            "power_up",
+        ],
+    ),
     (
         "current",
         &[
@@ -248,6 +269,7 @@ const KEYS: [(&str, &[&str]); 5] = [
             "offset_binary",
             "noise",
             "inl",
+            "power_up",
         ],
     ),
     ("hall", &["on"]),
@@ -356,6 +378,7 @@ fn sampled(s: &Section, reading: Reading, slides: bool, clock: Clock) -> Result<
         period,
         phase: clock.edges(s.read(&key::phase)?),
         latency: clock.edges(latency_s),
+        ready: clock.edges(s.read(&key::power_up)?),
         inl: inl(s, bits, is_round)?.into_iter().map(fine).collect(),
         offset: fine(offset),
         // The variance of four numbers, each one of n, is (n^2 - 1) / 3.
@@ -368,7 +391,10 @@ fn sampled(s: &Section, reading: Reading, slides: bool, clock: Clock) -> Result<
 
 /// Reads the errors of words in counts.
 fn inl(s: &Section, bits: u32, is_round: bool) -> Result<Vec<f64>, SceneError> {
-    let Some(item) = s.get("inl") else { return Ok(Vec::new()) };
+    let Some(item) = s.get("inl") else { return harmonics(s) };
+    if s.has(keys::sensor::harmonics.name) {
+        return Err(s.error("inl", "the errors are given as harmonics too; write one of both"));
+    }
     let Some(list) = item.as_array() else {
         return Err(s.error("inl", "write a list of numbers, in counts of the word"));
     };
@@ -385,6 +411,34 @@ fn inl(s: &Section, bits: u32, is_round: bool) -> Result<Vec<f64>, SceneError> {
     let all = all.collect::<Result<Vec<f64>, _>>()?;
     let text = all.iter().map(|&it| number(it)).collect::<Vec<_>>().join(", ");
     s.note("inl", ParameterValue::Text(format!("[{text}]")), "", Origin::Scene);
+    Ok(all)
+}
+
+/// The places of a turn for which errors as harmonics are computed.
+const PLACES: usize = 256;
+
+/// Reads the errors of words as harmonics, in counts.
+fn harmonics(s: &Section) -> Result<Vec<f64>, SceneError> {
+    let name = keys::sensor::harmonics.name;
+    let Some(item) = s.get(name) else { return Ok(Vec::new()) };
+    let refused = |at: &str| s.error(at, format!("write {}", keys::HARMONICS));
+    let list = item.as_array().filter(|list| (1..=2).contains(&list.len())).ok_or_else(|| refused(name))?;
+    let (mut all, mut told) = (vec![0.0; PLACES], Vec::new());
+    for ((index, pair), order) in list.iter().enumerate().zip([1.0, 2.0]) {
+        let at = format!("{name}[{index}]");
+        let pair = pair.as_array().filter(|pair| pair.len() == 2).ok_or_else(|| refused(&at))?;
+        let part = |part: usize| Item::Value(pair.get(part).cloned().unwrap_or_else(|| 0.into()));
+        let amplitude = s.quantity_of(&format!("{at}[0]"), &part(0), &q::RATIO, Sense::NotNegative, |_| None)?;
+        let phase_rad = s.quantity_of(&format!("{at}[1]"), &part(1), &q::ANGLE, Sense::Any, |_| None)?;
+        if amplitude > MOST_COUNTS {
+            return Err(s.error(&at, format!("accepted: {MOST_COUNTS} counts at most")));
+        }
+        for (error, place) in all.iter_mut().zip(0u32..) {
+            *error += amplitude * libm::sin(order * f64::from(place) * (2.0 * PI / PLACES as f64) + phase_rad);
+        }
+        told.push(format!("[{}, {}]", number(amplitude), number(phase_rad)));
+    }
+    s.note(name, ParameterValue::Text(format!("[{}]", told.join(", "))), "", Origin::Scene);
     Ok(all)
 }
 

@@ -70,4 +70,6 @@ pub(crate) const AXIS: &[Shipped] = scenes![
     "two-encoder-joint",
     "epfl-paddle-step",
     "epfl-paddle-cycle",
+    "foc-detents",
+    "foc-wall",
 ];

@@ -6,10 +6,10 @@
 use crate::experiment::devices::KINDS;
 use crate::experiment::groups::{has_own_kind, kinds_of, schema};
 use crate::method::{PADDLE, is_paddle};
-use crate::schema::is_any_name;
 use crate::schema::quantity::{Axis, RAIL, SHAFT};
 use crate::schema::section::Section;
 use crate::schema::source::{SceneError, Source};
+use crate::schema::{AnyKey, is_any_name};
 
 /// Returns the first error of a scene with all others that its keys have, each by itself.
 pub(crate) fn with_others(source: &Source, first: SceneError) -> SceneError {
@@ -69,12 +69,18 @@ impl<'a> Audit<'a> {
         audit.errors
     }
 
+    /// Returns the key `kind` of a section of these kinds: of a method that is a scene of its own, its own one.
+    fn kind_of(&self, name: &str, kinds: &[&str]) -> Option<&'static dyn AnyKey> {
+        let own = |kinds: &[&str]| schema().accepted(name, kinds).find(|key| key.name() == "kind");
+        own(kinds).or_else(|| own(&[self.scene])).or_else(|| schema().kind_of(name))
+    }
+
     /// Checks every key of a section and of the sections below. A key is reported as missing only if no unknown key
     /// stands around it, because that key may be the missing one, misspelt.
     fn section(&mut self, s: &Section, name: &str, misses: bool) {
         let kinds = kinds_of(name, self.scene, self.device, own_kind(s));
         if has_own_kind(name, self.scene)
-            && let Some(Err(error)) = schema().kind_of(name).map(|key| key.check(s))
+            && let Some(Err(error)) = self.kind_of(name, &kinds).map(|key| key.check(s))
         {
             self.errors.extend((s.has("kind") || misses).then_some(error));
             return;

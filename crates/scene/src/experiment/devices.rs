@@ -81,6 +81,7 @@ macro_rules! listed {
             ("axis", "motor"),
             ("axis", "mass"),
             ("axis", "network"),
+            ("foc", "pmsm"),
             ("dut", "motor"),
             ("dut", "mass"),
             ("dut", "network"),
@@ -93,7 +94,11 @@ macro_rules! listed {
         pub(crate) static KEYS: &[(&str, DeviceKeys)] = &[$((stringify!($module), crate::$module::rows::KEYS)),*];
 
         /// The scenes to begin with, of each device that has one for all its scenes, with its `device.kind`.
-        pub static BEGINNINGS: &[(&str, Begin)] = &[$((stringify!($module), crate::$module::shipped::BEGIN)),*];
+        pub static BEGINNINGS: &[(&str, Begin)] = &[
+            #[cfg(not(target_family = "wasm"))]
+            ("pmsm", crate::foc::shipped::BEGIN),
+            $((stringify!($module), crate::$module::shipped::BEGIN)),*
+        ];
 
         const SHIPPED: &[&[Shipped]] = &[AXIS, $(super::$module::shipped::SCENES),*];
     };

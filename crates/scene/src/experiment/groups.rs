@@ -5,6 +5,7 @@ use std::sync::LazyLock;
 use super::devices::{KEYS, device};
 use crate::dut::rows::*;
 use crate::faults::rows::faults;
+use crate::foc::rows::{method_foc, model_foc, top_wall_foc, wall_foc};
 use crate::method::{FOLLOWS, WALLED};
 use crate::paddle::rows::{method_paddle, model_paddle};
 use crate::pmsm::rows::pmsm;
@@ -30,6 +31,7 @@ static PARTS: &[Part] = &[
         &top_wall::GROUP,
         &top_target::GROUP,
         &top_wall_dut::GROUP,
+        &top_wall_foc::GROUP,
         &top_hand::GROUP,
     ]),
     Each(|keys| keys.top),
@@ -65,7 +67,7 @@ static PARTS: &[Part] = &[
     Each(|keys| keys.parts),
     Fixed(&[&clock::GROUP, &method::GROUP, &method_network::GROUP, &method_law::GROUP, &method_loop::GROUP]),
     Fixed(crate::method::KEYS),
-    Fixed(&[&method_paddle::GROUP]),
+    Fixed(&[&method_paddle::GROUP, &method_foc::GROUP]),
     Fixed(&[&method_scale::GROUP]),
     Each(|keys| keys.method),
     Fixed(&[
@@ -83,6 +85,7 @@ static PARTS: &[Part] = &[
         &dut_port::GROUP,
         &wall::GROUP,
         &wall_axis::GROUP,
+        &wall_foc::GROUP,
         &wall_dut::GROUP,
         &wall_ramp::GROUP,
         &target::GROUP,
@@ -106,7 +109,7 @@ static PARTS: &[Part] = &[
         &model_friction::GROUP,
         &model_law::GROUP,
     ]),
-    Fixed(&[&model_paddle::GROUP]),
+    Fixed(&[&model_paddle::GROUP, &model_foc::GROUP]),
     Each(|keys| keys.model),
     Fixed(&[&run::GROUP, &record::GROUP]),
     Each(|keys| keys.record),

@@ -13,6 +13,7 @@ use crate::axis::read_device::Kind;
 use crate::axis::read_hand::Load;
 use crate::axis::{self, Scene};
 use crate::dut::{self, DutScene};
+use crate::foc::FocScene;
 use crate::gimbal::{self, GimbalScene};
 use crate::head::Head;
 use crate::head::setup::Setup;
@@ -28,8 +29,8 @@ use devices::{DeviceKind, device};
 use groups::schema;
 use shipped::shipped_file;
 
-/// The reason why a three-phase motor without a design is refused.
-const NO_LOOP: &str = "missing; a motor with three phases is driven by a design of yours; write [dut]";
+/// The reason why a three-phase motor without method and design is refused.
+const NO_LOOP: &str = "missing; write a [method] of kind \"foc\", or a [dut] of yours";
 
 macro_rules! experiment {
     (($d:tt) $(#[doc = $meaning:literal] $Device:ident: $module:ident, $Scene:ident, $Simulation:ident;)*) => {
@@ -42,6 +43,8 @@ macro_rules! experiment {
             $(#[doc = $meaning] $Device($Scene),)*
             /// Bodies and joints whose loop is that of EPFL's haptic paddle.
             Paddle(PaddleScene),
+            /// A motor with three phases behind field-oriented control.
+            Foc(FocScene),
             /// One axis whose loop is closed by a design of the user's own.
             Dut(DutScene),
         }
@@ -64,7 +67,17 @@ macro_rules! experiment {
                     return dut::read::scene(name, source, kind, load).map(Self::Dut);
                 }
                 match kind {
-                    Kind::Pmsm => Err(Section::root(source).error("dut", NO_LOOP)),
+                    Kind::Pmsm if !Section::root(source).has("method") => {
+                        Err(Section::root(source).error("method", NO_LOOP))
+                    }
+                    Kind::Pmsm => {
+                        // A page loads all code, so it has not this loop.
+                        if cfg!(target_family = "wasm") {
+                            let reason = "a page in a browser has no motor with three phases; use hpu itself";
+                            return Err(Section::root(source).error("device.kind", reason));
+                        }
+                        crate::foc::read::scene(name, source, load).map(Self::Foc)
+                    }
                     Kind::Network if is_paddle(&Section::root(source)) => {
                         // A page loads all code, so it has not this loop.
                         if cfg!(target_family = "wasm") {
@@ -83,6 +96,7 @@ macro_rules! experiment {
                     Self::Axis(scene) => scene,
                     $(Self::$Device(scene) => scene,)*
                     Self::Paddle(scene) => scene,
+                    Self::Foc(scene) => scene,
                     Self::Dut(scene) => scene,
                 }
             }
@@ -95,6 +109,7 @@ macro_rules! experiment {
                     Self::Axis(scene) => &scene.head,
                     $(Self::$Device(scene) => &scene.head,)*
                     Self::Paddle(scene) => &scene.head,
+                    Self::Foc(scene) => &scene.head,
                     Self::Dut(scene) => &scene.head,
                 }
             }

@@ -15,7 +15,7 @@ keys! { top: "" of [];
     device: Own = Own::section(Required);
 }
 
-keys! { top_axis: "" of ["axis", "dut", "epfl_paddle"];
+keys! { top_axis: "" of ["axis", "dut", "epfl_paddle", "foc"];
     /// The encoder on the motor's shaft or along the rail.
     encoder: Own = Own::section(Said("its keys' defaults"));
     /// The H-bridge of a motor; a mass has none.
@@ -29,7 +29,7 @@ keys! { top_clock: "" of [];
     clock: Own = Own::section(Required);
 }
 
-keys! { top_method: "" of ["axis", "epfl_paddle"];
+keys! { top_method: "" of ["axis", "epfl_paddle", "foc"];
     /// The control law that closes the loop, as hpu's own blocks.
     method: Own = Own::section(Required);
 }
@@ -44,7 +44,7 @@ keys! { top_wall_dut: "" of ["dut"];
     wall: Own = Own::section(Said("none"));
 }
 
-keys! { top_hand: "" of ["axis", "dut", "epfl_paddle"];
+keys! { top_hand: "" of ["axis", "dut", "epfl_paddle", "foc"];
     /// The hand that moves the device.
     hand: Own = Own::section(Required);
     /// Faults of encoder lines, switches and clock.
@@ -76,7 +76,7 @@ keys! { run: "run" of [];
     seed: Whole<u64> = Whole::new(0, i64::MAX as u64, Is(0));
 }
 
-keys! { record: "record" of ["axis", "dut", "epfl_paddle"];
+keys! { record: "record" of ["axis", "dut", "epfl_paddle", "foc"];
     /// Rate at which the device's motion is recorded.
     plant_rate: Quantity = Quantity::new(&q::FREQUENCY, Positive, Is(10e3));
 }
@@ -89,7 +89,7 @@ keys! { record_all: "record" of [];
     overflows: Flag = Flag(false);
 }
 
-keys! { expect: "expect" of ["axis", "dut", "epfl_paddle"];
+keys! { expect: "expect" of ["axis", "dut", "epfl_paddle", "foc"];
     /// Verdict that the run must reach: the motion settles, keeps a limit cycle, diverges, or is inside a wall that
     /// gives no torque; the run is too short to tell (`not_told`), or the hand, or the target, moves nearly to its end
     /// (`hand_moves`, `tracking`).
@@ -129,7 +129,7 @@ keys! { metric: "expect.METRIC" of [];
     tolerance: Own = Own::new(|| Takes::Quantity(vec![]), Required);
 }
 
-keys! { accuracy: "accuracy" of ["axis", "dut", "epfl_paddle"];
+keys! { accuracy: "accuracy" of ["axis", "dut", "epfl_paddle", "foc"];
     /// Outputs that must agree.
     outputs: OfOutputs = OfOutputs(&Output::OF_AN_AXIS);
 }

@@ -53,7 +53,7 @@ pub mod wall;
 
 #[macro_use]
 mod axis_loop;
-mod published;
+pub(crate) mod published;
 pub(crate) mod rows;
 mod sampled_law;
 mod setting;
@@ -83,6 +83,9 @@ pub enum Loop {
 
 /// The method that is a scene of its own, in `method.kind`: the loop of EPFL's haptic paddle.
 pub const PADDLE: &str = "epfl_paddle";
+
+/// The method of a motor with three phases, in `method.kind`: field-oriented control.
+pub const FOC: &str = "foc";
 
 /// Returns whether a scene's method is that of the paddle.
 pub(crate) fn is_paddle(root: &Section) -> bool {

@@ -22,7 +22,7 @@ use crate::schema::{Group, Key, Own, Shape, Takes, Whole, keys};
 use crate::text::message::{number, number_below};
 
 /// The form of `method.torques`.
-const TORQUES: &str = "[torque, ...] with 2, 4, 8, 16 or 32 torques, as in [0, \"-2 mN.m\", 0, \"2 mN.m\"]";
+pub(crate) const TORQUES: &str = "[torque, ...] with 2, 4, 8, 16 or 32 torques, as in [0, \"-2 mN.m\", 0, \"2 mN.m\"]";
 
 keys! { table: "method" of ["table"];
     /// Torques towards greater angles at even distances, from the start on; between them a straight line. The table
@@ -90,8 +90,7 @@ impl Published for TableMethod {
             let counts = (-torque_nm / setting.quantum_n).round();
             if counts.abs() > top {
                 let most = number_below(top * setting.quantum_n);
-                let reason =
-                    format!("{} is more than the bridge can show; accepted: -{most} to {most}", number(torque_nm));
+                let reason = format!("{} is more than the bridge can show; write -{most} to {most}", number(torque_nm));
                 return Err(setting.places.error(&format!("method.torques[{index}]"), reason).into());
             }
             *word = counts as i32;

@@ -43,6 +43,11 @@ const PADDLE: &str = "about = 'A.'\n[device]\nkind = 'network'\nbodies.rotor = {
                       [method]\nkind = 'epfl_paddle'\ncurrent = 'amps'\ntarget = 0.1\nkp = 1e-3\n\
                       [hand]\nkind = 'none'\n[faults]\n[run]\nduration = 1\n";
 
+const SENSED: &str = "sensors.a = { kind = 'current', winding = 'a', trigger = true, gain = 1, range = 2, bits = 12 }\n\
+                      sensors.b = { kind = 'current', winding = 'b', trigger = true, gain = 1, range = 2, bits = 12 }";
+const FOC: &str =
+    "[method]\nkind = 'foc'\nsample_rate = '1 kHz'\ntorques = [0, 0]\n[wall]\nposition = 0.01\nstiffness = 0";
+
 fn on_an_axis(device: &str, loops: &str) -> String {
     format!(
         "about = 'A.'\n[device]\n{device}\n[clock]\nfrequency = '50 MHz'\n{loops}\n[hand]\nkind = 'none'\n\
@@ -94,7 +99,13 @@ fn bases() -> Vec<Base> {
         method: "epfl_paddle",
         hand: "none",
     };
+    let foc = |set: &[(&'static str, &'static str)]| {
+        let text = on_an_axis(&format!("{PMSM}\n{SENSED}"), FOC);
+        Base { text, set: set.to_vec(), scene: "foc", device: "pmsm", method: "foc", hand: "none" }
+    };
     vec![
+        foc(&[]),
+        foc(&[("model.bridge", "averaged"), ("model.currents", "ideal")]),
         paddle,
         gimbal("path", &[("target.path", "[[0, 0.01, 0, 0]]")]),
         gimbal("sines", &[]),
@@ -366,8 +377,8 @@ fn said(base: &Base, row: &KeyRow, value: &str) -> Option<String> {
 
 /// Whether a scene reads the key: a prescribed hand overrules a start, a mass has no bridge and a motor no amplifier,
 /// the drive of this network is neither and it takes no steps, a hand with a path has no file, and a velocity that is
-/// not rescaled has no scale, a filter by its corner takes no keys of others, another method has no target, and a plant
-/// is written in one way, as are inductances and magnets of three phases.
+/// not rescaled has no scale, a filter by its corner takes no keys of others, another method has no target, a plant
+/// is written in one way, as are inductances and magnets of three phases, and ideal currents alone have a delay.
 fn reads(base: &Base, row: &KeyRow) -> bool {
     let written_otherwise = ["inductance", "inductance_d", "inductance_q", "flux_linkage", "torque_constant"];
     let is_overruled = base.hand == "prescribed" && row.key.starts_with("initial_")
@@ -385,6 +396,7 @@ fn reads(base: &Base, row: &KeyRow) -> bool {
             && !base.text.contains(&format!("{} =", row.key))
         || row.section == "device" && row.key == "gain" && !base.text.contains("poles")
         || row.section == "device" && row.key == "d" && !base.text.contains("c = [1]")
+        || base.scene == "foc" && base.set.is_empty() && row.key == "current_delay"
         || base.method == "pid" && (row.section, row.key) == ("method", "kind");
     base.takes(row) && base.should_take(row.section, row.key) && !is_overruled
 }

@@ -2,6 +2,7 @@
 
 mod counts;
 mod errors;
+mod foc;
 mod keys;
 mod lab_files;
 mod laws;

@@ -156,7 +156,37 @@ fn what_is_no_motor_of_three_phases_is_refused_at_its_key() {
     );
     let lines = WHEEL.find("[dut]").unwrap();
     let alone = format!("{}{}", &WHEEL[..lines], &WHEEL[WHEEL.find("[hand]").unwrap()..]);
-    assert!(parse(&alone).unwrap_err().contains("dut: missing; a motor with three phases is driven by a design"));
+    assert!(parse(&alone).unwrap_err().contains("method: missing; write a [method] of kind \"foc\", or a [dut]"));
+}
+
+#[test]
+fn an_absolute_angle_errs_by_its_two_harmonics() {
+    let errs = "kind = \"absolute\", harmonics = [[1.5, 0.4], [0.7, \"90 deg\"]], power_up = \"3 ms\", rate";
+    let scene = changed("kind = \"absolute\", rate", errs).unwrap();
+    let SensorKind::Sampled(angle) = &scene.sensors()[3].kind else { panic!("it samples") };
+    assert_eq!(angle.ready, 150_000);
+    let mut compared = 0;
+    for word in 0..1 << 14 {
+        let turn = (word as f64 + 0.5) / f64::from(1 << 14) * std::f64::consts::TAU;
+        let exact = word as f64 + 0.5 + 1.5 * (turn + 0.4).sin() + 0.7 * (2.0 * turn).cos();
+        // Straight lines between 256 places are within 1.5 (2 pi / 256)^2 / 8 + 0.7 (4 pi / 256)^2 / 8 of the sines.
+        if (exact - exact.round()).abs() > 5e-4 {
+            let is = angle.word((word << 16) + (1 << 15), 0, |_| 0);
+            assert_eq!(is, (exact.floor() as i64).rem_euclid(1 << 14), "{word}");
+            compared += 1;
+        }
+    }
+    assert!(compared > 16_000, "{compared}");
+    let refused = |errs: &str, said: &str| {
+        let text = format!("kind = \"absolute\", {errs}, rate");
+        let error = changed("kind = \"absolute\", rate", &text).unwrap_err();
+        assert!(error.contains(said), "{errs}: {error}");
+    };
+    refused("harmonics = [[1, 0], [1, 0], [1, 0]]", "angle.harmonics: write a list of one or two");
+    refused("harmonics = [[1]]", "angle.harmonics[0]: write a list of one or two");
+    refused("harmonics = [[-1, 0]]", "angle.harmonics[0][0]: `-1` must not be negative");
+    refused("harmonics = [[1, 0]], inl = [0]", "angle.inl: the errors are given as harmonics too");
+    refused("power_up = -1", "angle.power_up: `-1` must not be negative");
 }
 
 #[test]

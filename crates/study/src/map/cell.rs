@@ -269,6 +269,9 @@ impl Cell {
                 scene.target.is_none().then_some((scene.wall.position_rad, scene.wall.stiffness_nm_per_rad))
             }
             (Experiment::Dut(scene), Verdict::Settled { .. }) => scene.wall_rad.map(|wall_rad| (wall_rad, 0.0)),
+            (Experiment::Foc(scene), Verdict::Settled { .. }) => {
+                scene.wall.as_ref().map(|wall| (wall.position_rad, wall.stiffness_nm_per_rad))
+            }
             _ => None,
         };
         let displayed = wall.and_then(|wall| {

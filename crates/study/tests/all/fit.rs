@@ -1,7 +1,7 @@
 //! The least model that answers a scene's question: it is right for the scene where it is chosen and for other scenes,
 //! and scenes that are designed to mislead the choice do not mislead it.
 
-use hpu_cosim::scene::{Experiment, Hand, Output, Solver, shipped, shipped_file};
+use hpu_cosim::scene::{Experiment, FocScene, Hand, Output, Solver, shipped, shipped_file};
 use hpu_cosim::{Control, Wired, WiredSimulation};
 use hpu_study::accuracy::{Outputs, usual, worst};
 use hpu_study::fit::{Fit, fit, models, overrides, simplifications};
@@ -39,6 +39,7 @@ fn leaps_samples(name: &str) -> bool {
         | Experiment::Gimbal(_)
         | Experiment::Transfer(_)
         | Experiment::Paddle(_)
+        | Experiment::Foc(_)
         | Experiment::Dut(_) => false,
     }
 }
@@ -70,8 +71,15 @@ fn tried(experiment: &Experiment) -> [Set; 2] {
         }
         Experiment::Transfer(scene) => [0.95, 1.05].map(|share| one("reference.value", share * scene.reference[0])),
         Experiment::Paddle(scene) => [0.95, 1.05].map(|share| one("method.kp", share * scene.method.gains[0])),
+        Experiment::Foc(scene) => [0.95, 1.05].map(|share| one(foc(scene).0, share * foc(scene).1)),
         Experiment::Dut(_) => panic!("no shipped scene has a design of the user's own"),
     }
+}
+
+/// Returns the stiffness of a wall behind field-oriented control, or else the bandwidth of the currents.
+fn foc(scene: &FocScene) -> (&'static str, f64) {
+    let bandwidth = ("method.current_bandwidth", scene.method.bandwidth_hz);
+    scene.wall.as_ref().map_or(bandwidth, |wall| ("wall.stiffness", wall.stiffness_nm_per_rad))
 }
 
 /// Returns scenes near a scene that the choice has not tried: for them the help promises twice the tolerance.
@@ -100,6 +108,10 @@ fn elsewhere(experiment: &Experiment) -> Vec<Set> {
         Experiment::Paddle(scene) => {
             let of_gain = |share: f64| vec![("method.kp".to_string(), format!("{:?}", share * scene.method.gains[0]))];
             return [0.98, 1.03].map(of_gain).to_vec();
+        }
+        Experiment::Foc(scene) => {
+            let (key, value) = foc(scene);
+            return [0.98, 1.03].map(|share| vec![(key.to_string(), format!("{:?}", share * value))]).to_vec();
         }
         Experiment::Dut(_) => panic!("no shipped scene has a design of the user's own"),
     };

@@ -414,7 +414,7 @@ fn a_table_that_its_words_do_not_hold_is_refused_at_its_line() {
     let found = with("torques = [0, \"1 N\"]");
     assert!(found.contains("8:15: method.torques[1]: ") && found.contains("N.m"), "{found}");
     // Full scale is 0.0259 N.m/A times 24 V over 2.3456603773584903 Ohm, 4095 of 4096 of it.
-    let told = "8:15: method.torques[1]: 0.3 is more than the bridge can show; accepted: -0.2649353 to 0.2649353";
+    let told = "8:15: method.torques[1]: 0.3 is more than the bridge can show; write -0.2649353 to 0.2649353";
     says(with("torques = [0, 0.3]"), told);
     says(
         with("torques = [0, 0]\nspacing = 3"),

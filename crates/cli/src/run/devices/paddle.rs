@@ -7,9 +7,9 @@ use hpu_page::Page;
 use hpu_signal::{Format, Notation, Signal};
 use serde_json::{Value, json};
 
-use super::axis::motion;
-use super::device::{Shown, named, of_words};
-use super::simulate::Ran;
+use crate::run::axis::motion;
+use crate::run::device::{Shown, named, of_words};
+use crate::run::simulate::Ran;
 use crate::units::si;
 
 impl Shown for PaddleSimulation<'_> {

@@ -7,8 +7,8 @@ use hpu_page::Page;
 use hpu_signal::Signal;
 use serde_json::{Value, json};
 
-use super::device::{Shown, named, of_words};
-use super::simulate::Ran;
+use crate::run::device::{Shown, named, of_words};
+use crate::run::simulate::Ran;
 use crate::units::si;
 
 impl Shown for TransferSimulation<'_> {

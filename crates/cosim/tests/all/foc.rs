@@ -1,0 +1,131 @@
+//! The loop behind field-oriented control: its drivers to the bit, its torques against those of the equations, and what
+//! its models leave out.
+
+use hpu_cosim::scene::{Experiment, SceneFile};
+use hpu_cosim::{Control, Driver, Simulation, Summary, Trace, Wired, WiredSimulation};
+
+/// Columns of a row: current across the flux, angle, torque, and the mean torque since the row before.
+const CURRENT: usize = 0;
+const ANGLE: usize = 2;
+const TORQUE: usize = 3;
+
+fn scene(name: &str, sets: &[(&str, &str)]) -> Experiment {
+    let sets: Vec<_> = sets.iter().map(|(key, value)| ((*key).to_string(), (*value).to_string())).collect();
+    SceneFile::find(name).unwrap().parse(&sets).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn run(name: &str, sets: &[(&str, &str)], driver: Driver) -> (Summary, Trace) {
+    let experiment = scene(name, sets);
+    let simulation = WiredSimulation::new(&experiment).unwrap();
+    let mut trace = simulation.trace(&["target", "q", "duty_a"]);
+    let summary = simulation.run(driver, &mut trace, &mut (), &Control::new());
+    (summary, trace)
+}
+
+/// A torque that is the wanted one.
+const IDEAL: (&str, &str) = ("model", "{ bridge = \"averaged\", currents = \"ideal\" }");
+
+/// A hand that pushes from the start.
+const PUSHED: (&str, &str) = ("hand", "{ kind = \"constant_torque\", torque = \"60 mN.m\" }");
+
+#[test]
+fn events_and_clock_agree_to_the_bit_whatever_is_modelled() {
+    for (name, model) in [
+        ("foc-detents", ("model.bridge", "switching")),
+        ("foc-detents", ("model.bridge", "averaged")),
+        ("foc-detents", IDEAL),
+        ("foc-wall", ("model.bridge", "switching")),
+        ("foc-wall", ("model.bridge", "averaged")),
+        ("foc-wall", ("method.enable_after", "1 ms")),
+    ] {
+        let near = if name == "foc-wall" { ("wall.position", "1 mrad") } else { ("method.spacing", "8") };
+        let sets = [model, PUSHED, near, ("expect", "{}"), ("run.duration", "5 ms")];
+        let experiment = scene(name, &sets);
+        let comparison = WiredSimulation::new(&experiment).unwrap().compare(100_000);
+        assert_eq!((comparison.edges, comparison.mismatches), (100_000, 0), "{name} {model:?}");
+        let [events, clock] = [Driver::Events, Driver::Clock].map(|driver| run(name, &sets, driver));
+        for column in [CURRENT, ANGLE, TORQUE] {
+            assert_eq!(events.1.real(column), clock.1.real(column), "{name} {model:?}");
+        }
+        assert_eq!(events.0.nets, clock.0.nets, "{name} {model:?}");
+        assert_eq!((events.0.energy, events.0.encoder_edges), (clock.0.energy, clock.0.encoder_edges));
+        assert!(events.0.encoder_edges > 10, "{name} {model:?}: {}", events.0.encoder_edges);
+        assert!(events.0.ticks < 40_000 && clock.0.ticks == 250_000, "{name} {model:?}: {}", events.0.ticks);
+    }
+}
+
+#[test]
+fn a_wall_gives_its_stiffness_times_the_depth_as_torque_and_as_current() {
+    // The hand rests against 1 N.m/rad with 40 mN.m; the motor gives 50 mN.m/A.
+    let sets = [
+        ("hand", "{ kind = \"constant_torque\", torque = \"40 mN.m\" }"),
+        ("wall", "{ position = \"20 mrad\", stiffness = \"1 N.m/rad\", damping = \"4 mN.m.s/rad\" }"),
+        ("device.coulomb_friction", "0"),
+        ("device.viscous_friction", "1 mN.m.s/rad"),
+        ("method.position", "encoder"),
+        ("expect", "{}"),
+        ("run.duration", "400 ms"),
+    ];
+    for model in [("model.bridge", "switching"), ("model.bridge", "averaged"), IDEAL] {
+        let (_, trace) = run("foc-wall", &[&sets[..], &[model]].concat(), Driver::Events);
+        let mean = |column: usize| {
+            let last = &trace.real(column)[trace.real(column).len() - 1000..];
+            last.iter().sum::<f64>() / last.len() as f64
+        };
+        // A count is 1.53 mrad: the mean depth of counts lies within one of the depth.
+        let count_rad = std::f64::consts::TAU / 4096.0;
+        assert!((mean(ANGLE) - 60e-3).abs() < 1.5 * count_rad, "{model:?}: {}", mean(ANGLE));
+        assert!((mean(TORQUE) + 40e-3).abs() < 1e-3, "{model:?}: {}", mean(TORQUE));
+        if model.0 == "model.bridge" {
+            assert!((mean(CURRENT) + 0.8).abs() < 0.02, "{model:?}: {}", mean(CURRENT));
+        }
+    }
+}
+
+#[test]
+fn a_field_half_a_turn_off_pulls_the_hand_into_the_wall() {
+    // Seven pole pairs: half a turn of the field is pi / 7.
+    let (_, trace) = run("foc-wall", &[("method.zero", "0.4487990 rad"), ("expect", "{}")], Driver::Events);
+    assert!(trace.last(ANGLE).unwrap() > 0.6, "{:?}", trace.last(ANGLE));
+}
+
+#[test]
+fn no_current_flows_before_the_switches_are_enabled() {
+    let sets = [PUSHED, ("method.enable_after", "20 ms"), ("expect", "{}"), ("run.duration", "40 ms")];
+    for bridge in ["switching", "averaged"] {
+        let (_, trace) = run("foc-detents", &[&sets[..], &[("model.bridge", bridge)]].concat(), Driver::Events);
+        let currents = trace.real(CURRENT);
+        assert!(currents[..200].iter().all(|current| *current == 0.0), "{bridge}");
+        assert!(currents[210..].iter().any(|current| current.abs() > 0.1), "{bridge}");
+    }
+}
+
+#[test]
+fn sensors_take_no_sample_before_they_are_up() {
+    let sets = [
+        ("device.sensors.ia.power_up", "10 ms"),
+        ("device.sensors.ib.power_up", "10 ms"),
+        ("device.sensors.angle.power_up", "10 ms"),
+        ("device.initial_angle", "0.1 rad"),
+        ("hand", "{ kind = \"none\" }"),
+        ("method.enable_after", "12 ms"),
+        ("expect", "{}"),
+        ("run.duration", "20 ms"),
+    ];
+    let (summary, _) = run("foc-wall", &sets, Driver::Events);
+    // 20 starts a millisecond, of which those before edge 500 000 are missed; the first one comes at edge 1.
+    let starts: Vec<_> = summary.starts.iter().map(|(_, starts)| (starts.taken, starts.missed)).collect();
+    assert_eq!(starts, [(200, 200); 2]);
+    // The word of the angle stays 0, then it is that of 0.1 rad in 2^14 of a turn.
+    let (is_up, word) = (10_000 * 50, (0.1 / std::f64::consts::TAU * 16384.0) as i64);
+    let experiment = scene("foc-wall", &sets);
+    let simulation = WiredSimulation::new(&experiment).unwrap();
+    let mut closed = simulation.closed_loop();
+    let code = closed.wiring().nets().iter().position(|net| net.name == "code").unwrap();
+    for (edge, known) in [(1000, 0), (is_up - 1, 0), (is_up + 1000, word)] {
+        while closed.edge() < edge {
+            closed.leap(edge, &mut ());
+        }
+        assert_eq!(closed.wiring().words()[code], known, "edge {edge}");
+    }
+}
