@@ -36,7 +36,8 @@ impl Interval {
         Self::outward(self.lo + other.lo, self.hi + other.hi)
     }
 
-    pub(crate) fn minus(self, other: Self) -> Self {
+    /// Returns the differences of both.
+    pub fn minus(self, other: Self) -> Self {
         self.plus(Self { lo: -other.hi, hi: -other.lo })
     }
 

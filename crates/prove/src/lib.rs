@@ -4,6 +4,7 @@ pub mod arms;
 pub mod certify;
 pub mod criteria;
 pub mod exact;
+pub mod form;
 pub mod interval;
 pub mod lasting;
 pub mod linear;

@@ -8,12 +8,12 @@
 //! with damping over those of its drag. Each frequency gives the level `λ` that they need. The storage is the solution
 //! of the discrete Riccati equation of that level, by doubling.
 
-use hpu_cosim::scene::{Device, Hand, Scene};
+use hpu_cosim::scene::{Device, Hand, LoopWords, Scene};
 
 use toml_edit::Value;
 
 use crate::Error;
-use crate::certify::{Bound, CLAIM, Witness, check, of_scene};
+use crate::certify::{Bound, CLAIM, Range, Turn, Witness, check, numbers, of_scene};
 use crate::linear::unit;
 use crate::sampled::{Matrix, SampledLoop, exponential, product, scaled, solution};
 
@@ -69,7 +69,7 @@ impl SteadySet {
                 break;
             }
             let stiffness = word as f64 * step;
-            match steady(scene, word as i64, start) {
+            match steady(scene, &[], word as i64, start) {
                 Ok((witness, bound)) if bound.rms_counts < SETTLED_COUNTS => {
                     start = Some(witness.weights);
                     set.proved.push(Steady { stiffness, bound, witness });
@@ -106,12 +106,13 @@ pub fn certificate(set: &SteadySet, name: &str, text: &str, overrides: &[(String
         quoted(text)
     );
     for Steady { stiffness, bound, witness } in &set.proved {
-        let Witness { word, act, decay, shape, sizes, far, level, weights, storage } = witness;
+        let Witness { word, unit, act, decay, scales, shape, sizes, far, level, weights, storage, .. } = witness;
         let Bound { rms_counts, duty, .. } = bound;
         certificate += &format!(
             "\n[[word]]\nword = {word}\nstiffness = {stiffness:e}\nduty = {duty:e}\nrms_counts = {rms_counts:e}\n\
-             act = {act:e}\ndecay = {decay:e}\nshape = [{}]\nsizes = [{}]\nfar = [{}]\nlevel = {level:e}\n\
+             unit = {unit:e}\nact = {act:e}\ndecay = {decay:e}\nscales = [{}]\nshape = [{}]\nsizes = [{}]\nfar = [{}]\nlevel = {level:e}\n\
              weights = [{}]\nstorage = [{}]\n",
+            list(scales),
             list(shape),
             list(sizes),
             list(far),
@@ -128,25 +129,154 @@ enum Unproved {
     Word(String),
 }
 
-/// Returns a witness of a word, and what the checker says of it. `start` has the multipliers of a word nearby.
-fn steady(scene: &Scene, word: i64, start: Option<[f64; 5]>) -> Result<(Witness, Bound), Unproved> {
+/// Returns a witness of a word within ranges, and what the checker says of it. `start` has the multipliers of a word
+/// nearby.
+fn steady(
+    scene: &Scene,
+    ranges: &[Range],
+    word: i64,
+    start: Option<[f64; 5]>,
+) -> Result<(Witness, Bound), Unproved> {
     of_scene(scene).map_err(Unproved::Scene)?;
-    let sampled = Sampled::new(scene, word).map_err(|why| Unproved::Word(why.into()))?;
     let mut last = "no bound of its motion was found".to_string();
-    let Some(found) = sampled.found(start) else { return Err(Unproved::Word(last)) };
-    for slack in [2e-3, 1e-2, 4e-2, 0.15] {
-        let Some(witness) = sampled.witness(word, &found, slack) else {
-            continue;
-        };
-        match check(scene, &witness) {
-            Ok(bound) => return Ok((witness, bound)),
-            Err(why) => last = why.to_string(),
+    let spares: &[f64] = if ranges.is_empty() { &[0.0] } else { &[3e-3, 3e-2, 0.15] };
+    for spare in spares {
+        let family = Family::new(scene, ranges, word, *spare).map_err(|why| Unproved::Word(why.into()))?;
+        let Some(found) = family.found(start) else { break };
+        for slack in [2e-3, 1e-2, 4e-2, 0.15] {
+            let Some(witness) = family.witness(word, &found, slack) else {
+                continue;
+            };
+            match check(scene, ranges, &witness) {
+                Ok(bound) => return Ok((witness, bound)),
+                Err(why) => last = why.to_string(),
+            }
         }
     }
     Err(Unproved::Word(last))
 }
 
+/// The loops of a word: that at the middle of all ranges, and those at the corners. All have the bounds that hold for
+/// each of them.
+struct Family {
+    unit: f64,
+    middle: Sampled,
+    corners: Vec<Sampled>,
+}
+
+impl Family {
+    /// Returns the loops of a word, with sums of responses that are greater by this share.
+    fn new(scene: &Scene, ranges: &[Range], word: i64, spare: f64) -> Result<Self, &'static str> {
+        let words = scene.words().map_err(|_| "the checker refuses its words")?;
+        let slope = word as f64 * scene.method.stiffness_format.lsb();
+        let unit = unit_of(scene);
+        let world = |value: &dyn Fn(usize, &Range) -> f64| {
+            let mut world = scene.clone();
+            let mut all = numbers(&mut world);
+            ranges.iter().enumerate().for_each(|(at, range)| *all[range.number] = value(at, range));
+            Sampled::of(&world, &words, unit, slope, None)
+        };
+        let middle = world(&|_, range| 0.5 * (range.ends[0] + range.ends[1]))?;
+        let corner = |corner: usize| world(&|at, range| range.ends[corner >> at & 1]);
+        let corners = (0..1 << ranges.len()).filter(|_| !ranges.is_empty()).map(corner);
+        let mut family = Self { unit, middle, corners: corners.collect::<Result<_, _>>()? };
+        family.share(spare);
+        Ok(family)
+    }
+
+    /// Gives each loop the bounds that hold for all of them.
+    fn share(&mut self, spare: f64) {
+        let mut worst = self.middle.clone();
+        let count = self.corners.len().max(1) as f64;
+        let mean = self.corners.iter().map(|corner| corner.act).sum::<f64>() / count;
+        if !self.corners.is_empty() {
+            // The clocks of a pulse at rest are no straight line.
+            worst.away += 4.0 * (mean - worst.act).abs();
+            self.middle.act = mean;
+        }
+        for corner in &self.corners {
+            let greatest = |into: &mut f64, of: f64| *into = into.max(of);
+            worst.sums.iter_mut().flatten().zip(corner.sums.iter().flatten()).for_each(|(a, b)| greatest(a, *b));
+            worst.bend.iter_mut().zip(corner.bend).for_each(|(a, b)| greatest(a, b));
+            worst.third.iter_mut().zip(corner.third).for_each(|(a, b)| greatest(a, b));
+            greatest(&mut worst.jump, corner.jump);
+            greatest(&mut worst.reach, corner.reach);
+            greatest(&mut worst.coupling, corner.coupling);
+            greatest(&mut worst.grip, corner.grip);
+            greatest(&mut worst.drag, corner.drag);
+            greatest(&mut worst.gain, corner.gain);
+            greatest(&mut worst.swing, corner.swing);
+            greatest(&mut worst.radius, corner.radius);
+        }
+        worst.sums.iter_mut().flatten().for_each(|sum| *sum *= 1.0 + spare);
+        for one in std::iter::once(&mut self.middle).chain(&mut self.corners) {
+            let Sampled { flow, closed, answer, later, act, .. } = one.clone();
+            *one = Sampled { flow, closed, answer, later, act, ..worst.clone() };
+        }
+    }
+
+    /// Returns sizes, level and multipliers, from those of a loop nearby or from a grid on.
+    fn found(&self, start: Option<[f64; 5]>) -> Option<Found> {
+        let middle = &self.middle;
+        let sizes = middle.sizes()?;
+        let far = middle.far(sizes)?;
+        let ends = middle.unsteady(middle.entering(sizes).1);
+        let all = std::iter::once(middle).chain(&self.corners);
+        let dissipations: Vec<Dissipation> = all.map(|one| one.dissipation(ends, sizes[2])).collect();
+        let responses: Vec<Response> = dissipations.iter().flat_map(Dissipation::responses).collect();
+        let (level, weights) = middle.least_level(&responses, start)?;
+        Some(Found { sizes, far, dissipations, level, weights })
+    }
+
+    /// Returns a witness whose level is greater than the least one by this share.
+    fn witness(&self, word: i64, found: &Found, slack: f64) -> Option<Witness> {
+        let level = found.level * (1.0 + slack);
+        let mut weights = found.weights;
+        weights[4] *= 1.0 + slack;
+        let decay = 0.5 * (1.0 + self.middle.radius);
+        let all = std::iter::once(&self.middle).chain(&self.corners).zip(&found.dissipations);
+        let matrices = all.map(|(one, dissipation)| {
+            Some((one.shape(decay)?, one.storage(dissipation, level, weights, 0.2 * slack)?))
+        });
+        let matrices = matrices.collect::<Option<Vec<_>>>()?;
+        let corners = if self.corners.is_empty() { &matrices[..] } else { &matrices[1..] };
+        let mean = |sum: f64| sum / corners.len() as f64;
+        // By how much the corners at the upper end of a range exceed those at the lower end, over two.
+        let turn = |at: usize| {
+            let sign = |corner: usize| if corner >> at & 1 == 1 { 1.0 } else { -1.0 };
+            let sum = |of: &dyn Fn(usize) -> f64| (0..corners.len()).map(|corner| sign(corner) * of(corner)).sum();
+            Turn {
+                shape: std::array::from_fn(|cell| mean(sum(&|corner| corners[corner].0[cell]))),
+                storage: std::array::from_fn(|cell| mean(sum(&|corner| corners[corner].1[cell]))),
+            }
+        };
+        let [current, speed, angle, _] = self.middle.sums[0];
+        Some(Witness {
+            word,
+            unit: self.unit,
+            act: self.middle.act,
+            decay,
+            scales: [current, speed, angle],
+            shape: std::array::from_fn(|cell| mean(corners.iter().map(|corner| corner.0[cell]).sum())),
+            sizes: found.sizes,
+            far: found.far,
+            level,
+            weights,
+            storage: std::array::from_fn(|cell| mean(corners.iter().map(|corner| corner.1[cell]).sum())),
+            turns: (0..corners.len().trailing_zeros() as usize).map(turn).collect(),
+        })
+    }
+}
+
+/// Returns a unit of the current that accelerates by about a count in the square of a period.
+fn unit_of(scene: &Scene) -> f64 {
+    let Device::Motor(motor) = &scene.device else { unreachable!("the checker refuses others") };
+    let period_s = 2f64.powi(scene.method.pwm.bits.cast_signed()) * scene.clock.period_s();
+    motor.inertia_kg_m2() * scene.encoder.count_rad() / (motor.torque_constant_nm_per_a * period_s * period_s)
+}
+
 /// The loop of a word from period to period, in the units of [`certify`](crate::certify).
+#[derive(Clone)]
 struct Sampled {
     /// The plant's flow over a period, and that of the loop that its spring closes.
     flow: Matrix,
@@ -175,6 +305,7 @@ struct Sampled {
     coupling: f64,
     grip: f64,
     drag: f64,
+    gain: f64,
     swing: f64,
 }
 
@@ -194,18 +325,16 @@ struct Dissipation {
 struct Found {
     sizes: [f64; 3],
     far: [f64; 3],
-    dissipation: Dissipation,
+    /// That of the middle, then those of the corners.
+    dissipations: Vec<Dissipation>,
     level: f64,
     weights: [f64; 5],
 }
 
 impl Sampled {
-    fn new(scene: &Scene, word: i64) -> Result<Self, &'static str> {
-        Self::of(scene, word as f64 * scene.method.stiffness_format.lsb(), None)
-    }
-
-    /// Returns the loop with a slope of the staircase, in commands a count. `act` is the pulse at rest, if it is given.
-    fn of(scene: &Scene, slope: f64, act: Option<f64>) -> Result<Self, &'static str> {
+    /// Returns the loop of a scene with the words of another one, with a slope of the staircase in commands a count.
+    /// `act` is the pulse at rest, if it is given.
+    fn of(scene: &Scene, words: &LoopWords, unit: f64, slope: f64, act: Option<f64>) -> Result<Self, &'static str> {
         let Device::Motor(motor) = &scene.device else { unreachable!("the checker refuses others") };
         let period = 2f64.powi(scene.method.pwm.bits.cast_signed());
         let period_s = period * scene.clock.period_s();
@@ -214,14 +343,15 @@ impl Sampled {
         let ohm = motor.resistance_ohm + 2.0 * scene.bridge.on_resistance_ohm;
         let square = period_s * period_s;
         let count = scene.encoder.count_rad();
-        let (decay, coupling) = (ohm * period_s / l, k * k * square / (l * j));
+        let (decay, induced) = (ohm * period_s / l, k * count / (l * unit));
+        let gain = k * unit * square / (j * count);
+        let coupling = gain * induced;
         let drag = (motor.viscous_friction_nm_s_per_rad + grip_damping) * period_s / j;
         let grip = grip * square / j;
         let accelerates = |torque: f64| torque * square / (j * count);
         let stall = accelerates(k * scene.bridge.supply_v / ohm);
-        let rates = vec![vec![-decay, -coupling, 0.0], vec![1.0, -drag, -grip], vec![0.0, 1.0, 0.0]];
+        let rates = vec![vec![-decay, -induced, 0.0], vec![gain, -drag, -grip], vec![0.0, 1.0, 0.0]];
 
-        let words = scene.words().map_err(|_| "the checker refuses its words")?;
         let rounds = scene.method.damping_format.lsb();
         let damping = words.damping as f64 * rounds;
         let floor = if damping > 0.0 { 0.5 * (1.0 - rounds) } else { 0.0 };
@@ -249,7 +379,7 @@ impl Sampled {
         let away = if grip > 0.0 { slope * swing / (1.0 + slope * clock / grip) + 1e-6 } else { 1e-6 };
 
         let flow = exponential(&rates);
-        let jump = stall * decay / period;
+        let jump = scene.bridge.supply_v * period_s / (l * unit * period);
         let after = |left: f64| times(&exponential(&scaled(&rates, left / period)), &[jump, 0.0, 0.0]);
         let pushed = after(period - latency - act);
         let further = |x: &[f64; 3]| times(&rates, x).map(|part| -part / period);
@@ -311,6 +441,7 @@ impl Sampled {
             coupling,
             grip,
             drag,
+            gain,
             swing,
         })
     }
@@ -337,7 +468,7 @@ impl Sampled {
             let late = late * self.sums[1][state] + square * self.sums[2][state];
             entering * self.sums[0][state] + push * (late + ends)
         });
-        let driven = current + push * self.jump;
+        let driven = self.gain * (current + push * self.jump);
         let fastest = (speed + driven + self.grip * angle) / (1.0 - self.coupling - self.grip);
         let pulled = self.drag * fastest + self.grip * (angle + fastest);
         [angle, step, (driven + self.coupling * fastest + pulled + self.swing) / 8.0]
@@ -376,27 +507,6 @@ impl Sampled {
             }
         }
         None
-    }
-
-    /// Returns sizes, level and multipliers, from those of a loop nearby or from a grid on.
-    fn found(&self, start: Option<[f64; 5]>) -> Option<Found> {
-        let sizes = self.sizes()?;
-        let far = self.far(sizes)?;
-        let dissipation = self.dissipation(self.unsteady(self.entering(sizes).1), sizes[2]);
-        let responses = dissipation.responses();
-        let (level, weights) = self.least_level(&responses, start)?;
-        Some(Found { sizes, far, dissipation, level, weights })
-    }
-
-    /// Returns a witness whose level is greater than the least one by this share.
-    fn witness(&self, word: i64, found: &Found, slack: f64) -> Option<Witness> {
-        let level = found.level * (1.0 + slack);
-        let mut weights = found.weights;
-        weights[4] *= 1.0 + slack;
-        let storage = self.storage(&found.dissipation, level, weights, 0.2 * slack)?;
-        let decay = 0.5 * (1.0 + self.radius);
-        let shape = self.shape(decay)?;
-        Some(Witness { word, act: self.act, decay, shape, sizes: found.sizes, far: found.far, level, weights, storage })
     }
 
     /// Returns the dissipation with these two bounds of the pulse's end and this distance between readings.
@@ -498,8 +608,7 @@ impl Sampled {
             shape = sum(&shape, &product(&transposed(&power), &product(&shape, &power)));
             power = product(&power, &power);
         }
-        let least: f64 = inverse(&shape)?.iter().enumerate().map(|(at, row)| row[at]).sum();
-        let shape = scaled(&shape, 1.01 * least);
+        let shape = scaled(&shape, 1.01);
         let upper =
             UPPER.into_iter().filter(|[_, of]| *of < 3).map(|[row, of]| 0.5 * (shape[row][of] + shape[of][row]));
         upper.collect::<Vec<f64>>().try_into().ok()

@@ -19,9 +19,9 @@ fn undamped(set: &[(&str, &str)]) -> Scene {
 /// Returns a loop of a real stiffness with the pulse's end at a whole clock.
 fn at(stiffness: f64, act: f64) -> Sampled {
     let scene = undamped(&[]);
-    let step = scene.words().expect("words").realised;
-    let step = step.torque_quantum_nm / step.count_rad;
-    Sampled::of(&scene, stiffness / step, Some(act)).unwrap_or_else(|why| panic!("{why}"))
+    let words = scene.words().expect("words");
+    let step = words.realised.torque_quantum_nm / words.realised.count_rad;
+    Sampled::of(&scene, &words, unit_of(&scene), stiffness / step, Some(act)).unwrap_or_else(|why| panic!("{why}"))
 }
 
 #[test]
@@ -59,8 +59,8 @@ fn hybrid_wall_without_damping_is_proved_beyond_a_stiffness() {
 #[test]
 fn a_witness_of_another_scene_word_or_pulse_is_rejected() {
     let scene = undamped(&[]);
-    let (witness, bound) = steady(&scene, 36, None).map_err(|_| ()).expect("a witness");
-    assert_eq!(check(&scene, &witness).expect("it holds"), bound);
+    let (witness, bound) = steady(&scene, &[], 36, None).map_err(|_| ()).expect("a witness");
+    assert_eq!(check(&scene, &[], &witness).expect("it holds"), bound);
     let others: [&[(&str, &str)]; 8] = [
         &[("device.inductance", "0.25 mH")],
         &[("device.rotor_inertia", "1.3e-6 kg.m^2")],
@@ -72,25 +72,25 @@ fn a_witness_of_another_scene_word_or_pulse_is_rejected() {
         &[("wall.position", "1.45 rad")],
     ];
     for set in others {
-        let other = check(&undamped(set), &witness).map(|bound| bound.rms_counts);
+        let other = check(&undamped(set), &[], &witness).map(|bound| bound.rms_counts);
         assert!(other.is_err(), "{set:?}: {other:?}");
     }
     for word in [30, 34, 38, 42, 72] {
-        assert!(check(&scene, &Witness { word, ..witness.clone() }).is_err(), "{word}");
+        assert!(check(&scene, &[], &Witness { word, ..witness.clone() }).is_err(), "{word}");
     }
     for by in [-60.0, 60.0] {
-        assert!(check(&scene, &Witness { act: witness.act + by, ..witness.clone() }).is_err(), "{by}");
+        assert!(check(&scene, &[], &Witness { act: witness.act + by, ..witness.clone() }).is_err(), "{by}");
     }
 }
 
 #[test]
 fn a_witness_that_claims_more_is_rejected() {
     let scene = undamped(&[]);
-    let (good, _) = steady(&scene, 36, None).map_err(|_| ()).expect("a witness");
+    let (good, _) = steady(&scene, &[], 36, None).map_err(|_| ()).expect("a witness");
     let bad = |change: &dyn Fn(&mut Witness)| {
         let mut witness = good.clone();
         change(&mut witness);
-        check(&scene, &witness)
+        check(&scene, &[], &witness)
     };
     let changes: [&dyn Fn(&mut Witness); 16] = [
         &|witness| witness.level *= 0.99,
@@ -124,7 +124,7 @@ fn a_witness_that_claims_more_is_rejected() {
 #[test]
 fn a_witness_of_a_damped_wall_that_claims_more_is_rejected() {
     let scene = known("hybrid-wall", &[]);
-    let (good, _) = steady(&scene, 20, None).map_err(|_| ()).expect("a witness");
+    let (good, _) = steady(&scene, &[], 20, None).map_err(|_| ()).expect("a witness");
     let changes: [&dyn Fn(&mut Witness); 5] = [
         &|witness| witness.sizes[0] *= 0.99,
         &|witness| witness.sizes[1] *= 0.99,
@@ -135,20 +135,20 @@ fn a_witness_of_a_damped_wall_that_claims_more_is_rejected() {
     for (index, change) in changes.into_iter().enumerate() {
         let mut witness = good.clone();
         change(&mut witness);
-        let checked = check(&scene, &witness);
+        let checked = check(&scene, &[], &witness);
         assert!(checked.is_err(), "change {index}: {checked:?}");
     }
     // The difference of a sample no longer fits the velocity.
     let narrow = known("hybrid-wall", &[("method.velocity_bits", "3")]);
-    let checked = check(&narrow, &good);
+    let checked = check(&narrow, &[], &good);
     assert!(checked.is_err(), "{checked:?}");
     // A pulse that ends elsewhere, where the inequality has much to spare.
-    let sampled = Sampled::new(&scene, 20).expect("a loop of that kind");
+    let sampled = Family::new(&scene, &[], 20, 0.0).expect("a loop of that kind");
     let found = sampled.found(None).expect("a level");
     let spare = sampled.witness(20, &found, 0.15).expect("a storage");
-    assert!(check(&scene, &spare).is_ok());
+    assert!(check(&scene, &[], &spare).is_ok());
     for by in [-15.0, 15.0] {
-        let checked = check(&scene, &Witness { act: spare.act + by, ..spare.clone() });
+        let checked = check(&scene, &[], &Witness { act: spare.act + by, ..spare.clone() });
         assert!(checked.is_err(), "{by}: {checked:?}");
     }
 }
@@ -159,7 +159,7 @@ fn a_certificate_of_another_scene_stiffness_or_duty_is_rejected() {
     let shipped = shipped().iter().find(|scene| scene.name == "hybrid-wall").expect("it is shipped");
     let set = SteadySet::new(&undamped(&[]), [1.4, 1.6]).expect("a loop of that kind");
     let text = certificate(&set, "hybrid-wall", shipped.text, &overrides);
-    let Ok(Checked::Accepted(proved)) = certify(&text) else { panic!("it holds") };
+    let Ok(Checked::Accepted { words: proved, .. }) = certify(&text) else { panic!("it holds") };
     assert_eq!(proved, set.proved.iter().map(|word| (word.stiffness, word.bound)).collect::<Vec<_>>());
     let first = &set.proved[0];
     let told = |key: &str, value: f64, other: f64| (format!("{key} = {value:e}"), format!("{key} = {other:e}"));
@@ -189,14 +189,14 @@ fn a_certificate_of_another_scene_stiffness_or_duty_is_rejected() {
 fn no_multiplier_is_below_zero() {
     // Under a hand that damps, a soft word needs none of the staircase's multiplier.
     let scene = undamped(&[("hand.damping", "1 mN.m.s/rad")]);
-    let sampled = Sampled::new(&scene, 5).expect("a loop of that kind");
+    let sampled = Family::new(&scene, &[], 5, 0.0).expect("a loop of that kind");
     let mut found = sampled.found(None).expect("a level");
     for climb in [0.01, -0.01] {
         found.weights = [climb, 0.1, 0.1, 0.1, 0.1];
-        let responses = found.dissipation.responses();
+        let responses = found.dissipations[0].responses();
         found.level = responses.iter().fold(0.0, |most: f64, at| most.max(at.level(found.weights)));
         let witness = sampled.witness(5, &found, 0.02).expect("a storage");
-        let checked = check(&scene, &witness);
+        let checked = check(&scene, &[], &witness);
         assert_eq!(checked.is_ok(), climb > 0.0, "{climb}: {checked:?}");
     }
 }
@@ -204,7 +204,7 @@ fn no_multiplier_is_below_zero() {
 #[test]
 fn a_bound_has_each_of_its_parts() {
     for scene in [undamped(&[]), known("hybrid-wall", &[])] {
-        let (witness, bound) = steady(&scene, 20, None).map_err(|_| ()).expect("a witness");
+        let (witness, bound) = steady(&scene, &[], 20, None).map_err(|_| ()).expect("a witness");
         let [_, _, _, _, noise] = witness.weights;
         let read = (0.25 * witness.level + noise).sqrt();
         assert!(bound.rms_counts > read + 0.999 * witness.sizes[2] && witness.sizes[2] > 1e-3, "{bound:?}");
@@ -216,10 +216,10 @@ fn a_bound_has_each_of_its_parts() {
 fn a_pulse_that_ends_after_the_next_reading_is_refused() {
     // 4 clocks before the period's end the modulator reads the next command. The stall torque is 265 mN.m.
     let mut scene = undamped(&[]);
-    let (witness, _) = steady(&scene, 36, None).map_err(|_| ()).expect("a witness");
+    let (witness, _) = steady(&scene, &[], 36, None).map_err(|_| ()).expect("a witness");
     for (act, is_outside) in [(4090.0, false), (4093.5, true)] {
         scene.hand = Hand::ConstantTorque { torque_nm: 0.265 * act / 4096.0 };
-        let error = check(&scene, &Witness { act, ..witness.clone() }).expect_err("too long a pulse").to_string();
+        let error = check(&scene, &[], &Witness { act, ..witness.clone() }).expect_err("too long a pulse").to_string();
         assert_eq!(error.contains("ends outside of its period"), is_outside, "{act}: {error}");
     }
 }
@@ -230,7 +230,7 @@ fn the_checker_is_short_and_shares_no_code_but_intervals() {
     let is_code = |line: &&str| !line.trim().is_empty() && !line.trim_start().starts_with("//");
     assert!(source.lines().filter(is_code).count() <= 300);
     let own = source.lines().filter(|line| line.contains("crate::"));
-    let known = ["use crate::Error;", "use crate::interval::", "use crate::square::"];
+    let known = ["use crate::Error;", "use crate::form::", "use crate::interval::", "use crate::square::"];
     own.for_each(|line| assert!(known.iter().any(|known| line.starts_with(known)), "{line}"));
 }
 
@@ -342,7 +342,7 @@ fn random_loops(count: usize) {
         let set: Vec<(&str, &str)> = set.iter().map(|(key, value)| (*key, value.as_str())).collect();
         let scene = undamped(&set);
         let word = 1 + (50.0 * share() * share()) as i64;
-        let Ok((_, bound)) = steady(&scene, word, None) else { continue };
+        let Ok((_, bound)) = steady(&scene, &[], word, None) else { continue };
         bounded += 1;
         damped += usize::from(scene.words().expect("words").damping > 0);
         for _ in 0..3 {
@@ -408,4 +408,26 @@ fn no_random_loop_swings_beyond_its_bound() {
 #[ignore = "testbench/long.sh runs it"]
 fn none_of_a_thousand_random_loops_swings_beyond_its_bound() {
     random_loops(1000);
+}
+
+#[test]
+fn probe() {
+    let scene = known("hybrid-wall", &[]);
+    for (number, name) in [(3, "rotor"), (8, "hand"), (0, "ohm"), (9, "hand damping"), (1, "L")] {
+        let mut own = scene.clone();
+        let at = *numbers(&mut own)[number];
+        for word in [5, 20] {
+            for width in [1e-3, 3e-3, 1e-2, 2e-2, 3e-2, 5e-2] {
+                let ranges = [Range { number, ends: [at * (1.0 - width), at * (1.0 + width)] }];
+                let begin = std::time::Instant::now();
+                let found = steady(&scene, &ranges, word, None);
+                let time = begin.elapsed();
+                match found {
+                    Ok((_, bound)) => println!("{name} {word} {width}: {} {} {time:?}", bound.rms_counts, bound.half_range_counts),
+                    Err(Unproved::Word(why)) => println!("{name} {word} {width}: {why} {time:?}"),
+                    Err(Unproved::Scene(why)) => println!("{name} {word} {width}: {why} {time:?}"),
+                }
+            }
+        }
+    }
 }
