@@ -1,8 +1,11 @@
-//! Numbers that depend on parameters, rounded outwards: a straight line in each of them, and an interval for the rest.
+//! Numbers that depend on parameters, rounded outwards: a polynomial of second degree, and an interval for the rest.
 //!
 //! Each parameter goes from -1 at the least value of its range to 1 at the greatest. An interval forgets which
-//! parameter made it wide, so a difference of two equal intervals is wide; that of two forms is narrow. What is no
-//! straight line is of second order in the width of the range.
+//! parameter made it wide, so a difference of two equal intervals is wide; that of two forms is narrow. The rest is of
+//! third order in the width of the ranges.
+//!
+//! A polynomial over these ranges is a mean of its [control points](Form::at), with weights of at least 0 that are the
+//! same for all polynomials: those of Bernstein. So what is convex and holds at each control point holds everywhere.
 
 use std::array::from_fn;
 
@@ -11,24 +14,33 @@ use crate::interval::Interval;
 /// A number that depends on `K` parameters. Of none, it is an interval.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Form<const K: usize> {
-    /// Encloses the number without the straight lines, whatever the parameters are.
+    /// Encloses the number without the polynomial, whatever the parameters are.
     rest: Interval,
-    /// By how much each parameter changes the number from the middle to the upper end of its range.
+    /// The factor of each parameter.
     slopes: [f64; K],
+    /// The factors of products of two parameters, on and above the diagonal.
+    squares: [[f64; K]; K],
 }
 
 impl<const K: usize> Form<K> {
     /// The number 0.
     pub const ZERO: Self = Self::of(Interval::ZERO);
+    /// Number of control points.
+    pub const CONTROLS: usize = 3usize.pow(K as u32);
 
     /// Returns a number of which an enclosure is known.
     pub const fn of(rest: Interval) -> Self {
-        Self { rest, slopes: [0.0; K] }
+        Self { rest, slopes: [0.0; K], squares: [[0.0; K]; K] }
     }
 
     /// Returns a number that depends on no parameter.
     pub const fn exact(value: f64) -> Self {
         Self::of(Interval::exact(value))
+    }
+
+    /// Returns a number that is a straight line in each parameter.
+    pub const fn line(middle: f64, slopes: [f64; K]) -> Self {
+        Self { rest: Interval::exact(middle), slopes, squares: [[0.0; K]; K] }
     }
 
     /// Returns a number that is the parameter with this index itself, between two values.
@@ -38,20 +50,16 @@ impl<const K: usize> Form<K> {
         Self::line(middle, from_fn(|of| if of == index { half } else { 0.0 }))
     }
 
-    /// Returns a number that is a straight line in each parameter.
-    pub const fn line(middle: f64, slopes: [f64; K]) -> Self {
-        Self { rest: Interval::exact(middle), slopes }
-    }
-
-    /// Returns the number with the straight lines of another one.
+    /// Returns the number with the polynomial of another one.
     pub fn along(self, other: Self) -> Self {
-        Self { rest: self.rest, slopes: other.slopes }
+        Self { rest: self.rest, ..other }
     }
 
     /// Returns the interval that holds the number whatever the parameters are.
     pub fn all(self) -> Interval {
-        let reach = self.reach();
-        if K == 0 { self.rest } else { self.rest.plus(Interval { lo: -reach, hi: reach }) }
+        let [first, second] = self.sizes();
+        let reach = first + second;
+        if reach == 0.0 { self.rest } else { self.rest.plus(Interval { lo: -reach, hi: reach }) }
     }
 
     /// Returns the greatest absolute value.
@@ -59,16 +67,24 @@ impl<const K: usize> Form<K> {
         self.all().size()
     }
 
-    /// Returns the enclosure at a corner of all ranges: the upper end of each parameter whose bit is set.
-    pub fn at(self, corner: usize) -> Interval {
-        let add = |sum: Interval, (index, slope): (usize, &f64)| {
-            sum.plus(Interval::exact(if corner >> index & 1 == 1 { *slope } else { -slope }))
-        };
-        self.slopes.iter().enumerate().fold(self.rest, add)
+    /// Returns the enclosure of a control point. Its index has a digit of base three for each parameter.
+    pub fn at(self, control: usize) -> Interval {
+        let digit = |of: usize| control / 3usize.pow(of as u32) % 3;
+        let place: [f64; K] = from_fn(|of| digit(of) as f64 - 1.0);
+        let mut sum = self.rest;
+        for of in 0..K {
+            sum = sum.plus(Interval::exact(self.slopes[of] * place[of]));
+            for by in of..K {
+                // The control point of a square between both ends is that of their product.
+                let both = if by > of { place[of] * place[by] } else { 2.0 * place[of].abs() - 1.0 };
+                sum = sum.plus(Interval::exact(self.squares[of][by] * both));
+            }
+        }
+        sum
     }
 
-    /// Returns the number with the middle of its enclosure instead, and a bound of the difference.
-    pub fn straight(self) -> (Self, f64) {
+    /// Returns the number with the middle of its rest instead, and a bound of the difference.
+    pub fn known(self) -> (Self, f64) {
         let middle = self.rest.middle();
         (Self { rest: Interval::exact(middle), ..self }, around(self.rest, middle))
     }
@@ -76,8 +92,12 @@ impl<const K: usize> Form<K> {
     /// Returns the sum.
     #[inline]
     pub fn plus(self, other: Self) -> Self {
-        let slopes = from_fn(|of| self.slopes[of] + other.slopes[of]);
-        Self { rest: self.rest.plus(other.rest), slopes }.rounded(slopes.map(f64::abs))
+        let sum = Self {
+            rest: self.rest.plus(other.rest),
+            slopes: from_fn(|of| self.slopes[of] + other.slopes[of]),
+            squares: from_fn(|of| from_fn(|by| self.squares[of][by] + other.squares[of][by])),
+        };
+        if K == 0 { sum } else { sum.wider(f64::EPSILON * sum.sizes().iter().sum::<f64>()) }
     }
 
     /// Returns the difference.
@@ -88,96 +108,106 @@ impl<const K: usize> Form<K> {
     /// Returns the product.
     #[inline]
     pub fn times(self, other: Self) -> Self {
-        let mut rest = self.rest.times(other.rest);
-        let [reach, its_reach] = [self.reach(), other.reach()];
-        if K == 0 || reach + its_reach == 0.0 {
+        let rest = self.rest.times(other.rest);
+        let [[first, second], [its_first, its_second]] = [self.sizes(), other.sizes()];
+        if K == 0 || first + second + its_first + its_second == 0.0 {
             return Self::of(rest);
         }
         let [own, its] = [self.rest.middle(), other.rest.middle()];
         let slopes = from_fn(|of| own * other.slopes[of] + its * self.slopes[of]);
-        let rounded = from_fn(|of| (own * other.slopes[of]).abs() + (its * self.slopes[of]).abs());
-        // What is no straight line: the rests with the other's lines, and products of lines. Those of the same
-        // parameter have one sign.
-        let mut spread = up(around(self.rest, own) * its_reach) + up(around(other.rest, its) * reach);
-        for of in 0..K {
-            let square = Interval::exact(self.slopes[of]).times(Interval::exact(other.slopes[of]));
-            rest = rest.plus(Interval { lo: square.lo.min(0.0), hi: square.hi.max(0.0) });
-            for by in (0..K).filter(|by| *by != of) {
-                spread = up(spread + up((self.slopes[of] * other.slopes[by]).abs()));
-            }
-        }
-        // Products next to zero lose no more than the last number.
-        let spread = up(spread) + f64::MIN_POSITIVE;
-        Self { rest: rest.plus(Interval { lo: -spread, hi: spread }), slopes }.rounded(rounded)
+        let squares = from_fn(|of| {
+            from_fn(|by| {
+                let crossed = if by > of { self.slopes[by] * other.slopes[of] } else { 0.0 };
+                let both = if by < of { 0.0 } else { self.slopes[of] * other.slopes[by] + crossed };
+                own * other.squares[of][by] + its * self.squares[of][by] + both
+            })
+        });
+        // Rests with the other's polynomial, and products of third and fourth order. All are at least 0.
+        let spread = around(self.rest, own) * (its_first + its_second) + around(other.rest, its) * (first + second);
+        let higher = first * its_second + second * its_first + second * its_second;
+        // Each factor is a sum of up to four products.
+        let rounded = own.abs() * (its_first + its_second) + its.abs() * (first + second) + first * its_first;
+        Self { rest, slopes, squares }.wider(spread + higher + 4.0 * f64::EPSILON * rounded)
     }
 
     /// Returns the quotient by a number that is above zero whatever the parameters are.
     pub fn divided(self, other: Self) -> Self {
-        if other.reach() == 0.0 {
-            let one = Self::of(Interval::exact(1.0).divided(other.rest));
-            return if K == 0 { Self::of(self.rest.divided(other.rest)) } else { self.times(one) };
+        if K == 0 {
+            return Self::of(self.rest.divided(other.rest));
         }
-        // 1/x and q x: at least 2 sqrt(q), at most what one of the ends has.
-        let Interval { lo, hi } = other.all();
-        if lo <= 0.0 {
+        // 1/(m + m t) is (1 - t + t² - t³/(1 + t))/m.
+        let (one, middle) = (Interval::exact(1.0), other.rest.middle());
+        let per = Self::of(one.divided(Interval::exact(middle)));
+        let t = other.minus(Self::exact(middle)).times(per);
+        let all = t.all();
+        if other.all().lo <= 0.0 || all.lo <= -0.5 || middle <= 0.0 {
             return Self::of(Interval { lo: f64::NEG_INFINITY, hi: f64::INFINITY });
         }
-        let fall = 1.0 / (lo * hi);
-        let end = |x: f64| Interval::exact(1.0).over(x).plus(Interval::exact(fall).times(Interval::exact(x))).hi;
-        let least = 2.0 * fall.sqrt().next_down();
-        let line = other.times(Self::exact(-fall));
-        self.times(line.plus(Self::of(Interval { lo: least, hi: end(lo).max(end(hi)) })))
+        let higher = Self::of(all.times(all).times(all).divided(one.plus(all)));
+        self.times(Self::exact(1.0).minus(t).plus(t.times(t)).minus(higher).times(per))
     }
 
-    /// Returns the reciprocal of a number that is above zero. If it depends on one parameter alone, the reciprocal is the
-    /// straight line instead: the parameter is another one, at whose ends the number is the same. No other number may
-    /// depend on it.
+    /// Returns the reciprocal of a number that is above zero. If it is a straight line in one parameter alone, the
+    /// reciprocal is the straight line instead: the parameter is another one, at whose ends the number is the same. No
+    /// other number may depend on it.
     pub fn reciprocal(self) -> Self {
         let mut moving = (0..K).filter(|of| self.slopes[*of] != 0.0);
-        let one = Self::exact(1.0).divided(self);
-        let (Some(only), None) = (moving.next(), moving.next()) else { return one };
+        let (Some(only), None, [_, 0.0]) = (moving.next(), moving.next(), self.sizes()) else {
+            return Self::exact(1.0).divided(self);
+        };
         let Interval { lo, hi } = Interval::exact(1.0).divided(self.all());
-        let upward = Self::between([lo, hi], only);
-        Self { slopes: upward.slopes.map(|slope| -slope * self.slopes[only].signum()), ..upward }
+        let falls = Self::between([lo, hi], only);
+        Self { slopes: falls.slopes.map(|slope| -slope * self.slopes[only].signum()), ..falls }
     }
 
     /// Returns the quotient by a number above zero that depends on no parameter.
     pub fn over(self, other: f64) -> Self {
-        self.divided(Self::exact(other))
+        if K == 0 {
+            return Self::of(self.rest.over(other));
+        }
+        self.times(Self::of(Interval::exact(1.0).over(other)))
     }
 
     /// Returns the product with a power of two, which is exact but for numbers next to zero.
     pub fn scaled(self, by: f64) -> Self {
-        Self { rest: self.rest.scaled(by), slopes: self.slopes.map(|slope| slope * by) }
+        Self {
+            rest: self.rest.scaled(by),
+            slopes: self.slopes.map(|slope| slope * by),
+            squares: self.squares.map(|row| row.map(|factor| factor * by)),
+        }
     }
 
     /// Returns the negative.
     pub fn negative(self) -> Self {
         let Interval { lo, hi } = self.rest;
-        Self { rest: Interval { lo: -hi, hi: -lo }, slopes: self.slopes.map(|slope| -slope) }
+        Self {
+            rest: Interval { lo: -hi, hi: -lo },
+            slopes: self.slopes.map(|slope| -slope),
+            squares: self.squares.map(|row| row.map(|factor| -factor)),
+        }
     }
 
-    /// Returns a bound of the sum of the lines.
-    fn reach(&self) -> f64 {
-        self.slopes.iter().fold(0.0, |sum, slope| if *slope == 0.0 { sum } else { up(sum + slope.abs()) })
+    /// Returns bounds of the parts of first and of second order.
+    #[inline]
+    fn sizes(&self) -> [f64; 2] {
+        let sum = |factors: &[f64; K]| factors.iter().fold(0.0, |sum: f64, factor| sum + factor.abs());
+        // Sums of at most four numbers.
+        [sum(&self.slopes), self.squares.iter().map(sum).sum::<f64>()].map(|sum| sum * (1.0 + 1e-15))
     }
 
-    /// Returns the number with room for what its slopes have lost. Each is the sum of up to three roundings of numbers
-    /// that are no greater than these.
-    fn rounded(self, sizes: [f64; K]) -> Self {
-        let lost = sizes.iter().fold(0.0, |sum, size| sum + size * 4.0 * f64::EPSILON);
-        if K == 0 || lost == 0.0 {
+    /// Returns the number with a rest that is wider by a sum of numbers of at least 0. The sum has at most ten roundings,
+    /// each of a share of 2⁻⁵³, and numbers next to zero.
+    #[inline]
+    fn wider(self, by: f64) -> Self {
+        if by == 0.0 && self.sizes() == [0.0; 2] {
             return self;
         }
-        Self { rest: self.rest.plus(Interval { lo: -lost, hi: lost }), ..self }
+        let by = by * (1.0 + 1e-14) + f64::MIN_POSITIVE;
+        Self { rest: self.rest.plus(Interval { lo: -by, hi: by }), ..self }
     }
 }
 
 /// Returns a bound of the distance of an interval's numbers from one.
 fn around(of: Interval, middle: f64) -> f64 {
-    if of.lo == of.hi { (of.lo - middle).abs() } else { up((of.hi - middle).max(middle - of.lo)) }
-}
-
-fn up(x: f64) -> f64 {
-    if x == 0.0 { x } else { x.next_up() }
+    if of.lo == middle && of.hi == middle { 0.0 } else { (of.hi - middle).max(middle - of.lo).next_up() }
 }

@@ -51,30 +51,62 @@ pub fn exponential<const N: usize, const K: usize>(a: &Square<N, K>) -> Square<N
 }
 
 /// Whether the symmetric matrix with this upper triangle is proved to be positive definite, whatever the parameters
-/// are. It is a mean of its matrices at the corners of all ranges, with the same rests; positive matrices are convex.
+/// are. It is a mean of its matrices at the control points, with the same rests, and means of positive matrices are
+/// positive.
 pub fn is_positive<const N: usize, const K: usize>(cells: &Square<N, K>) -> bool {
-    (0..1 << K).all(|corner| is_positive_within(cells.map(|row| row.map(|cell| cell.at(corner)))))
+    (0..Form::<K>::CONTROLS).all(|control| is_positive_within(cells.map(|row| row.map(|cell| cell.at(control)))))
 }
 
-/// Whether every symmetric matrix within these cells on and above the diagonal is proved to be positive definite: all
-/// pivots of its elimination are above 0.
-fn is_positive_within<const N: usize>(mut cells: [[Interval; N]; N]) -> bool {
+/// Whether every symmetric matrix within these cells on and above the diagonal is proved to be positive definite. It is
+/// if it is so in other coordinates, those in which the middle of the cells is nearly the identity: all pivots of its
+/// elimination are above 0 there.
+fn is_positive_within<const N: usize>(cells: [[Interval; N]; N]) -> bool {
+    // A number that is none, or no longer finite, proves nothing.
+    let is_number = |cell: &Interval| cell.lo.is_finite() && cell.hi.is_finite();
+    let Some(turn) = unmixing(&cells).filter(|_| cells.iter().flatten().all(is_number)) else { return false };
+    let turned: [[Interval; N]; N] = from_fn(|row| {
+        from_fn(|of| {
+            (0..=of).fold(Interval::ZERO, |sum, by| sum.plus(cells[row.min(by)][row.max(by)].times(turn[by][of])))
+        })
+    });
+    let mut left: [[Interval; N]; N] = from_fn(|row| {
+        from_fn(|of| (0..=row).fold(Interval::ZERO, |sum, by| sum.plus(turn[by][row].times(turned[by][of]))))
+    });
     for at in 0..N {
-        let pivot = cells[at][at];
-        // A number that is none, or no longer finite, proves nothing.
-        let is_number = |cell: &Interval| cell.lo.is_finite() && cell.hi.is_finite();
-        if pivot.lo <= 0.0 || !cells.iter().flatten().all(is_number) {
+        let own = left[at];
+        if own[at].lo <= 0.0 || !own.iter().all(is_number) {
             return false;
         }
-        let own = cells[at];
         for row in at + 1..N {
-            let share = own[row].divided(pivot);
+            let share = own[row].divided(own[at]);
             for of in row..N {
-                cells[row][of] = cells[row][of].minus(share.times(own[of]));
+                left[row][of] = left[row][of].minus(share.times(own[of]));
             }
         }
     }
     true
+}
+
+/// Returns an upper triangular matrix `T` without a 0 on its diagonal. `T' A T` is nearly the identity for the middle
+/// `A` of these cells; `None` if no pivot of its elimination is above 0.
+fn unmixing<const N: usize>(cells: &[[Interval; N]; N]) -> Option<[[Interval; N]; N]> {
+    let mut left: [[f64; N]; N] = from_fn(|row| from_fn(|of| cells[row.min(of)][row.max(of)].middle()));
+    let mut turn: [[f64; N]; N] = from_fn(|row| from_fn(|of| f64::from(u8::from(row == of))));
+    for at in 0..N {
+        let own = left[at];
+        for row in at + 1..N {
+            let share = own[row] / own[at];
+            for of in row..N {
+                left[row][of] -= share * own[of];
+            }
+            for of in 0..=at {
+                turn[of][row] -= share * turn[of][at];
+            }
+        }
+    }
+    let scales: [f64; N] = from_fn(|at| 1.0 / left[at][at].sqrt());
+    let is_fine = scales.iter().all(|scale| *scale > 0.0 && scale.is_finite());
+    is_fine.then(|| from_fn(|row| from_fn(|of| Interval::exact(turn[row][of] * scales[of]))))
 }
 
 #[cfg(test)]

@@ -22,8 +22,8 @@
 //!    that of `λ e²` and of a constant for the drag's rounding. The sum of `q (y - y-)` is at least a constant.
 //!
 //! Numbers of the world may have ranges. All matrices are then [forms](crate::form) of them, `P` and `W` are straight
-//! lines in them, and each inequality is proved at the corners, with what is no straight line as a rest. Sums of sizes
-//! are convex, so they are greatest at a corner.
+//! lines in them, and each inequality is proved at the control points of its form. Sums of sizes are convex, so none is
+//! greater than the greatest at a control point.
 
 mod text;
 
@@ -301,8 +301,17 @@ fn check_over<const K: usize>(scene: &Scene, ranges: [&Range; K], witness: &Witn
     let sizes_of = from_fn(|at| shape[at][at].all().hi.sqrt().next_up());
     let sums = |start: Vector<K>| sums(&closed, start, *decay, [sizes_of, *scales]);
     let axis = |at: usize| sums(from_fn(|state| exact(f64::from(u8::from(state == at)))));
-    let [by_answer, by_later, by_turned] = [sums(answer)?, sums(later)?, sums(turned)?];
-    let by_axis = [axis(0)?, axis(1)?, axis(2)?];
+    let axes = [axis(0)?, axis(1)?, axis(2)?];
+    let mut by_axis = axes.map(|(sums, _)| sums);
+    (0..100).for_each(|_| by_axis = from_fn(|axis| with_lost(axes[axis], &by_axis)));
+    let by_axis = by_axis.map(|sums| sums.map(|sum| sum * (1.0 + 1e-9)));
+    // These sums bound those of what is lost, and of what is lost of that, if less is left each time.
+    let is_less = |axis: usize| with_lost(axes[axis], &by_axis).iter().zip(&by_axis[axis]).all(|(sum, all)| sum < all);
+    if !(0..3).all(is_less) {
+        return Err("its ranges are too wide".into());
+    }
+    let of = |start: Vector<K>| Ok::<_, Error>(with_lost(sums(start)?, &by_axis));
+    let [by_answer, by_later, by_turned] = [of(answer)?, of(later)?, of(turned)?];
 
     // 2. Sizes that follow from sizes: the differences of a sample, the drag, and the command's distance from `c0`.
     let Plant { coupling, grip, gain, drag: friction, .. } = plant;
@@ -403,43 +412,43 @@ pub(crate) fn stale_gain(sample: Interval) -> Interval {
     sample.times(sample).plus(sample).plus(less.times(less).over(8.0)).times(sample).times(sample)
 }
 
-/// Returns bounds of the sums of the sizes of each state, and of the angle's steps, over all periods from a start on.
-/// The root of `x' P x` is at most the sum of the states' sizes times `weights`; each size is at most its `scale` times
+/// Returns sums of sizes together with those of what is lost, by the sums from each state.
+fn with_lost((sums, lost): ([f64; 4], [f64; 3]), by_axis: &[[f64; 4]; 3]) -> [f64; 4] {
+    let more = |sum: f64, state: usize, axis: usize| (sum + (lost[axis] * by_axis[axis][state]).next_up()).next_up();
+    from_fn(|state| (0..3).fold(sums[state], |sum, axis| more(sum, state, axis)))
+}
+
+/// Returns bounds of the sums of the sizes of each state, and of the angle's steps, over all periods from a start on,
+/// and the sums of the states that are lost on the way. Each of these lives on, which the bounds do not have.
+/// The root of `x' P x` is at most the sum of the states' sizes times `weights`; each size is at most its scale times
 /// that root.
 fn sums<const K: usize>(
     closed: &Square<3, K>,
     start: Vector<K>,
     decay: f64,
     [weights, scales]: [[f64; 3]; 2],
-) -> Result<[f64; 4], Error> {
-    let norm = |sizes: [f64; 3]| {
-        sizes.iter().zip(weights).fold(0.0, |sum: f64, (size, weight)| (sum + (size * weight).next_up()).next_up())
+) -> Result<([f64; 4], [f64; 3]), Error> {
+    let norm = |state: &Vector<K>| -> f64 {
+        state.iter().zip(weights).fold(0.0, |sum, (part, weight)| (sum + (part.size() * weight).next_up()).next_up())
     };
-    let (mut wide, mut before, mut lost) = (start, Form::ZERO, 0.0f64);
-    let mut sums = vec![[0.0f64; 4]; 1 << K];
-    let first = norm(start.map(Form::size));
-    let least = 1e-9 * (1.0 - decay) * first;
+    let (mut wide, mut before, mut lost) = (start, Form::ZERO, [0.0f64; 3]);
+    let mut sums = vec![[0.0f64; 4]; Form::<K>::CONTROLS];
+    let least = 1e-9 * (1.0 - decay) * norm(&start);
     for _ in 0..MOST_PERIODS {
-        // The state in straight lines. The rest is lost, and lives on as any state of its size.
-        let parts = wide.map(Form::straight);
+        let parts = wide.map(Form::known);
         let at = parts.map(|(at, _)| at);
-        lost = (lost + norm(parts.map(|(_, rest)| rest))).next_up();
-        let size = norm(at.map(Form::size));
-        if !(lost + size).is_finite() || lost > first {
-            return Err("its ranges are too wide".into());
-        } else if size <= least {
-            let left = Interval::exact(1.0).plus(Interval::exact(-decay));
-            let rest = Interval::exact((lost + size).next_up()).divided(left).hi;
-            let most = |state: usize| sums.iter().fold(0.0, |most: f64, sums| most.max(sums[state]));
+        lost = from_fn(|state| (lost[state] + parts[state].1).next_up());
+        if norm(&at) <= least {
+            let rest = Interval::exact(norm(&at)).divided(Interval::exact(1.0).plus(Interval::exact(-decay))).hi;
             let own = |state: usize| (2.0 * scales[state.min(2)] * rest).next_up() + before.size();
-            return Ok(from_fn(|state| (most(state) + own(state).next_up()).next_up()));
+            let most = |state: usize| sums.iter().fold(0.0, |most: f64, sums| most.max(sums[state]));
+            return Ok((from_fn(|state| (most(state) + own(state).next_up()).next_up()), lost));
         }
         let step = at[2].minus(before);
-        for (corner, sums) in sums.iter_mut().enumerate() {
-            *sums = from_fn(|state| (sums[state] + at.get(state).unwrap_or(&step).at(corner).size()).next_up());
+        for (control, sums) in sums.iter_mut().enumerate() {
+            *sums = from_fn(|state| (sums[state] + at.get(state).unwrap_or(&step).at(control).size()).next_up());
         }
-        before = at[2];
-        wide = times(closed, &at);
+        (before, wide) = (at[2], times(closed, &at));
     }
     Err("its motions die out too slowly".into())
 }

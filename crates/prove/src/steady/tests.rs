@@ -413,11 +413,11 @@ fn none_of_a_thousand_random_loops_swings_beyond_its_bound() {
 #[test]
 fn probe() {
     let scene = known("hybrid-wall", &[]);
-    for (number, name) in [(3, "rotor"), (8, "hand"), (0, "ohm"), (9, "hand damping"), (1, "L")] {
+    for (number, name) in [(3, "rotor"), (0, "ohm"), (8, "hand"), (1, "L")] {
         let mut own = scene.clone();
         let at = *numbers(&mut own)[number];
         for word in [5, 20] {
-            for width in [1e-3, 3e-3, 1e-2, 2e-2, 3e-2, 5e-2] {
+            for width in [1e-2, 2e-2, 3e-2, 5e-2, 0.1] {
                 let ranges = [Range { number, ends: [at * (1.0 - width), at * (1.0 + width)] }];
                 let begin = std::time::Instant::now();
                 let found = steady(&scene, &ranges, word, None);
