@@ -63,7 +63,7 @@ pub fn is_positive<const N: usize, const K: usize>(cells: &Square<N, K>) -> bool
 fn is_positive_within<const N: usize>(cells: [[Interval; N]; N]) -> bool {
     // A number that is none, or no longer finite, proves nothing.
     let is_number = |cell: &Interval| cell.lo.is_finite() && cell.hi.is_finite();
-    let Some(turn) = unmixing(&cells).filter(|_| cells.iter().flatten().all(is_number)) else { return false };
+    let Some(turn) = cells.iter().flatten().all(is_number).then(|| unmixing(&cells)).flatten() else { return false };
     let turned: [[Interval; N]; N] = from_fn(|row| {
         from_fn(|of| {
             (0..=of).fold(Interval::ZERO, |sum, by| sum.plus(cells[row.min(by)][row.max(by)].times(turn[by][of])))

@@ -32,7 +32,7 @@ use std::f64::consts::PI;
 
 use hpu_cosim::scene::{BridgeModel, Datapath, Device, Encoder, EncoderModel, Friction, Hand, Loop, Scene, Winding};
 
-pub use text::{Bound, CLAIM, Checked, Over, Turn, Witness, certify, set};
+pub use text::{Bound, CLAIM, Checked, Over, Turn, Witness, certify, part_of, set};
 
 use crate::Error;
 use crate::form::Form;
@@ -43,6 +43,8 @@ type Vector<const K: usize> = Column<3, K>;
 
 /// Greatest number of periods over which responses are summed one by one.
 const MOST_PERIODS: usize = 200_000;
+/// What is said of sizes that do not follow from themselves.
+pub const LOOSE: &str = "its half-range is no bound of the motion in contact";
 /// States of the storage, and what enters.
 const INPUTS: usize = 11;
 /// Greatest size of a number of a witness.
@@ -149,7 +151,8 @@ impl<const K: usize> Plant<K> {
         // Nothing else depends on these, so each is a straight line in the reciprocal.
         let [per_inertia, per_henry] = [rotor.plus(wheel.divided(ratio)), l].map(Form::reciprocal);
         let gain = k.times(unit).times(square).divided(count).times(per_inertia);
-        let (grip, drag) = (held.times(square).times(per_inertia), viscous.plus(damped).times(period_s).times(per_inertia));
+        let (grip, drag) =
+            (held.times(square).times(per_inertia), viscous.plus(damped).times(period_s).times(per_inertia));
         let (decay, induced) = (ohm.times(period_s).times(per_henry), k.times(count).divided(unit).times(per_henry));
         // The torque at standstill by a command.
         let clock = k.times(supply).divided(ohm).over(period);
@@ -350,7 +353,7 @@ fn check_over<const K: usize>(scene: &Scene, ranges: [&Range; K], witness: &Witn
     let all = |left: &[f64; 3], is: fn(&f64, &f64) -> bool, right| left.iter().zip(right).all(|(l, r)| is(l, r));
     let is_bound = all(&follow(*sizes), f64::le, sizes) && all(&follow(*far), f64::lt, far);
     if !(is_bound && farthest.lo >= reach && differs.hi < plant.most_turns) {
-        return Err("its half-range is no bound of the motion in contact".into());
+        return Err(LOOSE.into());
     }
 
     // 4. What enters is stored: states, with the angle before as the fourth, then the rounding, four parts of the

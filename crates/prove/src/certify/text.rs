@@ -132,9 +132,8 @@ fn is_whole(parts: &[&[u8]], common: usize) -> bool {
         return parts.len() == 1 && parts[0].len() == common;
     }
     let Some(lower) = parts.first().and_then(|part| part.get(common)).map(u8::to_ascii_lowercase) else { return false };
-    let half = |letter: u8| -> Vec<&[u8]> {
-        parts.iter().copied().filter(|part| part.get(common) == Some(&letter)).collect()
-    };
+    let half =
+        |letter: u8| -> Vec<&[u8]> { parts.iter().copied().filter(|part| part.get(common) == Some(&letter)).collect() };
     let [low, high] = [half(lower), half(lower.to_ascii_uppercase())];
     low.len() + high.len() == parts.len() && is_whole(&low, common + 1) && is_whole(&high, common + 1)
 }
@@ -240,7 +239,8 @@ fn over(document: &DocumentMut) -> Option<Vec<Over>> {
 /// Returns how the matrices of a witness follow each range.
 fn turns(table: &Table) -> Option<Vec<Turn>> {
     let Some(all) = table.get("turn") else { return Some(Vec::new()) };
-    let read = |table: &Table| Some(Turn { shape: numbers_of(table, "shape")?, storage: numbers_of(table, "storage")? });
+    let read =
+        |table: &Table| Some(Turn { shape: numbers_of(table, "shape")?, storage: numbers_of(table, "storage")? });
     all.as_array_of_tables()?.iter().map(read).collect()
 }
 

@@ -28,7 +28,7 @@ fn at(stiffness: f64, act: f64) -> Sampled {
 fn levels_and_sums_are_those_of_other_numerics() {
     // lambda(1.5, h 120), lambda(1.0, h 64), half of the sums at 1.5, 1.0 and 0.5; the pulse ends at 1024 of 4096.
     for (stiffness, climb, level) in [(1.5, 120.0, 2.359_305_674_998_9), (1.0, 64.0, 0.591_718_395_414_17)] {
-        let spectrum = at(stiffness, 1024.0).dissipation([0.0, 0.0], 0.0).responses();
+        let spectrum = at(stiffness, 1024.0).dissipation([0.0; 3], [0.0, 0.0]).responses();
         let weights = [climb, 1e-14, 1e-14, 1e-14, 1e-14];
         let found = spectrum.iter().fold(0.0, |most: f64, at| most.max(at.level(weights)));
         // The grid misses the maximum by no more than its steps allow.
@@ -170,7 +170,7 @@ fn a_certificate_of_another_scene_stiffness_or_duty_is_rejected() {
         told("stiffness", first.stiffness, first.stiffness * 1.01),
         told("duty", first.bound.duty, first.bound.duty + 1e-3),
         told("rms_counts", first.bound.rms_counts, first.bound.rms_counts * 0.999),
-        (format!("word = {}\n", first.witness.word), format!("word = {}\n", first.witness.word + 1)),
+        (format!("word = {}\n", first.parts[0].witness.word), format!("word = {}\n", first.parts[0].witness.word + 1)),
         ("storage".into(), "store".into()),
         ("for ever".into(), "for an hour".into()),
     ] {
@@ -413,21 +413,24 @@ fn none_of_a_thousand_random_loops_swings_beyond_its_bound() {
 #[test]
 fn probe() {
     let scene = known("hybrid-wall", &[]);
-    for (number, name) in [(3, "rotor"), (0, "ohm"), (8, "hand"), (1, "L")] {
+    for (number, name) in [(3, "rotor")] {
         let mut own = scene.clone();
         let at = *numbers(&mut own)[number];
-        for word in [5, 20] {
-            for width in [1e-2, 2e-2, 3e-2, 5e-2, 0.1] {
-                let ranges = [Range { number, ends: [at * (1.0 - width), at * (1.0 + width)] }];
-                let begin = std::time::Instant::now();
-                let found = steady(&scene, &ranges, word, None);
-                let time = begin.elapsed();
-                match found {
-                    Ok((_, bound)) => println!("{name} {word} {width}: {} {} {time:?}", bound.rms_counts, bound.half_range_counts),
-                    Err(Unproved::Word(why)) => println!("{name} {word} {width}: {why} {time:?}"),
-                    Err(Unproved::Scene(why)) => println!("{name} {word} {width}: {why} {time:?}"),
-                }
+        for width in [0.05, 0.1] {
+            let range = Range { number, ends: [at * (1.0 - width), at * (1.0 + width)] };
+            let over = Over { key: name.into(), ends: [String::new(), String::new()] };
+            let begin = std::time::Instant::now();
+            let set = SteadySet::over(&scene, &[(over, range)], [0.04, 4.0], &|_| None).unwrap();
+            println!("{name} {width} {:?}", begin.elapsed());
+            for word in &set.proved {
+                println!(
+                    "{} {:.3} {:?}",
+                    word.stiffness,
+                    word.bound.rms_counts,
+                    word.parts.iter().map(|part| &part.name).collect::<Vec<_>>()
+                );
             }
+            println!("{:?} {:?}", set.beyond, set.parts);
         }
     }
 }
