@@ -4,7 +4,7 @@ pub mod arms;
 pub mod certify;
 pub mod criteria;
 pub mod exact;
-pub mod form;
+mod form;
 pub mod interval;
 pub mod lasting;
 pub mod linear;
@@ -12,6 +12,7 @@ pub mod ranges;
 pub mod real;
 #[cfg(not(target_family = "wasm"))]
 pub mod recurring;
+mod responses;
 pub mod sampled;
 mod series;
 mod square;

@@ -21,7 +21,7 @@
 //! 4. `x' W x` and the convex potential of the staircase store what enters: the sum of `y² + h q (y - y-)` is at most
 //!    that of `λ e²` and of a constant for the drag's rounding. The sum of `q (y - y-)` is at least a constant.
 //!
-//! Numbers of the world may have ranges. All matrices are then [forms](crate::form) of them, `P` and `W` are straight
+//! Numbers of the world may have ranges. All matrices are then forms of them, `P` and `W` are straight
 //! lines in them, and each inequality is proved at the control points of its form. Sums of sizes are convex, so none is
 //! greater than the greatest at a control point.
 
@@ -37,12 +37,11 @@ pub use text::{Bound, CLAIM, Checked, Over, Turn, Witness, certify, part_of, set
 use crate::Error;
 use crate::form::Form;
 use crate::interval::Interval;
-use crate::square::{Column, Square, exponential, is_positive, product, symmetric, times, transposed};
+use crate::responses::Responses;
+use crate::square::{Column, Square, exponential, is_positive, symmetric, times};
 
 type Vector<const K: usize> = Column<3, K>;
 
-/// Greatest number of periods over which responses are summed one by one.
-const MOST_PERIODS: usize = 200_000;
 /// What is said of sizes that do not follow from themselves.
 pub const LOOSE: &str = "its half-range is no bound of the motion in contact";
 /// States of the storage, and what enters.
@@ -109,10 +108,7 @@ impl<const K: usize> Plant<K> {
         let (model, pwm, words) = (&scene.model, &scene.method.pwm, scene.words()?);
         let rubs = motor.coulomb_friction_nm > 0.0 && model.friction != Friction::None;
         let other_model = !model.solver.is_exact() || model.winding != Winding::Inductive;
-        let is_held = match &scene.hand {
-            Hand::SpringDamper { stiffness_nm_per_rad, .. } => *stiffness_nm_per_rad > 0.0,
-            hand => matches!(hand, Hand::ConstantTorque { .. }),
-        };
+        let is_held = scene.hand.grip().0 > 0.0 || matches!(scene.hand, Hand::ConstantTorque { .. });
         let refused = [
             (scene.network.is_some(), "the device is a network, or has a second encoder"),
             (scene.method.kind != Loop::Hybrid, "its spring is sampled, or its law is no plain spring"),
@@ -137,9 +133,8 @@ impl<const K: usize> Plant<K> {
         let number = Form::exact;
         let mut all: Vec<Form<K>> = numbers(&mut scene.clone()).into_iter().map(|value| number(*value)).collect();
         for (index, Range { number, ends: [low, high] }) in ranges.into_iter().enumerate() {
-            let is_range = *low < *high && *low > 0.0 && *high < GREATEST;
-            let of = all.get_mut(*number).filter(|_| is_range).ok_or("no range of a number of its world")?;
-            *of = Form::between([*low, *high], index);
+            let of = all.get_mut(*number).filter(|_| 0.0 <= *low && low < high && *high < GREATEST);
+            *of.ok_or("no range of a number of its world")? = Form::between([*low, *high], index);
         }
         all.resize(10, Form::ZERO);
         let [winding, l, k, rotor, wheel, viscous, supply, switch, held, damped] = from_fn(|at| all[at]);
@@ -151,8 +146,8 @@ impl<const K: usize> Plant<K> {
         // Nothing else depends on these, so each is a straight line in the reciprocal.
         let [per_inertia, per_henry] = [rotor.plus(wheel.divided(ratio)), l].map(Form::reciprocal);
         let gain = k.times(unit).times(square).divided(count).times(per_inertia);
-        let (grip, drag) =
-            (held.times(square).times(per_inertia), viscous.plus(damped).times(period_s).times(per_inertia));
+        let slowed = [held.times(square), viscous.plus(damped).times(period_s)];
+        let [grip, drag] = slowed.map(|by| by.times(per_inertia));
         let (decay, induced) = (ohm.times(period_s).times(per_henry), k.times(count).divided(unit).times(per_henry));
         // The torque at standstill by a command.
         let clock = k.times(supply).divided(ohm).over(period);
@@ -163,13 +158,12 @@ impl<const K: usize> Plant<K> {
                 Ok([end.minus(number(scene.wall_count() as f64)), clock.divided(held.times(count))])
             }
         };
-        let (one, none) = (number(1.0), Form::ZERO);
         let most = |bits: u32| 2f64.powi(bits.cast_signed() - 1) - 1.0;
         let lsb = 2f64.powi(-scene.method.damping_format.frac());
         let damping = words.damping as f64 * lsb;
-        let electrical = [decay.negative(), induced.negative(), none];
+        let electrical = [decay.negative(), induced.negative(), Form::ZERO];
         Ok(Self {
-            rates: [electrical, [gain, drag.negative(), grip.negative()], [none, one, none]],
+            rates: [electrical, [gain, drag.negative(), grip.negative()], [Form::ZERO, number(1.0), Form::ZERO]],
             jump: supply.times(period_s).divided(unit).times(per_henry).over(period),
             stall: clock.all().times(number(period).times(square).times(per_inertia).divided(count).all()),
             gain: gain.all(),
@@ -196,8 +190,7 @@ impl<const K: usize> Plant<K> {
     /// Returns the clocks of a pulse at rest, and a bound of the acceleration in the periodic motion.
     fn rest(&self, slope: f64, half: f64) -> Result<(Form<K>, f64), Error> {
         let (number, one) = (Form::exact, Form::exact(1.0));
-        let lost = self.coupling.divided(self.decay.all()).plus(self.drag).plus(self.grip);
-        let apart = Interval::exact(1.0).minus(lost);
+        let apart = Interval::exact(1.0).minus(self.coupling.divided(self.decay.all()).plus(self.drag).plus(self.grip));
         if apart.lo <= 0.0 || self.coupling.plus(self.grip).hi >= 1.0 {
             return Err("its modulator is too slow for its motor".into());
         }
@@ -288,33 +281,9 @@ fn check_over<const K: usize>(scene: &Scene, ranges: [&Range; K], witness: &Witn
         from_fn(|row| from_fn(|of| if of == 2 { whole[row][2].minus(answer[row]) } else { whole[row][of] }));
 
     // 1. Responses die out.
-    let line = |at: f64, turned: [f64; K]| Form::line(at, turned);
-    let shape: [Form<K>; 6] = from_fn(|at| line(shape[at], from_fn(|of| turns[of].shape[at])));
-    let shape: Square<3, K> = symmetric(&shape);
-    let unit: Square<3, K> = from_fn(|row| {
-        let own = |of: usize| if of == row { exact(1.0).over(scales[row]).over(scales[row]) } else { Form::ZERO };
-        from_fn(|of| shape[row][of].minus(own(of)))
-    });
-    let moved = product(&transposed(&closed), &product(&shape, &closed));
-    let square = exact(*decay).times(exact(*decay));
-    let falls: Square<3, K> = from_fn(|row| from_fn(|of| square.times(shape[row][of]).minus(moved[row][of])));
-    if !(0.0..1.0).contains(decay) || !is_positive(&unit) || !is_positive(&falls) {
-        return Err("its motions are not proved to die out".into());
-    }
-    let sizes_of = from_fn(|at| shape[at][at].all().hi.sqrt().next_up());
-    let sums = |start: Vector<K>| sums(&closed, start, *decay, [sizes_of, *scales]);
-    let axis = |at: usize| sums(from_fn(|state| exact(f64::from(u8::from(state == at)))));
-    let axes = [axis(0)?, axis(1)?, axis(2)?];
-    let mut by_axis = axes.map(|(sums, _)| sums);
-    (0..100).for_each(|_| by_axis = from_fn(|axis| with_lost(axes[axis], &by_axis)));
-    let by_axis = by_axis.map(|sums| sums.map(|sum| sum * (1.0 + 1e-9)));
-    // These sums bound those of what is lost, and of what is lost of that, if less is left each time.
-    let is_less = |axis: usize| with_lost(axes[axis], &by_axis).iter().zip(&by_axis[axis]).all(|(sum, all)| sum < all);
-    if !(0..3).all(is_less) {
-        return Err("its ranges are too wide".into());
-    }
-    let of = |start: Vector<K>| Ok::<_, Error>(with_lost(sums(start)?, &by_axis));
-    let [by_answer, by_later, by_turned] = [of(answer)?, of(later)?, of(turned)?];
+    let shape: [Form<K>; 6] = from_fn(|at| Form::line(shape[at], from_fn(|of| turns[of].shape[at])));
+    let responses = Responses::new(closed, &symmetric(&shape), *scales, *decay)?;
+    let [by_answer, by_later, by_turned] = [responses.from(answer)?, responses.from(later)?, responses.from(turned)?];
 
     // 2. Sizes that follow from sizes: the differences of a sample, the drag, and the command's distance from `c0`.
     let Plant { coupling, grip, gain, drag: friction, .. } = plant;
@@ -338,8 +307,8 @@ fn check_over<const K: usize>(scene: &Scene, ranges: [&Range; K], witness: &Witn
         let [current, speed, angle, step] = from_fn(|state| {
             let by = |sums: &[f64; 4]| number(sums[state]);
             let first = late.times(by(&by_later)).plus(square.times(by(&by_turned)));
-            let all =
-                (0..3).fold(first, |sum, axis| sum.plus(cube.times(number(third[axis])).times(by(&by_axis[axis]))));
+            let all = (0..3)
+                .fold(first, |sum, axis| sum.plus(cube.times(number(third[axis])).times(by(&responses.by_axis[axis]))));
             number(half).plus(drag.over(slope)).times(by(&by_answer)).plus(push.times(all))
         });
         let driven = gain.times(current.plus(push.times(plant.jump.all())));
@@ -358,8 +327,7 @@ fn check_over<const K: usize>(scene: &Scene, ranges: [&Range; K], witness: &Witn
 
     // 4. What enters is stored: states, with the angle before as the fourth, then the rounding, four parts of the
     // pulse's end, the drag's rounding and the stale part of its difference.
-    let [_, _, between] = *sizes;
-    let (late, square, _) = ends(push);
+    let (between, (late, square, _)) = (sizes[2], ends(push));
     let share = damping.over(slope);
     let rounding = share.times(number(2.0 * between).plus(number(1.0))).plus(floor.over(slope));
     let [rounding, share, steps] = [rounding, share, share.times(plant.sample)].map(Form::of);
@@ -379,7 +347,7 @@ fn check_over<const K: usize>(scene: &Scene, ranges: [&Range; K], witness: &Witn
     let bent: [Form<K>; INPUTS] =
         from_fn(|at| next[2][at].plus(exact(f64::from(i8::from(at == 3) - 2 * i8::from(at == 2)))));
     let (missed, both) = (stale.times(Form::of(stale_gain(plant.sample))), first.plus(other.times(exact(3.0))));
-    let stored: [Form<K>; 10] = from_fn(|at| line(storage[at], from_fn(|of| turns[of].storage[at])));
+    let stored: [Form<K>; 10] = from_fn(|at| Form::line(storage[at], from_fn(|of| turns[of].storage[at])));
     let stored: Square<4, K> = symmetric(&stored);
     let mut left: Square<INPUTS, K> = from_fn(|row| {
         from_fn(|of| {
@@ -413,45 +381,4 @@ fn check_over<const K: usize>(scene: &Scene, ranges: [&Range; K], witness: &Witn
 pub(crate) fn stale_gain(sample: Interval) -> Interval {
     let less = sample.plus(Interval::exact(-1.0));
     sample.times(sample).plus(sample).plus(less.times(less).over(8.0)).times(sample).times(sample)
-}
-
-/// Returns sums of sizes together with those of what is lost, by the sums from each state.
-fn with_lost((sums, lost): ([f64; 4], [f64; 3]), by_axis: &[[f64; 4]; 3]) -> [f64; 4] {
-    let more = |sum: f64, state: usize, axis: usize| (sum + (lost[axis] * by_axis[axis][state]).next_up()).next_up();
-    from_fn(|state| (0..3).fold(sums[state], |sum, axis| more(sum, state, axis)))
-}
-
-/// Returns bounds of the sums of the sizes of each state, and of the angle's steps, over all periods from a start on,
-/// and the sums of the states that are lost on the way. Each of these lives on, which the bounds do not have.
-/// The root of `x' P x` is at most the sum of the states' sizes times `weights`; each size is at most its scale times
-/// that root.
-fn sums<const K: usize>(
-    closed: &Square<3, K>,
-    start: Vector<K>,
-    decay: f64,
-    [weights, scales]: [[f64; 3]; 2],
-) -> Result<([f64; 4], [f64; 3]), Error> {
-    let norm = |state: &Vector<K>| -> f64 {
-        state.iter().zip(weights).fold(0.0, |sum, (part, weight)| (sum + (part.size() * weight).next_up()).next_up())
-    };
-    let (mut wide, mut before, mut lost) = (start, Form::ZERO, [0.0f64; 3]);
-    let mut sums = vec![[0.0f64; 4]; Form::<K>::CONTROLS];
-    let least = 1e-9 * (1.0 - decay) * norm(&start);
-    for _ in 0..MOST_PERIODS {
-        let parts = wide.map(Form::known);
-        let at = parts.map(|(at, _)| at);
-        lost = from_fn(|state| (lost[state] + parts[state].1).next_up());
-        if norm(&at) <= least {
-            let rest = Interval::exact(norm(&at)).divided(Interval::exact(1.0).plus(Interval::exact(-decay))).hi;
-            let own = |state: usize| (2.0 * scales[state.min(2)] * rest).next_up() + before.size();
-            let most = |state: usize| sums.iter().fold(0.0, |most: f64, sums| most.max(sums[state]));
-            return Ok((from_fn(|state| (most(state) + own(state).next_up()).next_up()), lost));
-        }
-        let step = at[2].minus(before);
-        for (control, sums) in sums.iter_mut().enumerate() {
-            *sums = from_fn(|state| (sums[state] + at.get(state).unwrap_or(&step).at(control).size()).next_up());
-        }
-        (before, wide) = (at[2], times(closed, &at));
-    }
-    Err("its motions die out too slowly".into())
 }

@@ -173,6 +173,9 @@ pub fn certify(text: &str) -> Result<Checked, Error> {
     let at = |key: &str, value: &str| parsed(&[&set[..], &[(key.to_string(), value.to_string())]].concat());
     let over = over(&document).ok_or_else(|| missing("over"))?;
     let ranges = over.iter().map(|over| over.range(&scene, at)).collect::<Result<Vec<_>, Error>>()?;
+    if ranges.iter().enumerate().any(|(at, range)| ranges[..at].iter().any(|other| other.number == range.number)) {
+        return Err("two of its ranges are of one number".into());
+    }
     let words = scene.words()?.realised;
     let step = words.torque_quantum_nm / words.count_rad * scene.method.stiffness_format.lsb();
     let tables = document.get("word").and_then(Item::as_array_of_tables).ok_or_else(|| missing("word"))?;

@@ -230,7 +230,8 @@ fn the_checker_is_short_and_shares_no_code_but_intervals() {
     let is_code = |line: &&str| !line.trim().is_empty() && !line.trim_start().starts_with("//");
     assert!(source.lines().filter(is_code).count() <= 300);
     let own = source.lines().filter(|line| line.contains("crate::"));
-    let known = ["use crate::Error;", "use crate::form::", "use crate::interval::", "use crate::square::"];
+    let arithmetic = ["form", "interval", "responses", "square"].map(|name| format!("use crate::{name}::"));
+    let known = [vec!["use crate::Error;".to_string()], arithmetic.to_vec()].concat();
     own.for_each(|line| assert!(known.iter().any(|known| line.starts_with(known)), "{line}"));
 }
 
@@ -408,29 +409,4 @@ fn no_random_loop_swings_beyond_its_bound() {
 #[ignore = "testbench/long.sh runs it"]
 fn none_of_a_thousand_random_loops_swings_beyond_its_bound() {
     random_loops(1000);
-}
-
-#[test]
-fn probe() {
-    let scene = known("hybrid-wall", &[]);
-    for (number, name) in [(3, "rotor")] {
-        let mut own = scene.clone();
-        let at = *numbers(&mut own)[number];
-        for width in [0.05, 0.1] {
-            let range = Range { number, ends: [at * (1.0 - width), at * (1.0 + width)] };
-            let over = Over { key: name.into(), ends: [String::new(), String::new()] };
-            let begin = std::time::Instant::now();
-            let set = SteadySet::over(&scene, &[(over, range)], [0.04, 4.0], &|_| None).unwrap();
-            println!("{name} {width} {:?}", begin.elapsed());
-            for word in &set.proved {
-                println!(
-                    "{} {:.3} {:?}",
-                    word.stiffness,
-                    word.bound.rms_counts,
-                    word.parts.iter().map(|part| &part.name).collect::<Vec<_>>()
-                );
-            }
-            println!("{:?} {:?}", set.beyond, set.parts);
-        }
-    }
 }
