@@ -91,7 +91,14 @@ impl Interval {
 
     /// Returns a number inside the interval, near its middle.
     pub fn middle(self) -> f64 {
-        (0.5 * self.lo + 0.5 * self.hi).clamp(self.lo, self.hi)
+        let middle = 0.5 * self.lo + 0.5 * self.hi;
+        if middle < self.lo {
+            self.lo
+        } else if middle > self.hi {
+            self.hi
+        } else {
+            middle
+        }
     }
 
     /// Returns the numbers that both intervals hold, if there are any.

@@ -191,7 +191,7 @@ impl<const K: usize> Plant<K> {
     fn rest(&self, slope: f64, half: f64) -> Result<(Form<K>, f64), Error> {
         let (number, one) = (Form::exact, Form::exact(1.0));
         let apart = Interval::exact(1.0).minus(self.coupling.divided(self.decay.all()).plus(self.drag).plus(self.grip));
-        if apart.lo <= 0.0 || self.coupling.plus(self.grip).hi >= 1.0 {
+        if !(apart.lo > 0.0 && self.coupling.plus(self.grip).hi < 1.0) {
             return Err("its modulator is too slow for its motor".into());
         }
         let command = |off: f64| match self.hand {
@@ -206,7 +206,7 @@ impl<const K: usize> Plant<K> {
         let mut acceleration = self.stall.divided(apart).hi;
         for _ in 0..2 {
             let duty = command(acceleration).over(self.period);
-            if duty.all().lo <= 0.0 || duty.all().hi >= 1.0 {
+            if !(duty.all().lo > 0.0 && duty.all().hi < 1.0) {
                 return Err("the wall does not hold the hand by a part of its full command".into());
             }
             let fall = |time: Form<K>| exponential(&[[self.decay.times(time).negative()]])[0][0];
@@ -257,7 +257,7 @@ fn check_over<const K: usize>(scene: &Scene, ranges: [&Range; K], witness: &Witn
     let most = (plant.period - plant.latency).min(slope * plant.most);
     let act = Form::exact(*act).along(rest);
     let away = rest.minus(act).size();
-    if [act.all(), rest.all()].iter().any(|end| end.lo <= 0.0 || end.hi >= most) {
+    if ![act.all(), rest.all()].iter().all(|end| end.lo > 0.0 && end.hi < most) {
         return Err("the pulse at rest ends outside of its period".into());
     }
 

@@ -74,6 +74,19 @@ impl Bound {
 
 /// The claim of a certificate.
 pub const CLAIM: &str = "settled at every phase, for ever";
+/// Keys that may have ranges, unless something else of the scene depends on them.
+const KEYS: [&str; 10] = [
+    "device.resistance",
+    "device.inductance",
+    "device.torque_constant",
+    "device.rotor_inertia",
+    "device.wheel_inertia",
+    "device.viscous_friction",
+    "bridge.supply",
+    "bridge.on_resistance",
+    "hand.stiffness",
+    "hand.damping",
+];
 /// Greatest number of times that ranges are halved.
 const MOST_HALVINGS: usize = 64;
 
@@ -103,11 +116,15 @@ impl Over {
             }
             (*low, *high) = (*own, *own);
         }
-        // Nothing else of the scene may depend on the key.
-        if count != 1 || low != *scene || high != *scene {
+        // Nothing else of the scene may depend on the key. The head keeps where each value comes from.
+        let is_clock = low.clock == scene.clock && high.clock == scene.clock;
+        (low.head, high.head) = (scene.head.clone(), scene.head.clone());
+        if !is_clock || count != 1 || low != *scene || high != *scene {
             let [from, to] = &self.ends;
             let key = &self.key;
-            return Err(Error::new(format_args!("{key} from {from} to {to} is no range of one number of the world")));
+            let said =
+                format_args!("{key} from {from} to {to} is no range of one number; such are {}", KEYS.join(", "));
+            return Err(Error::new(said));
         }
         Ok(found)
     }

@@ -410,3 +410,201 @@ fn no_random_loop_swings_beyond_its_bound() {
 fn none_of_a_thousand_random_loops_swings_beyond_its_bound() {
     random_loops(1000);
 }
+
+/// Returns ranges of numbers of a scene's world around its own, by shares of them.
+fn around(scene: &Scene, shares: &[(usize, f64)]) -> Vec<Range> {
+    let mut own = scene.clone();
+    let all = numbers(&mut own);
+    let range = |&(number, share): &(usize, f64)| Range {
+        number,
+        ends: [*all[number] * (1.0 - share), *all[number] * (1.0 + share)],
+    };
+    shares.iter().map(range).collect()
+}
+
+/// Returns a scene with numbers within ranges, each at its share of the range; the words stay those of the scene.
+fn within(scene: &Scene, word: i64, ranges: &[Range], shares: &[f64]) -> Scene {
+    let mut nominal = scene.clone();
+    let step = scene.words().expect("words").realised;
+    nominal.wall.stiffness_nm_per_rad =
+        word as f64 * step.torque_quantum_nm / step.count_rad * scene.method.stiffness_format.lsb();
+    let mut world = nominal.clone();
+    let mut all = numbers(&mut world);
+    for (Range { number, ends: [low, high] }, share) in ranges.iter().zip(shares) {
+        *all[*number] = low + share * (high - low);
+    }
+    world.with_words_of(&nominal).expect("the same words")
+}
+
+#[test]
+fn ranges_of_each_number_are_proved_and_no_member_swings_beyond() {
+    let mut random = hpu_cosim::SplitMix64::new(66);
+    let mut share = move || (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
+    let (scene, word) = (known("hybrid-wall", &[]), 15);
+    let (_, point) = steady(&scene, &[], word, None).expect("a witness");
+    let mut most = 0.0f64;
+    // Resistance, inductance, torque constant, inertia, viscous friction, supply, the hand's stiffness and damping.
+    for (number, width) in [(0, 0.01), (1, 0.01), (2, 0.01), (3, 0.03), (5, 0.05), (6, 0.01), (8, 0.03), (9, 0.05)] {
+        let ranges = around(&scene, &[(number, width)]);
+        let (witness, bound) = steady(&scene, &ranges, word, None).unwrap_or_else(|why| panic!("{number}: {why}"));
+        assert_eq!(check(&scene, &ranges, &witness).expect("it holds"), bound);
+        // A range holds no less than a member of it, and this one little more.
+        assert!(bound.rms_counts > 0.99 * point.rms_counts && bound.rms_counts < 0.95, "{number}: {bound:?}");
+        for end in [0.0, 1.0, share()] {
+            let member = within(&scene, word, &ranges, &[end]);
+            let (_, own) = steady(&member, &[], word, None).expect("a witness");
+            assert!(own.rms_counts < 1.01 * bound.rms_counts, "{number}, {end}: {own:?}, {bound:?}");
+            let phase = (share() * scene.words().expect("words").period as f64) as u64;
+            let rms = simulated(&member, word, 4.0 * (2.0 * share() - 1.0), phase, [3000, 6000]);
+            most = most.max(rms / bound.rms_counts);
+            assert!(rms <= bound.rms_counts, "{number}, {end}: {rms}, {bound:?}");
+        }
+    }
+    assert!(most > 0.1, "{most}");
+}
+
+#[test]
+fn a_witness_of_a_range_that_is_stretched_or_of_another_number_is_rejected() {
+    let (scene, word) = (known("hybrid-wall", &[]), 15);
+    let good = around(&scene, &[(3, 0.02)]);
+    let (witness, _) = steady(&scene, &good, word, None).expect("a witness");
+    assert!(check(&scene, &good, &witness).is_ok());
+    let [low, high] = good[0].ends;
+    // A smaller range at the same place has other straight lines, and the range reversed or halved is another.
+    let others = [
+        vec![Range { number: 3, ends: [low, 1.05 * high] }],
+        vec![Range { number: 3, ends: [0.95 * low, high] }],
+        vec![Range { number: 3, ends: [1.04 * low, 1.04 * high] }],
+        vec![Range { number: 3, ends: [high, low] }],
+        vec![Range { number: 3, ends: [0.0, high] }],
+        vec![Range { number: 10, ends: [low, high] }],
+        around(&scene, &[(0, 0.02)]),
+        around(&scene, &[(8, 0.02)]),
+        around(&scene, &[(3, 0.02), (8, 0.001)]),
+        vec![],
+    ];
+    for ranges in others {
+        let checked = check(&scene, &ranges, &witness);
+        assert!(checked.is_err(), "{ranges:?}: {checked:?}");
+    }
+    let changes: [&dyn Fn(&mut Witness); 7] = [
+        &|witness| witness.turns[0].storage = witness.turns[0].storage.map(|cell| -cell),
+        &|witness| witness.turns[0].storage = [0.0; 10],
+        &|witness| witness.turns[0].shape = witness.turns[0].shape.map(|cell| 1e3 * cell),
+        &|witness| witness.turns[0].storage[0] = f64::NAN,
+        &|witness| witness.turns.clear(),
+        &|witness| witness.turns.push(witness.turns[0].clone()),
+        &|witness| witness.level *= 0.7,
+    ];
+    for (index, change) in changes.into_iter().enumerate() {
+        let mut witness = witness.clone();
+        change(&mut witness);
+        let checked = check(&scene, &good, &witness);
+        assert!(checked.is_err(), "change {index}: {checked:?}");
+    }
+}
+
+#[test]
+fn a_box_of_two_numbers_is_halved_and_its_certificate_is_accepted_as_it_is() {
+    let shipped = shipped().iter().find(|scene| scene.name == "hybrid-wall").expect("it is shipped");
+    let scene = known("hybrid-wall", &[]);
+    let over = [
+        ("hand.stiffness", ["0.285 N.m/rad", "0.315 N.m/rad"]),
+        ("device.rotor_inertia", ["1.369e-6 kg.m^2", "1.371e-6 kg.m^2"]),
+    ];
+    let over: Vec<(Over, Range)> = over
+        .map(|(key, ends)| {
+            let over = Over { key: key.into(), ends: ends.map(str::to_string) };
+            let range = over.range(&scene, |key, value| Ok(known("hybrid-wall", &[(key, value)]))).expect("a range");
+            (over, range)
+        })
+        .into();
+    let step = scene.words().expect("words").realised;
+    let stiffness = step.torque_quantum_nm / step.count_rad * scene.method.stiffness_format.lsb() * 15.0;
+    let set = SteadySet::over(&scene, &over, [stiffness; 2], &|_| None).expect("a loop of that kind");
+    assert!(set.proved.len() == 1 && set.proved[0].parts.len() > 1 && set.beyond.is_none(), "{set:?}");
+    let text = certificate(&set, "hybrid-wall", shipped.text, &[]);
+    let Ok(Checked::Accepted { words, over: told }) = certify(&text) else { panic!("{:?}", certify(&text)) };
+    assert_eq!(words, [(set.proved[0].stiffness, set.proved[0].bound)]);
+    assert_eq!(told, set.over);
+    let name = &set.proved[0].parts[0].name;
+    let first = text.find("\n[[word]]").expect("a word");
+    let second = first + 1 + text[first + 1..].find("\n[[word]]").expect("a second part");
+    let changes = [
+        text.replace("0.315 N.m/rad", "0.33 N.m/rad"),
+        text.replace("0.285 N.m/rad", "0.27 N.m/rad"),
+        text.replace("1.371e-6", "1.5e-6"),
+        text.replace("1.369e-6", "1.2e-6"),
+        // A part that is missing, twice there, or another one.
+        [&text[..first], &text[second..]].concat(),
+        [&text[..second], &text[first..]].concat(),
+        text.replace(&format!("part = \"{name}\""), &format!("part = \"{name}a\"")),
+        text.replace(&format!("part = \"{name}\""), "part = \"\""),
+        text.replace(&format!("part = \"{name}\""), "part = \"c\""),
+    ];
+    for (index, changed) in changes.into_iter().enumerate() {
+        assert!(changed != text, "{index}");
+        let found = certify(&changed);
+        assert!(matches!(found, Ok(Checked::Rejected(_))), "{index}: {found:?}");
+    }
+    let others = [
+        text.replace("\"hand.stiffness\"", "\"hand.damping\""),
+        text.replace("\"device.rotor_inertia\"", "\"wall.position\""),
+        text.replace("\"hand.stiffness\"", "\"method.settling\""),
+    ];
+    for (index, changed) in others.into_iter().enumerate() {
+        let found = certify(&changed);
+        assert!(!matches!(found, Ok(Checked::Accepted { .. })), "{index}: {found:?}");
+    }
+    let twice = text.replace(
+        "[\"device.rotor_inertia\", \"1.369e-6 kg.m^2\", \"1.371e-6 kg.m^2\"]",
+        "[\"hand.stiffness\", \"0.3 N.m/rad\", \"0.31 N.m/rad\"]",
+    );
+    assert!(certify(&twice).expect_err("one number twice").to_string().contains("of one number"));
+}
+
+#[test]
+fn a_word_that_is_not_proved_everywhere_is_told_by_parts_and_refuted_by_runs() {
+    let scene = known("hybrid-wall", &[]);
+    let over = Over { key: "hand.damping".into(), ends: ["0.05 mN.m.s/rad".into(), "0.3 mN.m.s/rad".into()] };
+    let range = over.range(&scene, |key, value| Ok(known("hybrid-wall", &[(key, value)]))).expect("a range");
+    let step = scene.words().expect("words").realised;
+    let stiffness = step.torque_quantum_nm / step.count_rad * scene.method.stiffness_format.lsb() * 26.0;
+    // A run refutes the lower half of the range.
+    let refute = |scene: &Scene| (scene.hand.grip().1 < 1.75e-4).then_some(1.5);
+    let set = SteadySet::over(&scene, &[(over, range)], [stiffness; 2], &refute).expect("a loop of that kind");
+    let count = |is: fn(&Outcome) -> bool| set.parts.iter().filter(|part| is(&part.is)).count();
+    assert!(set.proved.is_empty() && set.beyond.is_some(), "{set:?}");
+    assert!(count(|is| *is == Outcome::Proved) > 0 && count(|is| *is == Outcome::Refuted(1.5)) > 0, "{set:?}");
+    // The parts are all of the range, one after the other.
+    assert_eq!((set.parts[0].ends[0][0], set.parts.last().expect("some").ends[0][1]), (range.ends[0], range.ends[1]));
+    assert!(set.parts.windows(2).all(|pair| pair[0].ends[0][1] == pair[1].ends[0][0]), "{set:?}");
+}
+
+#[test]
+#[ignore = "testbench/long.sh runs it"]
+fn no_member_of_a_hundred_random_boxes_swings_beyond_its_bound() {
+    let mut random = hpu_cosim::SplitMix64::new(67);
+    let mut share = move || (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
+    let scene = known("hybrid-wall", &[]);
+    let (mut proved, mut most) = (0, 0.0f64);
+    for index in 0..100 {
+        let numbers = [0, 1, 2, 3, 5, 6, 8, 9];
+        let mut pick = || (numbers[(share() * 8.0) as usize], 0.002 + 0.03 * share() * share());
+        let [one, other] = [pick(), pick()];
+        let widths = if index % 2 == 0 || one.0 == other.0 { vec![one] } else { vec![one, other] };
+        let (ranges, word) = (around(&scene, &widths), 1 + (24.0 * share()) as i64);
+        let Ok((_, bound)) = steady(&scene, &ranges, word, None) else { continue };
+        proved += 1;
+        for _ in 0..4 {
+            let shares: Vec<f64> = ranges.iter().map(|_| share()).collect();
+            let member = within(&scene, word, &ranges, &shares);
+            let phase = (share() * scene.words().expect("words").period as f64) as u64;
+            let rms = simulated(&member, word, 4.0 * (2.0 * share() - 1.0), phase, [3000, 9000]);
+            most = most.max(rms / bound.rms_counts);
+            assert!(rms <= bound.rms_counts, "{ranges:?}, {shares:?}, word {word}: {rms}, {bound:?}");
+        }
+    }
+    println!("{proved} of 100 boxes, at most {most} of a bound");
+    assert!(proved > 50 && most > 0.1, "{proved} boxes, {most} of a bound");
+}
