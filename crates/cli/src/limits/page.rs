@@ -222,6 +222,7 @@ fn steady(page: &mut Page, set: &Result<SteadySet, hpu_study::Error>) {
             "from": set.from,
             "to": set.proved.last().map(|last| last.stiffness),
             "words": set.proved.iter().map(word).collect::<Vec<_>>(),
+            "bounded": set.bounded.iter().map(word).collect::<Vec<_>>(),
             "not_proved": set.beyond.as_ref().map(|(stiffness, _)| stiffness),
             "reason": set.beyond.as_ref().map(|(_, why)| why),
             "ended": set.ended,
@@ -242,6 +243,11 @@ fn steady(page: &mut Page, set: &Result<SteadySet, hpu_study::Error>) {
     if let Some((stiffness, why)) = &set.beyond {
         let everywhere = if set.over.is_empty() { "" } else { " everywhere" };
         page.line("", format!("not proved{everywhere} at {} {}: {why}", figure(*stiffness), set.unit));
+    }
+    if let Some((first, last)) = set.bounded.first().zip(set.bounded.last()) {
+        let [from, to, range] = [first.stiffness, last.stiffness, last.bound.half_range_counts].map(figure);
+        let said = format!("every word from {from} to {to} {}, within {range} counts of its rest", set.unit);
+        page.line("bounded for ever", said);
     }
     if !set.parts.is_empty() {
         let count = |is: fn(&Outcome) -> bool| set.parts.iter().filter(|part| is(&part.is)).count();

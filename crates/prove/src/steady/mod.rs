@@ -44,6 +44,9 @@ pub struct SteadySet {
     pub proved: Vec<Steady>,
     /// The first word that is not proved, and why; none if the range or the search ends before it.
     pub beyond: Option<(f64, String)>,
+    /// The words from that one on of which a half-range is proved, but no rms below one count: in contact they stay
+    /// within it for ever. None of ranges.
+    pub bounded: Vec<Steady>,
     /// Whether the search ended before the range.
     pub ended: bool,
     /// The numbers of the world that have ranges, and what is told of their parts at the first word that is not proved
@@ -127,6 +130,7 @@ impl SteadySet {
             from: least as f64 * step,
             proved: vec![],
             beyond: None,
+            bounded: vec![],
             ended: false,
             over: over.iter().map(|(over, _)| over.clone()).collect(),
             parts: vec![],
@@ -144,7 +148,9 @@ impl SteadySet {
             };
             if let Some((_, why)) = left.first() {
                 set.beyond = Some((stiffness, why.clone()));
-                if !ranges.is_empty() {
+                if ranges.is_empty() {
+                    set.bounded = bounded(scene, word as i64..=most as i64, step);
+                } else {
                     let proved = parts.iter().map(|part| (part.name.clone(), Outcome::Proved));
                     let left = left.iter().map(|(name, why)| {
                         let middle = in_middle(scene, &ranges, name, stiffness);
@@ -163,6 +169,18 @@ impl SteadySet {
         }
         Ok(set)
     }
+}
+
+/// Returns words of which a half-range is proved, up to the first of which none is.
+fn bounded(scene: &Scene, words: std::ops::RangeInclusive<i64>, step: f64) -> Vec<Steady> {
+    let (mut found, mut start) = (Vec::new(), None);
+    for word in words.take(MOST_WORDS) {
+        let Ok((witness, bound)) = steady(scene, &[], word, start) else { break };
+        start = Some(witness.weights);
+        let parts = vec![Part { name: String::new(), bound, witness }];
+        found.push(Steady { stiffness: word as f64 * step, bound, parts });
+    }
+    found
 }
 
 /// Parts of ranges, each with multipliers of a word nearby.

@@ -45,6 +45,20 @@ fn hybrid_wall_as_shipped_is_proved_beyond_a_stiffness() {
     let set = SteadySet::new(&known("hybrid-wall", &[]), [0.04, 4.0]).expect("a loop of that kind");
     let last = set.proved.last().expect("some");
     assert!(last.stiffness >= 1.0 && set.proved.len() == 24, "{last:?}");
+    // Beyond, a half-range is proved. Words follow one another, and each bound holds of a run.
+    let [first, last] = [set.bounded.first(), set.bounded.last()].map(|word| word.expect("some"));
+    assert_eq!(Some(first.stiffness), set.beyond.as_ref().map(|(stiffness, _)| *stiffness));
+    assert!(set.bounded.iter().all(|word| word.bound.rms_counts >= SETTLED_COUNTS), "{first:?}");
+    assert!(last.stiffness > 1.2 * first.stiffness, "{last:?}");
+    let scene = known("hybrid-wall", &[]);
+    for word in [first, last] {
+        let witness = &word.parts[0].witness;
+        assert_eq!(check(&scene, &[], witness).expect("it holds"), word.bound);
+        for phase in [0, 17_000, 41_000] {
+            let rms = simulated(&scene, witness.word, 3.0, phase, [3000, 6000]);
+            assert!(rms <= word.bound.half_range_counts, "{phase}: {rms}, {:?}", word.bound);
+        }
+    }
 }
 
 #[test]
