@@ -231,7 +231,8 @@ fn steady(page: &mut Page, set: &Result<SteadySet, hpu_study::Error>) {
         }),
     );
     match set.proved.last() {
-        None => page.line(LABEL, "no word of the stiffness"),
+        None if set.over.is_empty() => page.line(LABEL, "no word of the stiffness"),
+        None => page.line(LABEL, "no word of the stiffness everywhere in the box"),
         Some(last) => {
             let (from, to, unit) = (figure(set.from), figure(last.stiffness), set.unit);
             let over = if set.over.is_empty() { "" } else { " everywhere in the box" };
