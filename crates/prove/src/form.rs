@@ -200,8 +200,8 @@ impl<const K: usize> Form<K> {
         [sum(&self.slopes), self.squares.iter().map(sum).sum::<f64>()].map(|sum| sum * (1.0 + 1e-15))
     }
 
-    /// Returns the number with a rest that is wider by a sum of numbers of at least 0. The sum has at most ten roundings,
-    /// each of a share of 2⁻⁵³, and numbers next to zero.
+    /// Returns the number with a rest that is wider by a sum of numbers of at least 0. The sum has at most ten
+    /// roundings, each of a share of 2⁻⁵³, and numbers next to zero.
     #[inline]
     fn wider(self, by: f64) -> Self {
         if by == 0.0 && self.sizes() == [0.0; 2] {

@@ -1,8 +1,8 @@
 //! Bounds of the sums of all responses of a loop of three states from period to period, `x+ = A x`.
 //!
-//! A matrix `P` with `A' P A <= decay² P` proves that motions die out. Then each response is computed period by period;
-//! what its numbers lose on the way, by rounding and by what is no polynomial of second degree, is a state that lives on
-//! as any other. Its responses are sums of those of the three states. So these are bounded together.
+//! A matrix `P` with `A' P A <= decay² P` proves that motions die out. Then each response is computed period by period.
+//! Its numbers lose something on the way, by rounding and by what is no polynomial of second degree. That is a state
+//! that lives on as any other: its responses are sums of those of the three states. So these are bounded together.
 
 use std::array::from_fn;
 

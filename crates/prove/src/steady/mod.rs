@@ -111,9 +111,9 @@ impl SteadySet {
         Self::over(scene, &[], range, &|_| None)
     }
 
-    /// Proves words from the softest one of a range on, until one is not proved for all values that numbers of the world
-    /// may have. The ranges are halved until each part is proved, refuted by a run, or too small to be halved again.
-    /// The words are those of the scene, whatever the numbers are.
+    /// Proves words from the softest one of a range on, until one is not proved for all values that numbers of the
+    /// world may have. The ranges are halved until each part is proved, refuted by a run, or too small to be halved
+    /// again. The words are those of the scene, whatever the numbers are.
     ///
     /// # Errors
     ///
@@ -186,8 +186,8 @@ fn bounded(scene: &Scene, words: std::ops::RangeInclusive<i64>, step: f64) -> Ve
 /// Parts of ranges, each with multipliers of a word nearby.
 type Starts = Vec<(String, Option<[f64; 5]>)>;
 
-/// Returns the parts of all ranges in which a word is proved, and the others with the reason. The parts of a word nearby
-/// are tried first.
+/// Returns the parts of all ranges in which a word is proved, and the others with the reason. The parts of a word
+/// nearby are tried first.
 fn parts(
     scene: &Scene,
     ranges: &[Range],
@@ -420,8 +420,8 @@ impl Family {
     }
 }
 
-/// Returns the sum of what states pay that follow one another by a matrix, as a matrix of these states; `None` if they do
-/// not die out.
+/// Returns the sum of what states pay that follow one another by a matrix, as a matrix of these states; `None` if they
+/// do not die out.
 fn stored(mut moved: Matrix, paid: Matrix) -> Option<Matrix> {
     let mut stored = paid;
     for _ in 0..60 {
