@@ -95,7 +95,7 @@ fn a_wall_over_a_range_is_certified_with_its_range_and_other_ranges_are_refused(
     let folder = dir.join("out").display().to_string();
     let asked = ["limits", "hybrid-wall", "--for-ever", "--range", "0.6..0.61", "--words", "2", "--phases", "1"];
     let over = ["--over", "hand.stiffness=0.297..0.303 N.m/rad"];
-    let told = json(&run(&[&asked[..], &over, &["--certificates", &folder, "--json"]].concat()));
+    let told = as_json(&run(&[&asked[..], &over, &["--certificates", &folder, "--json"]].concat()));
     let words = told["for_ever"]["words"].as_array().expect("words");
     assert!(!words.is_empty() && words.iter().all(|word| word["parts"].as_u64() >= Some(1)), "{told}");
     assert_eq!(told["for_ever"]["over"][0]["key"], "hand.stiffness");
