@@ -99,9 +99,7 @@ fn unmixing<const N: usize>(cells: &[[Interval; N]; N]) -> Option<[[Interval; N]
             for of in row..N {
                 left[row][of] -= share * own[of];
             }
-            for of in 0..=at {
-                turn[of][row] -= share * turn[of][at];
-            }
+            turn[..=at].iter_mut().for_each(|cells| cells[row] -= share * cells[at]);
         }
     }
     let scales: [f64; N] = from_fn(|at| 1.0 / left[at][at].sqrt());

@@ -142,7 +142,7 @@ impl SteadySet {
                 break;
             }
             let stiffness = word as f64 * step;
-            let (parts, left) = parts(scene, &ranges, word as i64, start)?;
+            let (parts, left) = parts(scene, &ranges, word as i64, start);
             let ends = |name: &str| -> Vec<[f64; 2]> {
                 part_of(&ranges, name).expect("a part").iter().map(|range| range.ends).collect()
             };
@@ -188,12 +188,7 @@ type Starts = Vec<(String, Option<[f64; 5]>)>;
 
 /// Returns the parts of all ranges in which a word is proved, and the others with the reason. The parts of a word
 /// nearby are tried first.
-fn parts(
-    scene: &Scene,
-    ranges: &[Range],
-    word: i64,
-    mut todo: Starts,
-) -> Result<(Vec<Part>, Vec<(String, String)>), Error> {
+fn parts(scene: &Scene, ranges: &[Range], word: i64, mut todo: Starts) -> (Vec<Part>, Vec<(String, String)>) {
     let (mut proved, mut left) = (Vec::new(), Vec::new());
     todo.reverse();
     while let Some((name, start)) = todo.pop() {
@@ -218,7 +213,7 @@ fn parts(
             todo.push((format!("{name}{letter}"), start));
         }
     }
-    Ok((proved, left))
+    (proved, left)
 }
 
 /// Returns a scene with a stiffness and with the middle values of a part of all ranges, and with its own words.
