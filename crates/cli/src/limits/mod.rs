@@ -45,11 +45,11 @@ const MOST_PROVED: usize = 2;
 /// With --for-ever, the words of the stiffness are proved to settle at every phase of the contact, for ever: from the
 /// softest word on, until the bound of the rms exceeds one count. This is worked out for a live spring behind a latched
 /// modulator; of other scenes the page tells why not. The words after that, of which the position is proved to stay
-/// within some counts of its rest, are told as bounded for ever. --certificates writes the proof as a file that
-/// `hpu certify` checks. With one or two ranges of --over, each word is proved for every value within them: of a
-/// resistance, an inductance, a torque constant, an inertia, a viscous friction, the supply, or the hand's stiffness and
-/// damping. The ranges are halved until each part is proved; of the first word with another part, the page tells which parts are
-/// proved, which are refuted by a run that swings for ever, and which are not told.
+/// within some counts of its rest, are told as bounded for ever. --certificates writes the proof as a file that `hpu
+/// certify` checks. With one or two ranges of --over, each word is proved for every value within them: of a
+/// resistance, an inductance, a torque constant, an inertia, a viscous friction, the supply, or the hand's stiffness
+/// and damping. The ranges are halved until each part is proved; of the first word with another part, the page tells
+/// which parts are proved, which are refuted by a run that swings for ever, and which are not told.
 ///
 /// Of a finger on a segment on a gimbal, the criteria tell without a run whether it can rest, and at which stiffnesses.
 #[derive(clap::Args)]
