@@ -36,7 +36,8 @@ impl Interval {
         Self::outward(self.lo + other.lo, self.hi + other.hi)
     }
 
-    pub(crate) fn minus(self, other: Self) -> Self {
+    /// Returns the differences of both.
+    pub fn minus(self, other: Self) -> Self {
         self.plus(Self { lo: -other.hi, hi: -other.lo })
     }
 
@@ -90,7 +91,14 @@ impl Interval {
 
     /// Returns a number inside the interval, near its middle.
     pub fn middle(self) -> f64 {
-        (0.5 * self.lo + 0.5 * self.hi).clamp(self.lo, self.hi)
+        let middle = 0.5 * self.lo + 0.5 * self.hi;
+        if middle < self.lo {
+            self.lo
+        } else if middle > self.hi {
+            self.hi
+        } else {
+            middle
+        }
     }
 
     /// Returns the numbers that both intervals hold, if there are any.

@@ -4,6 +4,7 @@ pub mod arms;
 pub mod certify;
 pub mod criteria;
 pub mod exact;
+mod form;
 pub mod interval;
 pub mod lasting;
 pub mod linear;
@@ -11,6 +12,7 @@ pub mod ranges;
 pub mod real;
 #[cfg(not(target_family = "wasm"))]
 pub mod recurring;
+mod responses;
 pub mod sampled;
 mod series;
 mod square;

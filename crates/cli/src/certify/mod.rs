@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use hpu_cosim::figure;
 use hpu_page::Page;
-use hpu_prove::certify::{Checked, certify};
+use hpu_prove::certify::{Checked, Over, certify};
 use serde_json::json;
 
 use crate::certificate::is_of_run;
@@ -47,11 +47,13 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         return Ok(Exit::when(is_so));
     }
     let found = certify(&text).map_err(|why| Failure::at(&args.file, why))?;
-    let is_accepted = matches!(found, Checked::Accepted(_));
+    let is_accepted = matches!(found, Checked::Accepted { .. });
     let mut page = Page::default();
     page.data("file", json!(args.file)).data("accepted", is_accepted);
     match &found {
-        Checked::Accepted(words) => {
+        Checked::Accepted { words, over } => {
+            let ranges = over.iter().map(|over| json!({ "key": over.key, "ends": over.ends }));
+            page.data("over", json!(ranges.collect::<Vec<_>>()));
             let all = words.iter().map(|(stiffness, bound)| {
                 json!({ "stiffness": stiffness, "rms_counts": bound.rms_counts, "duty": bound.duty })
             });
@@ -63,6 +65,9 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
                 format!("{} words, stiffness {from} to {to}, at most {most} counts rms in contact", words.len())
             });
             page.line("accepted", said);
+            for Over { key, ends: [from, to] } in over {
+                page.line("", format!("for every {key} from {from} to {to}"));
+            }
         }
         Checked::Rejected(why) => {
             page.data("reason", why.to_string());

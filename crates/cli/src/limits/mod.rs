@@ -6,11 +6,11 @@ use std::path::PathBuf;
 
 use hpu_chart as chart;
 use hpu_cosim::scene::{DutScene, Experiment, Scene};
-use hpu_cosim::{SceneFile, figure};
+use hpu_cosim::{Control, SceneFile, figure};
 use hpu_page::Page;
 use hpu_prove::linear::{BoxSet, NotDriven, usual_range};
 use hpu_prove::steady::{SteadySet, certificate};
-use hpu_study::limits::{Limits, Looks, MOST_UNKNOWN, Unknown, WordsSet, World, hands_of, limits};
+use hpu_study::limits::{Limits, Looks, MOST_UNKNOWN, Unknown, WordsSet, World, hands_of, limits, swings};
 use hpu_study::map::SceneText;
 use hpu_study::{Error, Kind};
 use hpu_study::{ToldLimits, device};
@@ -19,6 +19,9 @@ use crate::command::CommandLine;
 use crate::page::{self as pages, Answer, show};
 use crate::scene::{self, quoted, set_options};
 use crate::shell::{Exit, Failure, Folder, Jobs, Watch, hdl, interrupt, values};
+
+/// Greatest number of ranges over which a word is proved.
+const MOST_PROVED: usize = 2;
 
 /// Tell at which stiffnesses a scene's wall settles: by its linear loop, in words, and by published criteria
 ///
@@ -40,9 +43,13 @@ use crate::shell::{Exit, Failure, Folder, Jobs, Watch, hdl, interrupt, values};
 /// scene: what a motor makes of them changes with the motor.
 ///
 /// With --for-ever, the words of the stiffness are proved to settle at every phase of the contact, for ever: from the
-/// softest word on, until the bound of the rms exceeds one count. This is worked out for a live spring without damping
-/// behind a latched modulator; of other scenes the page tells why not. --certificates writes the proof as a file that
-/// `hpu certify` checks.
+/// softest word on, until the bound of the rms exceeds one count. This is worked out for a live spring behind a latched
+/// modulator; of other scenes the page tells why not. The words after that, of which the position is proved to stay
+/// within some counts of its rest, are told as bounded for ever. --certificates writes the proof as a file that `hpu
+/// certify` checks. With one or two ranges of --over, each word is proved for every value within them: of a
+/// resistance, an inductance, a torque constant, an inertia, a viscous friction, the supply, or the hand's stiffness
+/// and damping. The ranges are halved until each part is proved; of the first word with another part, the page tells
+/// which parts are proved, which are refuted by a run that swings for ever, and which are not told.
 ///
 /// Of a finger on a segment on a gimbal, the criteria tell without a run whether it can rest, and at which stiffnesses.
 #[derive(clap::Args)]
@@ -126,10 +133,10 @@ fn find<'w, F>(
     let mut load = |file: &str| source.load(file);
     let read = SceneText::read((&source.name, &source.text), &args.set.set, &mut load).map_err(Failure::file)?;
     args.hdl.agree(&read.1)?;
-    let is_box = !args.over.is_empty() || args.hands.is_some();
     let is_axis = matches!(&read.1, Experiment::Axis(_));
-    if args.for_ever && (is_box || !is_axis) {
-        return Err(Failure::usage("--for-ever is of one scene of a wall on an axis, without --over and --hands"));
+    if args.for_ever && (args.hands.is_some() || args.over.len() > MOST_PROVED || !is_axis) {
+        let said = "--for-ever is of a wall on an axis, without --hands, and with two ranges of --over at most";
+        return Err(Failure::usage(said));
     }
     if args.certificates.is_some() && !read.0.files.is_empty() {
         return Err(Failure::usage("--certificates: the scene reads files, which a certificate does not carry"));
@@ -155,6 +162,9 @@ fn find<'w, F>(
     }
     let world = World { text: &text, set: &args.set.set, nominal: &nominal, unknown: &over, named: &named };
     let worlds = if over.is_empty() { vec![nominal.clone()] } else { points(&world)? };
+    let proved_over = args.over.iter().filter(|_| args.for_ever);
+    let proved_over = proved_over.map(|unknown| unknown.over(&text, &args.set.set, &nominal));
+    let proved_over = proved_over.collect::<Result<Vec<_>, _>>().map_err(|why| Failure::usage(why.to_string()))?;
     let opened = open()?;
     let certificates = args.certificates.as_ref().map(|dir| Folder::open(dir)).transpose()?;
 
@@ -168,7 +178,10 @@ fn find<'w, F>(
         stopped = watch.is_stopped();
         found
     });
-    let steady = args.for_ever.then(|| SteadySet::new(&nominal, range).map_err(Error::from));
+    let steady = (args.for_ever && !stopped).then(|| {
+        let refute = |scene: &Scene| swings(scene, &Control::default());
+        SteadySet::over(&nominal, &proved_over, range, &refute).map_err(Error::from)
+    });
     let found = Limits { in_box, steady, ..found }.at_wall(&nominal);
     if let (Some(mut folder), Some(Ok(set)), false) = (certificates, &found.steady, stopped) {
         folder.write("limits.certificate", certificate(set, &nominal.name, &text.text, &args.set.set))?;

@@ -5,7 +5,7 @@ use hpu_page::{Cell, Column, Page, Table};
 use hpu_prove::Wait;
 use hpu_prove::criteria::{Assumption, Criterion, Figure, Region, Silent};
 use hpu_prove::linear::{BoxSet, DrivenSet, End, StableSet, Stretch};
-use hpu_prove::steady::{Steady, SteadySet};
+use hpu_prove::steady::{Outcome, Steady, SteadySet, Told};
 use hpu_study::limits::{Group, Limits, MOST_EVENTS, Seen, Unknown, WordsSet};
 use serde_json::{Value, json};
 
@@ -196,15 +196,24 @@ fn steady(page: &mut Page, set: &Result<SteadySet, hpu_study::Error>) {
         }
         Ok(set) => set,
     };
-    let word = |Steady { stiffness, bound, witness }: &Steady| {
+    let word = |Steady { stiffness, bound, parts }: &Steady| {
         json!({
-            "word": witness.word,
+            "word": parts.first().map(|part| part.witness.word),
+            "parts": parts.len(),
             "stiffness": stiffness,
             "rms_counts": bound.rms_counts,
             "half_range_counts": bound.half_range_counts,
             "depth_counts": bound.depth_counts,
             "duty": bound.duty,
         })
+    };
+    let part = |Told { ends, is }: &Told| {
+        let (is, rms_counts, reason) = match is {
+            Outcome::Proved => ("proved", None, None),
+            Outcome::Refuted(rms_counts) => ("refuted", Some(*rms_counts), None),
+            Outcome::NotTold(why) => ("not_told", None, Some(why)),
+        };
+        json!({ "ends": ends, "is": is, "rms_counts": rms_counts, "reason": reason })
     };
     page.data(
         "for_ever",
@@ -213,28 +222,63 @@ fn steady(page: &mut Page, set: &Result<SteadySet, hpu_study::Error>) {
             "from": set.from,
             "to": set.proved.last().map(|last| last.stiffness),
             "words": set.proved.iter().map(word).collect::<Vec<_>>(),
+            "bounded": set.bounded.iter().map(word).collect::<Vec<_>>(),
             "not_proved": set.beyond.as_ref().map(|(stiffness, _)| stiffness),
             "reason": set.beyond.as_ref().map(|(_, why)| why),
             "ended": set.ended,
+            "over": set.over.iter().map(|over| json!({ "key": over.key, "ends": over.ends })).collect::<Vec<_>>(),
+            "parts": set.parts.iter().map(part).collect::<Vec<_>>(),
         }),
     );
     match set.proved.last() {
-        None => page.line(LABEL, "no word of the stiffness"),
+        None if set.over.is_empty() => page.line(LABEL, "no word of the stiffness"),
+        None => page.line(LABEL, "no word of the stiffness everywhere in the box"),
         Some(last) => {
             let (from, to, unit) = (figure(set.from), figure(last.stiffness), set.unit);
-            page.line(LABEL, format!("every word from {from} to {to} {unit} settles, for ever"));
+            let over = if set.over.is_empty() { "" } else { " everywhere in the box" };
+            page.line(LABEL, format!("every word from {from} to {to} {unit} settles{over}, for ever"));
             let [rms, range] = [last.bound.rms_counts, last.bound.half_range_counts].map(figure);
             page.line("", format!("the stiffest with at most {rms} counts rms, within {range} counts of its rest"))
         }
     };
     if let Some((stiffness, why)) = &set.beyond {
-        page.line("", format!("not proved at {} {}: {why}", figure(*stiffness), set.unit));
+        let everywhere = if set.over.is_empty() { "" } else { " everywhere" };
+        page.line("", format!("not proved{everywhere} at {} {}: {why}", figure(*stiffness), set.unit));
+    }
+    if let Some((first, last)) = set.bounded.first().zip(set.bounded.last()) {
+        let [from, to, range] = [first.stiffness, last.stiffness, last.bound.half_range_counts].map(figure);
+        let said = format!("every word from {from} to {to} {}, within {range} counts of its rest", set.unit);
+        page.line("bounded for ever", said);
+    }
+    if !set.parts.is_empty() {
+        let count = |is: fn(&Outcome) -> bool| set.parts.iter().filter(|part| is(&part.is)).count();
+        let (proved, refuted) = (count(|is| *is == Outcome::Proved), count(|is| matches!(is, Outcome::Refuted(_))));
+        let left = set.parts.len() - proved - refuted;
+        let all = format!("of {} parts of the box", set.parts.len());
+        page.line(
+            "",
+            format!("there, {all}, {proved} are proved, {refuted} are refuted by a run, {left} are not told"),
+        );
+        let refuted = set.parts.iter().find_map(|part| match part.is {
+            Outcome::Refuted(rms_counts) => Some((&part.ends, rms_counts)),
+            _ => None,
+        });
+        if let Some((ends, rms_counts)) = refuted {
+            let middle = set.over.iter().zip(ends);
+            let middle: Vec<String> =
+                middle.map(|(over, [low, high])| format!("{} = {}", over.key, figure(0.5 * (low + high)))).collect();
+            let said = format!("{} counts rms, for ever: with {} (SI)", figure(rms_counts), middle.join(", "));
+            page.line("", format!("a run swings by {said}"));
+        }
     }
     if set.ended {
         page.line("", "the search ended there: a proof takes so many words at most");
     }
     let said = "from every start that stays in contact and below a full command, under a hand at rest";
     page.line("", said);
+    if !set.over.is_empty() {
+        page.line("", "each device and hand of the box keeps its numbers, and has the words of the scene as written");
+    }
 }
 
 /// Adds the line about what linear loops around a network leave out.

@@ -88,3 +88,32 @@ fn a_wall_is_certified_and_another_file_is_no_certificate() {
         assert_refused(&run(&["certify", &file]), 4, &[&file]);
     }
 }
+
+#[test]
+fn a_wall_over_a_range_is_certified_with_its_range_and_other_ranges_are_refused() {
+    let dir = scratch("certify-range");
+    let folder = dir.join("out").display().to_string();
+    let asked = ["limits", "hybrid-wall", "--for-ever", "--range", "0.6..0.61", "--words", "2", "--phases", "1"];
+    let over = ["--over", "hand.stiffness=0.297..0.303 N.m/rad"];
+    let told = as_json(&run(&[&asked[..], &over, &["--certificates", &folder, "--json"]].concat()));
+    let words = told["for_ever"]["words"].as_array().expect("words");
+    assert!(!words.is_empty() && words.iter().all(|word| word["parts"].as_u64() >= Some(1)), "{told}");
+    assert_eq!(told["for_ever"]["over"][0]["key"], "hand.stiffness");
+    let file = format!("{folder}/limits.certificate");
+    let accepted = run(&["certify", &file]);
+    assert_eq!(code(&accepted), 0);
+    assert!(stdout(&accepted).contains("for every hand.stiffness from 0.297 N.m/rad to 0.303 N.m/rad"));
+    let good = fs::read_to_string(&file).expect("a certificate");
+    for (old, new) in [("0.303 N.m/rad", "0.32 N.m/rad"), ("\"hand.stiffness\"", "\"bridge.supply\"")] {
+        fs::write(&file, good.replacen(old, new, 1)).expect("a file");
+        assert_ne!(code(&run(&["certify", &file])), 0, "{old} became {new}");
+    }
+    let box_of = |keys: &[&str]| {
+        let over = keys.iter().flat_map(|key| ["--over", *key]);
+        run(&asked.into_iter().chain(over).collect::<Vec<_>>())
+    };
+    let [hand, ohm, henry] = ["hand.stiffness=0.29..0.3", "device.resistance=2.3..2.4", "device.inductance=2e-4..3e-4"];
+    assert_refused(&box_of(&[hand, ohm, henry]), 2, &["two ranges"]);
+    assert_refused(&box_of(&["device.wheel_ratio=6..8"]), 2, &["device.wheel_ratio", "hand.damping"]);
+    assert_refused(&run(&[&asked[..], &["--hands", "50mm"]].concat()), 2, &["--hands"]);
+}

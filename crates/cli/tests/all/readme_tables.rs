@@ -158,6 +158,14 @@ pub const COMMANDS: &[(&str, Form)] = &[
         ),
     ),
     (
+        "hpu limits hybrid-wall --for-ever --over 'device.rotor_inertia=1.3e-6..1.44e-6 kg.m^2'",
+        short(
+            "hpu limits hybrid-wall --for-ever --over 'device.rotor_inertia=1.36e-6..1.38e-6 kg.m^2' \
+             --range '0.6..0.61' --words 2 --phases 1",
+            "every word of a box takes half a minute",
+        ),
+    ),
+    (
         "hpu limits hybrid-wall --for-ever",
         short("hpu limits hybrid-wall --for-ever --words 4 --phases 1", "eight phases take ten seconds of two cores"),
     ),

@@ -6,23 +6,32 @@
 //! The multiplier of the staircase makes the bound: a command that never falls with the angle cannot feed a motion that
 //! climbs against it. The search is over `h`, the weight of the staircase, over the two weights of the pulse's end, and
 //! with damping over those of its drag. Each frequency gives the level `λ` that they need. The storage is the solution
-//! of the discrete Riccati equation of that level, by doubling.
+//! of the discrete Riccati equation of that level, by Newton's method from the loop without inputs on.
 
-use hpu_cosim::scene::{Device, Hand, Scene};
+use hpu_cosim::scene::{Device, Hand, LoopWords, Scene};
 
 use toml_edit::Value;
 
 use crate::Error;
-use crate::certify::{Bound, CLAIM, Witness, check, of_scene};
+use crate::certify::{Bound, CLAIM, LOOSE, Over, Range, Turn, Witness, check, numbers, of_scene, part_of};
 use crate::linear::unit;
-use crate::sampled::{Matrix, SampledLoop, exponential, product, scaled, solution};
+use crate::sampled::{Matrix, SampledLoop, exponential, scaled, solution};
 
 /// Greatest number of words that are proved.
 const MOST_WORDS: usize = 1024;
+/// Greatest number of steps in which a storage is found.
+const MOST_STEPS: usize = 60;
 /// Frequencies at which a level is computed.
 const FREQUENCIES: usize = 800;
 /// Greatest rms of a wall that has settled, in counts.
 pub const SETTLED_COUNTS: f64 = 1.0;
+
+/// Greatest number of times that each of some ranges is halved, and that ranges are halved in all.
+const MOST_HALVINGS: [usize; 3] = [0, 4, 5];
+/// Shares by which sums of responses may exceed those of the search. Those over ranges do, by what is lost on the way.
+const SPARES: [f64; 4] = [0.0, 3e-3, 3e-2, 0.15];
+/// Shares by which a level may exceed the least one.
+const SLACKS: [f64; 4] = [2e-3, 1e-2, 4e-2, 0.15];
 
 /// The words of a stiffness that are proved to settle, from the softest one on.
 #[derive(Clone, PartialEq, Debug)]
@@ -35,8 +44,16 @@ pub struct SteadySet {
     pub proved: Vec<Steady>,
     /// The first word that is not proved, and why; none if the range or the search ends before it.
     pub beyond: Option<(f64, String)>,
+    /// The words from that one on of which a half-range is proved, but no rms below one count: in contact they stay
+    /// within it for ever. None of ranges.
+    pub bounded: Vec<Steady>,
     /// Whether the search ended before the range.
     pub ended: bool,
+    /// The numbers of the world that have ranges, and what is told of their parts at the first word that is not proved
+    /// everywhere.
+    pub over: Vec<Over>,
+    /// The parts of the ranges at the word [beyond](Self::beyond), the lowest first; none without ranges.
+    pub parts: Vec<Told>,
 }
 
 /// A word that settles at every phase, for ever.
@@ -44,11 +61,45 @@ pub struct SteadySet {
 pub struct Steady {
     /// Stiffness of the word.
     pub stiffness: f64,
+    /// The bounds that are proved, the greatest of all parts.
+    pub bound: Bound,
+    /// The parts of all ranges, each with the numbers that prove it; one if there are no ranges.
+    pub parts: Vec<Part>,
+}
+
+/// A part of all ranges in which a word settles, as [`part_of`] makes it.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Part {
+    /// Which part it is.
+    pub name: String,
     /// The bounds that are proved.
     pub bound: Bound,
     /// The numbers that prove them.
     pub witness: Witness,
 }
+
+/// What is told of a part of all ranges.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Told {
+    /// Both ends of each range, in SI units.
+    pub ends: Vec<[f64; 2]>,
+    /// What is told.
+    pub is: Outcome,
+}
+
+/// What is told of a word over a part of all ranges.
+#[derive(Clone, PartialEq, Debug)]
+pub enum Outcome {
+    /// It settles everywhere.
+    Proved,
+    /// In the middle of the part a run goes on in contact for ever, with so many counts rms.
+    Refuted(f64),
+    /// It is not told: why it is not proved.
+    NotTold(String),
+}
+
+/// Runs a scene in contact. Returns the rms in counts of a motion that goes on for ever, if it is one count at least.
+pub type Refute<'a> = dyn Fn(&Scene) -> Option<f64> + 'a;
 
 impl SteadySet {
     /// Proves words from the softest one of a range on, until one is not proved to stay below one count rms.
@@ -57,96 +108,339 @@ impl SteadySet {
     ///
     /// Returns why the proof is not worked out for the scene.
     pub fn new(scene: &Scene, range: [f64; 2]) -> Result<Self, Error> {
+        Self::over(scene, &[], range, &|_| None)
+    }
+
+    /// Proves words from the softest one of a range on, until one is not proved for all values that numbers of the
+    /// world may have. The ranges are halved until each part is proved, refuted by a run, or too small to be halved
+    /// again. The words are those of the scene, whatever the numbers are.
+    ///
+    /// # Errors
+    ///
+    /// Returns why the proof is not worked out for the scene.
+    pub fn over(scene: &Scene, over: &[(Over, Range)], range: [f64; 2], refute: &Refute) -> Result<Self, Error> {
+        of_scene(scene)?;
+        let ranges: Vec<Range> = over.iter().map(|(_, range)| *range).collect();
         let words = scene.words()?;
         let step = words.realised.torque_quantum_nm / words.realised.count_rad * scene.method.stiffness_format.lsb();
         let word = |stiffness: f64| ((stiffness / step).round() as i128).clamp(1, scene.method.stiffness_format.max());
         let (least, most) = (word(range[0]), word(range[1]));
-        let mut set = Self { unit: unit(scene), from: least as f64 * step, proved: vec![], beyond: None, ended: false };
-        let mut start = None;
+        let mut set = Self {
+            unit: unit(scene),
+            from: least as f64 * step,
+            proved: vec![],
+            beyond: None,
+            bounded: vec![],
+            ended: false,
+            over: over.iter().map(|(over, _)| over.clone()).collect(),
+            parts: vec![],
+        };
+        let mut start = vec![(String::new(), None)];
         for word in least..=most {
             if set.proved.len() == MOST_WORDS {
                 set.ended = true;
                 break;
             }
             let stiffness = word as f64 * step;
-            match steady(scene, word as i64, start) {
-                Ok((witness, bound)) if bound.rms_counts < SETTLED_COUNTS => {
-                    start = Some(witness.weights);
-                    set.proved.push(Steady { stiffness, bound, witness });
+            let (parts, left) = parts(scene, &ranges, word as i64, start);
+            let ends = |name: &str| -> Vec<[f64; 2]> {
+                part_of(&ranges, name).expect("a part").iter().map(|range| range.ends).collect()
+            };
+            if let Some((_, why)) = left.first() {
+                set.beyond = Some((stiffness, why.clone()));
+                if ranges.is_empty() {
+                    set.bounded = bounded(scene, word as i64..=most as i64, step);
+                } else {
+                    let proved = parts.iter().map(|part| (part.name.clone(), Outcome::Proved));
+                    let left = left.iter().map(|(name, why)| {
+                        let middle = in_middle(scene, &ranges, name, stiffness);
+                        let rms = middle.and_then(|scene| refute(&scene));
+                        (name.clone(), rms.map_or_else(|| Outcome::NotTold(why.clone()), Outcome::Refuted))
+                    });
+                    let all = proved.chain(left).map(|(name, is)| Told { ends: ends(&name), is });
+                    set.parts = all.collect();
+                    set.parts.sort_by(|one, other| one.ends.partial_cmp(&other.ends).expect("numbers"));
                 }
-                Ok((_, bound)) => {
-                    let why = format!("the rms is bounded by {:.2} counts", bound.rms_counts);
-                    set.beyond = Some((stiffness, why));
-                    break;
-                }
-                Err(Unproved::Scene(error)) => return Err(error),
-                Err(Unproved::Word(why)) => {
-                    set.beyond = Some((stiffness, why));
-                    break;
-                }
+                break;
             }
+            start = parts.iter().map(|part| (part.name.clone(), Some(part.witness.weights))).collect();
+            let bound = Bound::greatest(parts.iter().map(|part| part.bound));
+            set.proved.push(Steady { stiffness, bound, parts });
         }
         Ok(set)
     }
 }
 
+/// Returns words of which a half-range is proved, up to the first of which none is.
+fn bounded(scene: &Scene, words: std::ops::RangeInclusive<i64>, step: f64) -> Vec<Steady> {
+    let (mut found, mut start) = (Vec::new(), None);
+    for word in words.take(MOST_WORDS) {
+        let Ok((witness, bound)) = steady(scene, &[], word, start) else { break };
+        start = Some(witness.weights);
+        let parts = vec![Part { name: String::new(), bound, witness }];
+        found.push(Steady { stiffness: word as f64 * step, bound, parts });
+    }
+    found
+}
+
+/// Parts of ranges, each with multipliers of a word nearby.
+type Starts = Vec<(String, Option<[f64; 5]>)>;
+
+/// Returns the parts of all ranges in which a word is proved, and the others with the reason. The parts of a word
+/// nearby are tried first.
+fn parts(scene: &Scene, ranges: &[Range], word: i64, mut todo: Starts) -> (Vec<Part>, Vec<(String, String)>) {
+    let (mut proved, mut left) = (Vec::new(), Vec::new());
+    todo.reverse();
+    while let Some((name, start)) = todo.pop() {
+        let part = part_of(ranges, &name).expect("a part");
+        let why = match steady(scene, &part, word, start) {
+            Ok((witness, bound)) if bound.rms_counts < SETTLED_COUNTS => {
+                proved.push(Part { name, bound, witness });
+                continue;
+            }
+            Ok((_, bound)) => format!("the rms is bounded by {:.2} counts", bound.rms_counts),
+            Err(why) => why,
+        };
+        if name.len() == MOST_HALVINGS[ranges.len()] {
+            left.push((name, why));
+            continue;
+        }
+        // The range that is widest by its values is halved.
+        let share = |range: &Range| range.ends[1] / range.ends[0];
+        let widest = (1..part.len()).fold(0, |most, at| if share(&part[at]) > share(&part[most]) { at } else { most });
+        let letter = char::from(b'a' + widest as u8);
+        for letter in [letter.to_ascii_uppercase(), letter] {
+            todo.push((format!("{name}{letter}"), start));
+        }
+    }
+    (proved, left)
+}
+
+/// Returns a scene with a stiffness and with the middle values of a part of all ranges, and with its own words.
+fn in_middle(scene: &Scene, ranges: &[Range], part: &str, stiffness: f64) -> Option<Scene> {
+    let mut nominal = scene.clone();
+    nominal.wall.stiffness_nm_per_rad = stiffness;
+    let mut world = nominal.clone();
+    let mut all = numbers(&mut world);
+    for Range { number, ends: [low, high] } in part_of(ranges, part)? {
+        *all[number] = 0.5 * (low + high);
+    }
+    world.with_words_of(&nominal).ok()
+}
+
 /// Returns the text of a certificate that [`certify`](crate::certify::certify) checks: the scene's text, what replaces
-/// its keys, and the witnesses. A certificate of a scene that reads files is rejected.
+/// its keys, the ranges, and the witnesses. A certificate of a scene that reads files is rejected.
 pub fn certificate(set: &SteadySet, name: &str, text: &str, overrides: &[(String, String)]) -> String {
     let quoted = |text: &str| Value::from(text).to_string();
     let list = |numbers: &[f64]| numbers.iter().map(|number| format!("{number:e}")).collect::<Vec<_>>().join(", ");
     let pairs: Vec<String> =
         overrides.iter().map(|(key, value)| format!("[{}, {}]", quoted(key), quoted(value))).collect();
+    let over: Vec<String> = set
+        .over
+        .iter()
+        .map(|Over { key, ends: [from, to] }| format!("[{}, {}, {}]", quoted(key), quoted(from), quoted(to)))
+        .collect();
     let mut certificate = format!(
         "# `hpu certify` checks this file. It holds for every start from which the wall stays in contact.\n\
-         claim = {}\nname = {}\nset = [{}]\nscene = {}\n",
+         claim = {}\nname = {}\nset = [{}]\nover = [{}]\nscene = {}\n",
         quoted(CLAIM),
         quoted(name),
         pairs.join(", "),
+        over.join(", "),
         quoted(text)
     );
-    for Steady { stiffness, bound, witness } in &set.proved {
-        let Witness { word, act, decay, shape, sizes, far, level, weights, storage } = witness;
+    let all = set.proved.iter().flat_map(|word| word.parts.iter().map(move |part| (word.stiffness, part)));
+    for (stiffness, Part { name, bound, witness }) in all {
+        let Witness { word, unit, act, decay, scales, shape, sizes, far, level, weights, storage, turns } = witness;
         let Bound { rms_counts, duty, .. } = bound;
         certificate += &format!(
-            "\n[[word]]\nword = {word}\nstiffness = {stiffness:e}\nduty = {duty:e}\nrms_counts = {rms_counts:e}\n\
-             act = {act:e}\ndecay = {decay:e}\nshape = [{}]\nsizes = [{}]\nfar = [{}]\nlevel = {level:e}\n\
-             weights = [{}]\nstorage = [{}]\n",
+            "\n[[word]]\nword = {word}\npart = {}\nstiffness = {stiffness:e}\nduty = {duty:e}\n\
+             rms_counts = {rms_counts:e}\nunit = {unit:e}\nact = {act:e}\ndecay = {decay:e}\nscales = [{}]\n\
+             shape = [{}]\nsizes = [{}]\nfar = [{}]\nlevel = {level:e}\nweights = [{}]\nstorage = [{}]\n",
+            quoted(name),
+            list(scales),
             list(shape),
             list(sizes),
             list(far),
             list(weights),
             list(storage)
         );
+        for Turn { shape, storage } in turns {
+            certificate += &format!("[[word.turn]]\nshape = [{}]\nstorage = [{}]\n", list(shape), list(storage));
+        }
     }
     certificate
 }
 
-/// Why a word is not proved: because of its scene, or of itself.
-enum Unproved {
-    Scene(Error),
-    Word(String),
-}
-
-/// Returns a witness of a word, and what the checker says of it. `start` has the multipliers of a word nearby.
-fn steady(scene: &Scene, word: i64, start: Option<[f64; 5]>) -> Result<(Witness, Bound), Unproved> {
-    of_scene(scene).map_err(Unproved::Scene)?;
-    let sampled = Sampled::new(scene, word).map_err(|why| Unproved::Word(why.into()))?;
-    let mut last = "no bound of its motion was found".to_string();
-    let Some(found) = sampled.found(start) else { return Err(Unproved::Word(last)) };
-    for slack in [2e-3, 1e-2, 4e-2, 0.15] {
-        let Some(witness) = sampled.witness(word, &found, slack) else {
-            continue;
-        };
-        match check(scene, &witness) {
-            Ok(bound) => return Ok((witness, bound)),
-            Err(why) => last = why.to_string(),
+/// Returns a witness of a word within ranges, and what the checker says of it; or why there is none. `start` has the
+/// multipliers of a word nearby.
+fn steady(scene: &Scene, ranges: &[Range], word: i64, start: Option<[f64; 5]>) -> Result<(Witness, Bound), String> {
+    let spares = if ranges.is_empty() { &SPARES[..1] } else { &SPARES[1..] };
+    let mut slacks = &SLACKS[..];
+    let mut why = "no bound of its motion was found".to_string();
+    for spare in spares {
+        let family = Family::new(scene, ranges, word, *spare)?;
+        let Some(found) = family.found(start) else { break };
+        let least = family.middle.half * family.middle.half * found.level + found.weights[4];
+        if !ranges.is_empty() && least >= SETTLED_COUNTS {
+            return Err(format!("the rms is bounded by {:.2} counts", least.sqrt()));
+        }
+        while let [slack, greater @ ..] = slacks {
+            if let Some(witness) = family.witness(word, &found, *slack) {
+                match check(scene, ranges, &witness) {
+                    Ok(bound) => return Ok((witness, bound)),
+                    Err(error) => why = error.to_string(),
+                }
+                // Greater sums help, and a greater level does not.
+                if why == LOOSE && !ranges.is_empty() {
+                    break;
+                }
+            }
+            slacks = greater;
         }
     }
-    Err(Unproved::Word(last))
+    Err(why)
+}
+
+/// The loops of a word: that at the middle of all ranges, and those at the corners. All have the bounds that hold for
+/// each of them.
+struct Family {
+    unit: f64,
+    middle: Sampled,
+    corners: Vec<Sampled>,
+}
+
+impl Family {
+    /// Returns the loops of a word, with sums of responses that are greater by this share.
+    fn new(scene: &Scene, ranges: &[Range], word: i64, spare: f64) -> Result<Self, &'static str> {
+        let words = scene.words().map_err(|_| "the checker refuses its words")?;
+        let slope = word as f64 * scene.method.stiffness_format.lsb();
+        let unit = unit_of(scene);
+        let world = |value: &dyn Fn(usize, &Range) -> f64| {
+            let mut world = scene.clone();
+            let mut all = numbers(&mut world);
+            ranges.iter().enumerate().for_each(|(at, range)| *all[range.number] = value(at, range));
+            Sampled::of(&world, &words, unit, slope, None)
+        };
+        let middle = world(&|_, range| 0.5 * (range.ends[0] + range.ends[1]))?;
+        let corner = |corner: usize| world(&|at, range| range.ends[corner >> at & 1]);
+        let corners = (0..1 << ranges.len()).filter(|_| !ranges.is_empty()).map(corner);
+        let mut family = Self { unit, middle, corners: corners.collect::<Result<_, _>>()? };
+        family.share(spare);
+        Ok(family)
+    }
+
+    /// Gives each loop the bounds that hold for all of them.
+    fn share(&mut self, spare: f64) {
+        let mut worst = self.middle.clone();
+        let count = self.corners.len().max(1) as f64;
+        let mean = self.corners.iter().map(|corner| corner.act).sum::<f64>() / count;
+        if !self.corners.is_empty() {
+            // The clocks of a pulse at rest are no straight line.
+            worst.away += 4.0 * (mean - worst.act).abs();
+            self.middle.act = mean;
+        }
+        for corner in &self.corners {
+            let greatest = |into: &mut f64, of: f64| *into = into.max(of);
+            worst.sums.iter_mut().flatten().zip(corner.sums.iter().flatten()).for_each(|(a, b)| greatest(a, *b));
+            worst.bend.iter_mut().zip(corner.bend).for_each(|(a, b)| greatest(a, b));
+            worst.third.iter_mut().zip(corner.third).for_each(|(a, b)| greatest(a, b));
+            greatest(&mut worst.jump, corner.jump);
+            greatest(&mut worst.reach, corner.reach);
+            greatest(&mut worst.coupling, corner.coupling);
+            greatest(&mut worst.grip, corner.grip);
+            greatest(&mut worst.drag, corner.drag);
+            greatest(&mut worst.gain, corner.gain);
+            greatest(&mut worst.swing, corner.swing);
+            greatest(&mut worst.radius, corner.radius);
+        }
+        worst.sums.iter_mut().flatten().for_each(|sum| *sum *= 1.0 + spare);
+        for one in std::iter::once(&mut self.middle).chain(&mut self.corners) {
+            let Sampled { flow, closed, answer, later, act, .. } = one.clone();
+            *one = Sampled { flow, closed, answer, later, act, ..worst.clone() };
+        }
+    }
+
+    /// Returns sizes, level and multipliers, from those of a loop nearby or from a grid on.
+    fn found(&self, start: Option<[f64; 5]>) -> Option<Found> {
+        let middle = &self.middle;
+        let sizes = middle.sizes()?;
+        let far = middle.far(sizes)?;
+        let ends = middle.unsteady(middle.entering(sizes).1);
+        let all = std::iter::once(middle).chain(&self.corners);
+        let dissipations: Vec<Dissipation> = all.map(|one| one.dissipation(sizes, ends)).collect();
+        let responses: Vec<Response> = dissipations.iter().flat_map(Dissipation::responses).collect();
+        let (level, weights) = middle.least_level(&responses, start)?;
+        Some(Found { sizes, far, dissipations, level, weights })
+    }
+
+    /// Returns a witness whose level is greater than the least one by this share.
+    fn witness(&self, word: i64, found: &Found, slack: f64) -> Option<Witness> {
+        let level = found.level * (1.0 + slack);
+        let mut weights = found.weights;
+        weights[4] *= 1.0 + slack;
+        let decay = 0.5 * (1.0 + self.middle.radius);
+        let share = if self.corners.is_empty() { 0.05 } else { 0.2 };
+        let all = std::iter::once(&self.middle).chain(&self.corners).zip(&found.dissipations);
+        let matrices = all.map(|(one, dissipation)| {
+            Some((one.shape(decay)?, one.storage(dissipation, level, weights, share * slack)?))
+        });
+        let matrices = matrices.collect::<Option<Vec<_>>>()?;
+        let corners = if self.corners.is_empty() { &matrices[..] } else { &matrices[1..] };
+        let mean = |sum: f64| sum / corners.len() as f64;
+        // By how much the corners at the upper end of a range exceed those at the lower end, over two.
+        let turn = |at: usize| {
+            let sign = |corner: usize| if corner >> at & 1 == 1 { 1.0 } else { -1.0 };
+            let sum = |of: &dyn Fn(usize) -> f64| (0..corners.len()).map(|corner| sign(corner) * of(corner)).sum();
+            Turn {
+                shape: std::array::from_fn(|cell| mean(sum(&|corner| corners[corner].0[cell]))),
+                storage: std::array::from_fn(|cell| mean(sum(&|corner| corners[corner].1[cell]))),
+            }
+        };
+        let [current, speed, angle, _] = self.middle.sums[0];
+        Some(Witness {
+            word,
+            unit: self.unit,
+            act: self.middle.act,
+            decay,
+            scales: [current, speed, angle],
+            shape: std::array::from_fn(|cell| mean(corners.iter().map(|corner| corner.0[cell]).sum())),
+            sizes: found.sizes,
+            far: found.far,
+            level,
+            weights,
+            storage: std::array::from_fn(|cell| mean(corners.iter().map(|corner| corner.1[cell]).sum())),
+            turns: (0..corners.len().trailing_zeros() as usize).map(turn).collect(),
+        })
+    }
+}
+
+/// Returns the sum of what states pay that follow one another by a matrix, as a matrix of these states; `None` if they
+/// do not die out.
+fn stored(mut moved: Matrix, paid: Matrix) -> Option<Matrix> {
+    let mut stored = paid;
+    for _ in 0..60 {
+        let size = moved.iter().flatten().fold(0.0, |most: f64, cell| most.max(cell.abs()));
+        if size < 1e-12 {
+            return Some(stored);
+        } else if !size.is_finite() {
+            return None;
+        }
+        stored = sum(&stored, &product(&transposed(&moved), &product(&stored, &moved)));
+        moved = product(&moved, &moved);
+    }
+    None
+}
+
+/// Returns a unit of the current that accelerates by about a count in the square of a period.
+fn unit_of(scene: &Scene) -> f64 {
+    let Device::Motor(motor) = &scene.device else { unreachable!("the checker refuses others") };
+    let period_s = 2f64.powi(scene.method.pwm.bits.cast_signed()) * scene.clock.period_s();
+    motor.inertia_kg_m2() * scene.encoder.count_rad() / (motor.torque_constant_nm_per_a * period_s * period_s)
 }
 
 /// The loop of a word from period to period, in the units of [`certify`](crate::certify).
+#[derive(Clone)]
 struct Sampled {
     /// The plant's flow over a period, and that of the loop that its spring closes.
     flow: Matrix,
@@ -175,6 +469,7 @@ struct Sampled {
     coupling: f64,
     grip: f64,
     drag: f64,
+    gain: f64,
     swing: f64,
 }
 
@@ -188,24 +483,24 @@ struct Dissipation {
     bent: Row,
     /// `γ²`.
     gain: f64,
+    /// A bound of what enters by the rounding and by the drag, in counts.
+    entering: f64,
 }
 
 /// The finding of a search: sizes, the level and its multipliers.
 struct Found {
     sizes: [f64; 3],
     far: [f64; 3],
-    dissipation: Dissipation,
+    /// That of the middle, then those of the corners.
+    dissipations: Vec<Dissipation>,
     level: f64,
     weights: [f64; 5],
 }
 
 impl Sampled {
-    fn new(scene: &Scene, word: i64) -> Result<Self, &'static str> {
-        Self::of(scene, word as f64 * scene.method.stiffness_format.lsb(), None)
-    }
-
-    /// Returns the loop with a slope of the staircase, in commands a count. `act` is the pulse at rest, if it is given.
-    fn of(scene: &Scene, slope: f64, act: Option<f64>) -> Result<Self, &'static str> {
+    /// Returns the loop of a scene with the words of another one, with a slope of the staircase in commands a count.
+    /// `act` is the pulse at rest, if it is given.
+    fn of(scene: &Scene, words: &LoopWords, unit: f64, slope: f64, act: Option<f64>) -> Result<Self, &'static str> {
         let Device::Motor(motor) = &scene.device else { unreachable!("the checker refuses others") };
         let period = 2f64.powi(scene.method.pwm.bits.cast_signed());
         let period_s = period * scene.clock.period_s();
@@ -214,14 +509,15 @@ impl Sampled {
         let ohm = motor.resistance_ohm + 2.0 * scene.bridge.on_resistance_ohm;
         let square = period_s * period_s;
         let count = scene.encoder.count_rad();
-        let (decay, coupling) = (ohm * period_s / l, k * k * square / (l * j));
+        let (decay, induced) = (ohm * period_s / l, k * count / (l * unit));
+        let gain = k * unit * square / (j * count);
+        let coupling = gain * induced;
         let drag = (motor.viscous_friction_nm_s_per_rad + grip_damping) * period_s / j;
         let grip = grip * square / j;
         let accelerates = |torque: f64| torque * square / (j * count);
         let stall = accelerates(k * scene.bridge.supply_v / ohm);
-        let rates = vec![vec![-decay, -coupling, 0.0], vec![1.0, -drag, -grip], vec![0.0, 1.0, 0.0]];
+        let rates = vec![vec![-decay, -induced, 0.0], vec![gain, -drag, -grip], vec![0.0, 1.0, 0.0]];
 
-        let words = scene.words().map_err(|_| "the checker refuses its words")?;
         let rounds = scene.method.damping_format.lsb();
         let damping = words.damping as f64 * rounds;
         let floor = if damping > 0.0 { 0.5 * (1.0 - rounds) } else { 0.0 };
@@ -249,7 +545,7 @@ impl Sampled {
         let away = if grip > 0.0 { slope * swing / (1.0 + slope * clock / grip) + 1e-6 } else { 1e-6 };
 
         let flow = exponential(&rates);
-        let jump = stall * decay / period;
+        let jump = scene.bridge.supply_v * period_s / (l * unit * period);
         let after = |left: f64| times(&exponential(&scaled(&rates, left / period)), &[jump, 0.0, 0.0]);
         let pushed = after(period - latency - act);
         let further = |x: &[f64; 3]| times(&rates, x).map(|part| -part / period);
@@ -311,6 +607,7 @@ impl Sampled {
             coupling,
             grip,
             drag,
+            gain,
             swing,
         })
     }
@@ -337,7 +634,7 @@ impl Sampled {
             let late = late * self.sums[1][state] + square * self.sums[2][state];
             entering * self.sums[0][state] + push * (late + ends)
         });
-        let driven = current + push * self.jump;
+        let driven = self.gain * (current + push * self.jump);
         let fastest = (speed + driven + self.grip * angle) / (1.0 - self.coupling - self.grip);
         let pulled = self.drag * fastest + self.grip * (angle + fastest);
         [angle, step, (driven + self.coupling * fastest + pulled + self.swing) / 8.0]
@@ -378,29 +675,8 @@ impl Sampled {
         None
     }
 
-    /// Returns sizes, level and multipliers, from those of a loop nearby or from a grid on.
-    fn found(&self, start: Option<[f64; 5]>) -> Option<Found> {
-        let sizes = self.sizes()?;
-        let far = self.far(sizes)?;
-        let dissipation = self.dissipation(self.unsteady(self.entering(sizes).1), sizes[2]);
-        let responses = dissipation.responses();
-        let (level, weights) = self.least_level(&responses, start)?;
-        Some(Found { sizes, far, dissipation, level, weights })
-    }
-
-    /// Returns a witness whose level is greater than the least one by this share.
-    fn witness(&self, word: i64, found: &Found, slack: f64) -> Option<Witness> {
-        let level = found.level * (1.0 + slack);
-        let mut weights = found.weights;
-        weights[4] *= 1.0 + slack;
-        let storage = self.storage(&found.dissipation, level, weights, 0.2 * slack)?;
-        let decay = 0.5 * (1.0 + self.radius);
-        let shape = self.shape(decay)?;
-        Some(Witness { word, act: self.act, decay, shape, sizes: found.sizes, far: found.far, level, weights, storage })
-    }
-
-    /// Returns the dissipation with these two bounds of the pulse's end and this distance between readings.
-    fn dissipation(&self, [late, square]: [f64; 2], between: f64) -> Dissipation {
+    /// Returns the dissipation at these sizes, with these two bounds of the pulse's end.
+    fn dissipation(&self, [_, step, between]: [f64; 3], [late, square]: [f64; 2]) -> Dissipation {
         let share = self.damping / self.slope;
         let rounding = share * (1.0 + 2.0 * between) + self.floor / self.slope;
         let steps = share * self.sample;
@@ -418,10 +694,11 @@ impl Sampled {
         bent[3] += 1.0;
         let less = self.sample - 1.0;
         let gain = self.sample * self.sample * (self.sample * self.sample + self.sample + less * less / 8.0);
-        Dissipation { next, read, bent, gain }
+        let entering = self.half + self.entering([0.0, step, between]).0 / self.slope;
+        Dissipation { next, read, bent, gain, entering }
     }
 
-    /// Returns `W`'s upper triangle: the solution of the Riccati equation, by doubling.
+    /// Returns `W`'s upper triangle: the solution of the Riccati equation, by Newton's method.
     fn storage(&self, of: &Dissipation, level: f64, weights: [f64; 5], spare: f64) -> Option<[f64; 10]> {
         let [climb, first, other, stale, noise] = weights;
         let both = first + 3.0 * other;
@@ -438,51 +715,40 @@ impl Sampled {
         add(stale * of.gain, &of.bent, &of.bent);
         // A small share of the level for what the checker's intervals need.
         for (state, sizes) in [0, 1, 2, 2].into_iter().enumerate() {
-            let size = self.half * self.sums[0][sizes];
+            let size = of.entering * self.sums[0][sizes];
             all[state][state] += spare * level / (size * size);
         }
         for (at, own) in [level, first, other, other, other, noise, stale].into_iter().enumerate() {
             all[4 + at][4 + at] -= own * (1.0 - spare);
         }
-        let part = |rows: std::ops::Range<usize>, of: std::ops::Range<usize>| -> Matrix {
-            all[rows].iter().map(|row| row[of.clone()].to_vec()).collect()
-        };
-        let own = inverse(&part(4..11, 4..11))?;
-        let cross = part(0..4, 4..11);
-        let inputs: Matrix = of.next.iter().map(|row| row[4..].to_vec()).collect();
-        let mixed = |left: &Matrix, right: &Matrix| -> Matrix {
-            let turn = |row: &Vec<f64>| -> Vec<f64> {
-                (0..7).map(|of| (0..7).map(|by| row[by] * own[by][of]).sum()).collect()
-            };
-            let dot = |row: &Vec<f64>, other: &Vec<f64>| row.iter().zip(other).map(|(a, b)| a * b).sum();
-            left.iter().map(turn).map(|row| right.iter().map(|other| dot(&row, other)).collect()).collect()
-        };
-        let minus = |a: &Matrix, b: &Matrix| sum(a, &scaled(b, -1.0));
-        let free: Matrix = of.next.iter().map(|row| row[..4].to_vec()).collect();
-        let mut a = minus(&free, &mixed(&inputs, &cross));
-        let mut g = mixed(&inputs, &inputs);
-        let mut h = minus(&part(0..4, 0..4), &mixed(&cross, &cross));
-        for _ in 0..60 {
-            let mut mixed = product(&g, &h);
-            (0..4).for_each(|at| mixed[at][at] += 1.0);
-            let inverse = inverse(&mixed)?;
-            let turned = product(&a, &inverse);
-            let more = product(&turned, &product(&g, &transposed(&a)));
-            let grown = product(&transposed(&a), &product(&h, &product(&inverse, &a)));
-            a = product(&turned, &a);
+        // The worst inputs of the storage so far, as rows by states; a storage under them; and again.
+        let next: Matrix = of.next.iter().map(|row| row.to_vec()).collect();
+        let mut inputs = vec![vec![0.0; 4]; 7];
+        let (mut storage, mut last) = (vec![vec![0.0; 4]; 4], f64::INFINITY);
+        for _ in 0..MOST_STEPS {
+            let unit = |row: usize| (0..4).map(|of| f64::from(u8::from(row == of))).collect::<Vec<f64>>();
+            let under: Matrix = (0..4).map(unit).chain(inputs.iter().cloned()).collect();
+            let moved = product(&next, &under);
+            let paid = product(&transposed(&under), &product(&all, &under));
+            let before = std::mem::replace(&mut storage, stored(moved, paid)?);
             let size = |a: &Matrix| a.iter().flatten().fold(0.0, |most: f64, cell| most.max(cell.abs()));
-            let is_done = size(&grown) <= 1e-15 * size(&h);
-            g = sum(&g, &more);
-            h = sum(&h, &grown);
-            if !size(&h).is_finite() {
-                return None;
-            }
-            if is_done {
+            let change = size(&sum(&storage, &scaled(&before, -1.0))) / size(&storage);
+            // Rounding ends the steps before they end themselves.
+            if change <= 1e-12 || (change < 1e-6 && change > 0.5 * last) {
                 return Some(std::array::from_fn(|index| {
                     let [row, of] = UPPER[index];
-                    0.5 * (h[row][of] + h[of][row])
+                    0.5 * (storage[row][of] + storage[of][row])
                 }));
             }
+            last = change;
+            let kept = sum(&all, &product(&transposed(&next), &product(&storage, &next)));
+            let scales: Vec<f64> = (4..11).map(|at| kept[at][at].abs().sqrt().recip()).collect();
+            let own = (0..7).map(|row| (0..7).map(|of| kept[4 + row][4 + of] * scales[row] * scales[of]).collect());
+            let own = inverse(&own.collect())?;
+            let crossed: Matrix =
+                (0..7).map(|row| kept[4 + row][..4].iter().map(|x| -x * scales[row]).collect()).collect();
+            inputs = product(&own, &crossed);
+            inputs.iter_mut().zip(&scales).for_each(|(row, scale)| row.iter_mut().for_each(|cell| *cell *= scale));
         }
         None
     }
@@ -498,8 +764,7 @@ impl Sampled {
             shape = sum(&shape, &product(&transposed(&power), &product(&shape, &power)));
             power = product(&power, &power);
         }
-        let least: f64 = inverse(&shape)?.iter().enumerate().map(|(at, row)| row[at]).sum();
-        let shape = scaled(&shape, 1.01 * least);
+        let shape = scaled(&shape, 1.01);
         let upper =
             UPPER.into_iter().filter(|[_, of]| *of < 3).map(|[row, of]| 0.5 * (shape[row][of] + shape[of][row]));
         upper.collect::<Vec<f64>>().try_into().ok()
@@ -684,7 +949,13 @@ fn times(a: &Matrix, x: &[f64; 3]) -> [f64; 3] {
 }
 
 fn transposed(a: &Matrix) -> Matrix {
-    (0..a.len()).map(|row| a.iter().map(|other| other[row]).collect()).collect()
+    (0..a[0].len()).map(|row| a.iter().map(|other| other[row]).collect()).collect()
+}
+
+/// Returns a product of matrices that need not be square.
+fn product(a: &Matrix, b: &Matrix) -> Matrix {
+    let cell = |row: &Vec<f64>, of: usize| row.iter().zip(b).map(|(left, right)| left * right[of]).sum();
+    a.iter().map(|row| (0..b[0].len()).map(|of| cell(row, of)).collect()).collect()
 }
 
 fn sum(a: &Matrix, b: &Matrix) -> Matrix {

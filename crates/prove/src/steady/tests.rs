@@ -19,16 +19,16 @@ fn undamped(set: &[(&str, &str)]) -> Scene {
 /// Returns a loop of a real stiffness with the pulse's end at a whole clock.
 fn at(stiffness: f64, act: f64) -> Sampled {
     let scene = undamped(&[]);
-    let step = scene.words().expect("words").realised;
-    let step = step.torque_quantum_nm / step.count_rad;
-    Sampled::of(&scene, stiffness / step, Some(act)).unwrap_or_else(|why| panic!("{why}"))
+    let words = scene.words().expect("words");
+    let step = words.realised.torque_quantum_nm / words.realised.count_rad;
+    Sampled::of(&scene, &words, unit_of(&scene), stiffness / step, Some(act)).unwrap_or_else(|why| panic!("{why}"))
 }
 
 #[test]
 fn levels_and_sums_are_those_of_other_numerics() {
     // lambda(1.5, h 120), lambda(1.0, h 64), half of the sums at 1.5, 1.0 and 0.5; the pulse ends at 1024 of 4096.
     for (stiffness, climb, level) in [(1.5, 120.0, 2.359_305_674_998_9), (1.0, 64.0, 0.591_718_395_414_17)] {
-        let spectrum = at(stiffness, 1024.0).dissipation([0.0, 0.0], 0.0).responses();
+        let spectrum = at(stiffness, 1024.0).dissipation([0.0; 3], [0.0, 0.0]).responses();
         let weights = [climb, 1e-14, 1e-14, 1e-14, 1e-14];
         let found = spectrum.iter().fold(0.0, |most: f64, at| most.max(at.level(weights)));
         // The grid misses the maximum by no more than its steps allow.
@@ -45,6 +45,20 @@ fn hybrid_wall_as_shipped_is_proved_beyond_a_stiffness() {
     let set = SteadySet::new(&known("hybrid-wall", &[]), [0.04, 4.0]).expect("a loop of that kind");
     let last = set.proved.last().expect("some");
     assert!(last.stiffness >= 1.0 && set.proved.len() == 24, "{last:?}");
+    // Beyond, a half-range is proved. Words follow one another, and each bound holds of a run.
+    let [first, last] = [set.bounded.first(), set.bounded.last()].map(|word| word.expect("some"));
+    assert_eq!(Some(first.stiffness), set.beyond.as_ref().map(|(stiffness, _)| *stiffness));
+    assert!(set.bounded.iter().all(|word| word.bound.rms_counts >= SETTLED_COUNTS), "{first:?}");
+    assert_eq!(set.bounded.len(), 6, "{last:?}");
+    let scene = known("hybrid-wall", &[]);
+    for word in [first, last] {
+        let witness = &word.parts[0].witness;
+        assert_eq!(check(&scene, &[], witness).expect("it holds"), word.bound);
+        for phase in [0, 17_000, 41_000] {
+            let rms = simulated(&scene, witness.word, 3.0, phase, [3000, 6000]);
+            assert!(rms <= word.bound.half_range_counts, "{phase}: {rms}, {:?}", word.bound);
+        }
+    }
 }
 
 #[test]
@@ -59,8 +73,8 @@ fn hybrid_wall_without_damping_is_proved_beyond_a_stiffness() {
 #[test]
 fn a_witness_of_another_scene_word_or_pulse_is_rejected() {
     let scene = undamped(&[]);
-    let (witness, bound) = steady(&scene, 36, None).map_err(|_| ()).expect("a witness");
-    assert_eq!(check(&scene, &witness).expect("it holds"), bound);
+    let (witness, bound) = steady(&scene, &[], 36, None).map_err(|_| ()).expect("a witness");
+    assert_eq!(check(&scene, &[], &witness).expect("it holds"), bound);
     let others: [&[(&str, &str)]; 8] = [
         &[("device.inductance", "0.25 mH")],
         &[("device.rotor_inertia", "1.3e-6 kg.m^2")],
@@ -72,25 +86,25 @@ fn a_witness_of_another_scene_word_or_pulse_is_rejected() {
         &[("wall.position", "1.45 rad")],
     ];
     for set in others {
-        let other = check(&undamped(set), &witness).map(|bound| bound.rms_counts);
+        let other = check(&undamped(set), &[], &witness).map(|bound| bound.rms_counts);
         assert!(other.is_err(), "{set:?}: {other:?}");
     }
     for word in [30, 34, 38, 42, 72] {
-        assert!(check(&scene, &Witness { word, ..witness.clone() }).is_err(), "{word}");
+        assert!(check(&scene, &[], &Witness { word, ..witness.clone() }).is_err(), "{word}");
     }
     for by in [-60.0, 60.0] {
-        assert!(check(&scene, &Witness { act: witness.act + by, ..witness.clone() }).is_err(), "{by}");
+        assert!(check(&scene, &[], &Witness { act: witness.act + by, ..witness.clone() }).is_err(), "{by}");
     }
 }
 
 #[test]
 fn a_witness_that_claims_more_is_rejected() {
     let scene = undamped(&[]);
-    let (good, _) = steady(&scene, 36, None).map_err(|_| ()).expect("a witness");
+    let (good, _) = steady(&scene, &[], 36, None).map_err(|_| ()).expect("a witness");
     let bad = |change: &dyn Fn(&mut Witness)| {
         let mut witness = good.clone();
         change(&mut witness);
-        check(&scene, &witness)
+        check(&scene, &[], &witness)
     };
     let changes: [&dyn Fn(&mut Witness); 16] = [
         &|witness| witness.level *= 0.99,
@@ -124,7 +138,7 @@ fn a_witness_that_claims_more_is_rejected() {
 #[test]
 fn a_witness_of_a_damped_wall_that_claims_more_is_rejected() {
     let scene = known("hybrid-wall", &[]);
-    let (good, _) = steady(&scene, 20, None).map_err(|_| ()).expect("a witness");
+    let (good, _) = steady(&scene, &[], 20, None).map_err(|_| ()).expect("a witness");
     let changes: [&dyn Fn(&mut Witness); 5] = [
         &|witness| witness.sizes[0] *= 0.99,
         &|witness| witness.sizes[1] *= 0.99,
@@ -135,20 +149,20 @@ fn a_witness_of_a_damped_wall_that_claims_more_is_rejected() {
     for (index, change) in changes.into_iter().enumerate() {
         let mut witness = good.clone();
         change(&mut witness);
-        let checked = check(&scene, &witness);
+        let checked = check(&scene, &[], &witness);
         assert!(checked.is_err(), "change {index}: {checked:?}");
     }
     // The difference of a sample no longer fits the velocity.
     let narrow = known("hybrid-wall", &[("method.velocity_bits", "3")]);
-    let checked = check(&narrow, &good);
+    let checked = check(&narrow, &[], &good);
     assert!(checked.is_err(), "{checked:?}");
     // A pulse that ends elsewhere, where the inequality has much to spare.
-    let sampled = Sampled::new(&scene, 20).expect("a loop of that kind");
+    let sampled = Family::new(&scene, &[], 20, 0.0).expect("a loop of that kind");
     let found = sampled.found(None).expect("a level");
     let spare = sampled.witness(20, &found, 0.15).expect("a storage");
-    assert!(check(&scene, &spare).is_ok());
+    assert!(check(&scene, &[], &spare).is_ok());
     for by in [-15.0, 15.0] {
-        let checked = check(&scene, &Witness { act: spare.act + by, ..spare.clone() });
+        let checked = check(&scene, &[], &Witness { act: spare.act + by, ..spare.clone() });
         assert!(checked.is_err(), "{by}: {checked:?}");
     }
 }
@@ -159,7 +173,7 @@ fn a_certificate_of_another_scene_stiffness_or_duty_is_rejected() {
     let shipped = shipped().iter().find(|scene| scene.name == "hybrid-wall").expect("it is shipped");
     let set = SteadySet::new(&undamped(&[]), [1.4, 1.6]).expect("a loop of that kind");
     let text = certificate(&set, "hybrid-wall", shipped.text, &overrides);
-    let Ok(Checked::Accepted(proved)) = certify(&text) else { panic!("it holds") };
+    let Ok(Checked::Accepted { words: proved, .. }) = certify(&text) else { panic!("it holds") };
     assert_eq!(proved, set.proved.iter().map(|word| (word.stiffness, word.bound)).collect::<Vec<_>>());
     let first = &set.proved[0];
     let told = |key: &str, value: f64, other: f64| (format!("{key} = {value:e}"), format!("{key} = {other:e}"));
@@ -170,7 +184,7 @@ fn a_certificate_of_another_scene_stiffness_or_duty_is_rejected() {
         told("stiffness", first.stiffness, first.stiffness * 1.01),
         told("duty", first.bound.duty, first.bound.duty + 1e-3),
         told("rms_counts", first.bound.rms_counts, first.bound.rms_counts * 0.999),
-        (format!("word = {}\n", first.witness.word), format!("word = {}\n", first.witness.word + 1)),
+        (format!("word = {}\n", first.parts[0].witness.word), format!("word = {}\n", first.parts[0].witness.word + 1)),
         ("storage".into(), "store".into()),
         ("for ever".into(), "for an hour".into()),
     ] {
@@ -189,14 +203,14 @@ fn a_certificate_of_another_scene_stiffness_or_duty_is_rejected() {
 fn no_multiplier_is_below_zero() {
     // Under a hand that damps, a soft word needs none of the staircase's multiplier.
     let scene = undamped(&[("hand.damping", "1 mN.m.s/rad")]);
-    let sampled = Sampled::new(&scene, 5).expect("a loop of that kind");
+    let sampled = Family::new(&scene, &[], 5, 0.0).expect("a loop of that kind");
     let mut found = sampled.found(None).expect("a level");
     for climb in [0.01, -0.01] {
         found.weights = [climb, 0.1, 0.1, 0.1, 0.1];
-        let responses = found.dissipation.responses();
+        let responses = found.dissipations[0].responses();
         found.level = responses.iter().fold(0.0, |most: f64, at| most.max(at.level(found.weights)));
         let witness = sampled.witness(5, &found, 0.02).expect("a storage");
-        let checked = check(&scene, &witness);
+        let checked = check(&scene, &[], &witness);
         assert_eq!(checked.is_ok(), climb > 0.0, "{climb}: {checked:?}");
     }
 }
@@ -204,7 +218,7 @@ fn no_multiplier_is_below_zero() {
 #[test]
 fn a_bound_has_each_of_its_parts() {
     for scene in [undamped(&[]), known("hybrid-wall", &[])] {
-        let (witness, bound) = steady(&scene, 20, None).map_err(|_| ()).expect("a witness");
+        let (witness, bound) = steady(&scene, &[], 20, None).map_err(|_| ()).expect("a witness");
         let [_, _, _, _, noise] = witness.weights;
         let read = (0.25 * witness.level + noise).sqrt();
         assert!(bound.rms_counts > read + 0.999 * witness.sizes[2] && witness.sizes[2] > 1e-3, "{bound:?}");
@@ -216,10 +230,10 @@ fn a_bound_has_each_of_its_parts() {
 fn a_pulse_that_ends_after_the_next_reading_is_refused() {
     // 4 clocks before the period's end the modulator reads the next command. The stall torque is 265 mN.m.
     let mut scene = undamped(&[]);
-    let (witness, _) = steady(&scene, 36, None).map_err(|_| ()).expect("a witness");
+    let (witness, _) = steady(&scene, &[], 36, None).map_err(|_| ()).expect("a witness");
     for (act, is_outside) in [(4090.0, false), (4093.5, true)] {
         scene.hand = Hand::ConstantTorque { torque_nm: 0.265 * act / 4096.0 };
-        let error = check(&scene, &Witness { act, ..witness.clone() }).expect_err("too long a pulse").to_string();
+        let error = check(&scene, &[], &Witness { act, ..witness.clone() }).expect_err("too long a pulse").to_string();
         assert_eq!(error.contains("ends outside of its period"), is_outside, "{act}: {error}");
     }
 }
@@ -230,7 +244,8 @@ fn the_checker_is_short_and_shares_no_code_but_intervals() {
     let is_code = |line: &&str| !line.trim().is_empty() && !line.trim_start().starts_with("//");
     assert!(source.lines().filter(is_code).count() <= 300);
     let own = source.lines().filter(|line| line.contains("crate::"));
-    let known = ["use crate::Error;", "use crate::interval::", "use crate::square::"];
+    let arithmetic = ["form", "interval", "responses", "square"].map(|name| format!("use crate::{name}::"));
+    let known = [vec!["use crate::Error;".to_string()], arithmetic.to_vec()].concat();
     own.for_each(|line| assert!(known.iter().any(|known| line.starts_with(known)), "{line}"));
 }
 
@@ -342,7 +357,7 @@ fn random_loops(count: usize) {
         let set: Vec<(&str, &str)> = set.iter().map(|(key, value)| (*key, value.as_str())).collect();
         let scene = undamped(&set);
         let word = 1 + (50.0 * share() * share()) as i64;
-        let Ok((_, bound)) = steady(&scene, word, None) else { continue };
+        let Ok((_, bound)) = steady(&scene, &[], word, None) else { continue };
         bounded += 1;
         damped += usize::from(scene.words().expect("words").damping > 0);
         for _ in 0..3 {
@@ -408,4 +423,202 @@ fn no_random_loop_swings_beyond_its_bound() {
 #[ignore = "testbench/long.sh runs it"]
 fn none_of_a_thousand_random_loops_swings_beyond_its_bound() {
     random_loops(1000);
+}
+
+/// Returns ranges of numbers of a scene's world around its own, by shares of them.
+fn around(scene: &Scene, shares: &[(usize, f64)]) -> Vec<Range> {
+    let mut own = scene.clone();
+    let all = numbers(&mut own);
+    let range = |&(number, share): &(usize, f64)| Range {
+        number,
+        ends: [*all[number] * (1.0 - share), *all[number] * (1.0 + share)],
+    };
+    shares.iter().map(range).collect()
+}
+
+/// Returns a scene with numbers within ranges, each at its share of the range; the words stay those of the scene.
+fn within(scene: &Scene, word: i64, ranges: &[Range], shares: &[f64]) -> Scene {
+    let mut nominal = scene.clone();
+    let step = scene.words().expect("words").realised;
+    nominal.wall.stiffness_nm_per_rad =
+        word as f64 * step.torque_quantum_nm / step.count_rad * scene.method.stiffness_format.lsb();
+    let mut world = nominal.clone();
+    let mut all = numbers(&mut world);
+    for (Range { number, ends: [low, high] }, share) in ranges.iter().zip(shares) {
+        *all[*number] = low + share * (high - low);
+    }
+    world.with_words_of(&nominal).expect("the same words")
+}
+
+#[test]
+fn ranges_of_each_number_are_proved_and_no_member_swings_beyond() {
+    let mut random = hpu_cosim::SplitMix64::new(66);
+    let mut share = move || (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
+    let (scene, word) = (known("hybrid-wall", &[]), 15);
+    let (_, point) = steady(&scene, &[], word, None).expect("a witness");
+    let mut most = 0.0f64;
+    // Resistance, inductance, torque constant, inertia, viscous friction, supply, the hand's stiffness and damping.
+    for (number, width) in [(0, 0.01), (1, 0.01), (2, 0.01), (3, 0.03), (5, 0.05), (6, 0.01), (8, 0.03), (9, 0.05)] {
+        let ranges = around(&scene, &[(number, width)]);
+        let (witness, bound) = steady(&scene, &ranges, word, None).unwrap_or_else(|why| panic!("{number}: {why}"));
+        assert_eq!(check(&scene, &ranges, &witness).expect("it holds"), bound);
+        // A range holds no less than a member of it, and this one little more.
+        assert!(bound.rms_counts > 0.99 * point.rms_counts && bound.rms_counts < 0.95, "{number}: {bound:?}");
+        for end in [0.0, 1.0, share()] {
+            let member = within(&scene, word, &ranges, &[end]);
+            let (_, own) = steady(&member, &[], word, None).expect("a witness");
+            assert!(own.rms_counts < 1.01 * bound.rms_counts, "{number}, {end}: {own:?}, {bound:?}");
+            let phase = (share() * scene.words().expect("words").period as f64) as u64;
+            let rms = simulated(&member, word, 4.0 * (2.0 * share() - 1.0), phase, [3000, 6000]);
+            most = most.max(rms / bound.rms_counts);
+            assert!(rms <= bound.rms_counts, "{number}, {end}: {rms}, {bound:?}");
+        }
+    }
+    assert!(most > 0.1, "{most}");
+}
+
+#[test]
+fn a_witness_of_a_range_that_is_stretched_or_of_another_number_is_rejected() {
+    let (scene, word) = (known("hybrid-wall", &[]), 15);
+    let good = around(&scene, &[(3, 0.02)]);
+    let (witness, _) = steady(&scene, &good, word, None).expect("a witness");
+    assert!(check(&scene, &good, &witness).is_ok());
+    let [low, high] = good[0].ends;
+    // A smaller range at the same place has other straight lines, and the range reversed or halved is another.
+    let others = [
+        vec![Range { number: 3, ends: [low, 1.05 * high] }],
+        vec![Range { number: 3, ends: [0.95 * low, high] }],
+        vec![Range { number: 3, ends: [1.04 * low, 1.04 * high] }],
+        vec![Range { number: 3, ends: [high, low] }],
+        vec![Range { number: 3, ends: [0.0, high] }],
+        vec![Range { number: 10, ends: [low, high] }],
+        around(&scene, &[(0, 0.02)]),
+        around(&scene, &[(8, 0.02)]),
+        around(&scene, &[(3, 0.02), (8, 0.001)]),
+        vec![],
+    ];
+    for ranges in others {
+        let checked = check(&scene, &ranges, &witness);
+        assert!(checked.is_err(), "{ranges:?}: {checked:?}");
+    }
+    let changes: [&dyn Fn(&mut Witness); 7] = [
+        &|witness| witness.turns[0].storage = witness.turns[0].storage.map(|cell| -cell),
+        &|witness| witness.turns[0].storage = [0.0; 10],
+        &|witness| witness.turns[0].shape = witness.turns[0].shape.map(|cell| 1e3 * cell),
+        &|witness| witness.turns[0].storage[0] = f64::NAN,
+        &|witness| witness.turns.clear(),
+        &|witness| witness.turns.push(witness.turns[0].clone()),
+        &|witness| witness.level *= 0.7,
+    ];
+    for (index, change) in changes.into_iter().enumerate() {
+        let mut witness = witness.clone();
+        change(&mut witness);
+        let checked = check(&scene, &good, &witness);
+        assert!(checked.is_err(), "change {index}: {checked:?}");
+    }
+}
+
+#[test]
+fn a_box_of_two_numbers_is_halved_and_its_certificate_is_accepted_as_it_is() {
+    let shipped = shipped().iter().find(|scene| scene.name == "hybrid-wall").expect("it is shipped");
+    let scene = known("hybrid-wall", &[]);
+    let over = [
+        ("hand.stiffness", ["0.285 N.m/rad", "0.315 N.m/rad"]),
+        ("device.rotor_inertia", ["1.369e-6 kg.m^2", "1.371e-6 kg.m^2"]),
+    ];
+    let over: Vec<(Over, Range)> = over
+        .map(|(key, ends)| {
+            let over = Over { key: key.into(), ends: ends.map(str::to_string) };
+            let range = over.range(&scene, |key, value| Ok(known("hybrid-wall", &[(key, value)]))).expect("a range");
+            (over, range)
+        })
+        .into();
+    let step = scene.words().expect("words").realised;
+    let stiffness = step.torque_quantum_nm / step.count_rad * scene.method.stiffness_format.lsb() * 15.0;
+    let set = SteadySet::over(&scene, &over, [stiffness; 2], &|_| None).expect("a loop of that kind");
+    assert!(set.proved.len() == 1 && set.proved[0].parts.len() > 1 && set.beyond.is_none(), "{set:?}");
+    let text = certificate(&set, "hybrid-wall", shipped.text, &[]);
+    let Ok(Checked::Accepted { words, over: told }) = certify(&text) else { panic!("{:?}", certify(&text)) };
+    assert_eq!(words, [(set.proved[0].stiffness, set.proved[0].bound)]);
+    assert_eq!(told, set.over);
+    let name = &set.proved[0].parts[0].name;
+    let first = text.find("\n[[word]]").expect("a word");
+    let second = first + 1 + text[first + 1..].find("\n[[word]]").expect("a second part");
+    let changes = [
+        text.replace("0.315 N.m/rad", "0.33 N.m/rad"),
+        text.replace("0.285 N.m/rad", "0.27 N.m/rad"),
+        text.replace("1.371e-6", "1.5e-6"),
+        text.replace("1.369e-6", "1.2e-6"),
+        // A part that is missing, twice there, or another one.
+        [&text[..first], &text[second..]].concat(),
+        [&text[..second], &text[first..]].concat(),
+        text.replace(&format!("part = \"{name}\""), &format!("part = \"{name}a\"")),
+        text.replace(&format!("part = \"{name}\""), "part = \"\""),
+        text.replace(&format!("part = \"{name}\""), "part = \"c\""),
+    ];
+    for (index, changed) in changes.into_iter().enumerate() {
+        assert!(changed != text, "{index}");
+        let found = certify(&changed);
+        assert!(matches!(found, Ok(Checked::Rejected(_))), "{index}: {found:?}");
+    }
+    let others = [
+        text.replace("\"hand.stiffness\"", "\"hand.damping\""),
+        text.replace("\"device.rotor_inertia\"", "\"wall.position\""),
+        text.replace("\"hand.stiffness\"", "\"method.settling\""),
+    ];
+    for (index, changed) in others.into_iter().enumerate() {
+        let found = certify(&changed);
+        assert!(!matches!(found, Ok(Checked::Accepted { .. })), "{index}: {found:?}");
+    }
+    let twice = text.replace(
+        "[\"device.rotor_inertia\", \"1.369e-6 kg.m^2\", \"1.371e-6 kg.m^2\"]",
+        "[\"hand.stiffness\", \"0.3 N.m/rad\", \"0.31 N.m/rad\"]",
+    );
+    assert!(certify(&twice).expect_err("one number twice").to_string().contains("of one number"));
+}
+
+#[test]
+fn a_word_that_is_not_proved_everywhere_is_told_by_parts_and_refuted_by_runs() {
+    let scene = known("hybrid-wall", &[]);
+    let over = Over { key: "hand.damping".into(), ends: ["0.05 mN.m.s/rad".into(), "0.3 mN.m.s/rad".into()] };
+    let range = over.range(&scene, |key, value| Ok(known("hybrid-wall", &[(key, value)]))).expect("a range");
+    let step = scene.words().expect("words").realised;
+    let stiffness = step.torque_quantum_nm / step.count_rad * scene.method.stiffness_format.lsb() * 26.0;
+    // A run refutes the lower half of the range.
+    let refute = |scene: &Scene| (scene.hand.grip().1 < 1.75e-4).then_some(1.5);
+    let set = SteadySet::over(&scene, &[(over, range)], [stiffness; 2], &refute).expect("a loop of that kind");
+    let count = |is: fn(&Outcome) -> bool| set.parts.iter().filter(|part| is(&part.is)).count();
+    assert!(set.proved.is_empty() && set.beyond.is_some(), "{set:?}");
+    assert!(count(|is| *is == Outcome::Proved) > 0 && count(|is| *is == Outcome::Refuted(1.5)) > 0, "{set:?}");
+    // The parts are all of the range, one after the other.
+    assert_eq!((set.parts[0].ends[0][0], set.parts.last().expect("some").ends[0][1]), (range.ends[0], range.ends[1]));
+    assert!(set.parts.windows(2).all(|pair| pair[0].ends[0][1] == pair[1].ends[0][0]), "{set:?}");
+}
+
+#[test]
+#[ignore = "testbench/long.sh runs it"]
+fn no_member_of_a_hundred_random_boxes_swings_beyond_its_bound() {
+    let mut random = hpu_cosim::SplitMix64::new(67);
+    let mut share = move || (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
+    let scene = known("hybrid-wall", &[]);
+    let (mut proved, mut most) = (0, 0.0f64);
+    for index in 0..100 {
+        let numbers = [0, 1, 2, 3, 5, 6, 8, 9];
+        let mut pick = || (numbers[(share() * 8.0) as usize], 0.002 + 0.03 * share() * share());
+        let [one, other] = [pick(), pick()];
+        let widths = if index % 2 == 0 || one.0 == other.0 { vec![one] } else { vec![one, other] };
+        let (ranges, word) = (around(&scene, &widths), 1 + (24.0 * share()) as i64);
+        let Ok((_, bound)) = steady(&scene, &ranges, word, None) else { continue };
+        proved += 1;
+        for _ in 0..4 {
+            let shares: Vec<f64> = ranges.iter().map(|_| share()).collect();
+            let member = within(&scene, word, &ranges, &shares);
+            let phase = (share() * scene.words().expect("words").period as f64) as u64;
+            let rms = simulated(&member, word, 4.0 * (2.0 * share() - 1.0), phase, [3000, 9000]);
+            most = most.max(rms / bound.rms_counts);
+            assert!(rms <= bound.rms_counts, "{ranges:?}, {shares:?}, word {word}: {rms}, {bound:?}");
+        }
+    }
+    println!("{proved} of 100 boxes, at most {most} of a bound");
+    assert!(proved > 50 && most > 0.1, "{proved} boxes, {most} of a bound");
 }

@@ -9,6 +9,7 @@
 mod hands;
 mod looks;
 pub mod settling;
+mod swings;
 mod unknown;
 mod words;
 
@@ -23,6 +24,7 @@ use hpu_prove::steady::SteadySet;
 
 pub use hands::{PublishedHand, hands_of, published_hands};
 pub use looks::{Looks, MOST_EVENTS};
+pub use swings::swings;
 pub use unknown::{MOST_UNKNOWN, Unknown, World};
 pub use words::{Group, Seen, WordsSet};
 

@@ -9,6 +9,7 @@ use std::str::FromStr;
 
 use hpu_cosim::scene::{Experiment, Scene};
 use hpu_cosim::{SplitMix64, number};
+use hpu_prove::certify::{Over, Range};
 use hpu_prove::linear::{Worlds, corners};
 
 use super::Overrides;
@@ -50,6 +51,24 @@ impl Unknown {
     /// Returns both ends, in the unit that they were given in.
     pub fn ends(&self) -> [f64; 2] {
         [self.0.values()[0], self.0.values()[1]]
+    }
+
+    /// Returns the key and both ends as a scene writes them, and which number of the scene's world they are.
+    ///
+    /// # Errors
+    ///
+    /// Returns why the key is no number of the world that a proof may have a range of.
+    pub fn over(&self, text: &SceneText, set: &[(String, String)], nominal: &Scene) -> Result<(Over, Range), Error> {
+        let over = Over { key: self.key().to_string(), ends: self.ends().map(|end| self.0.with_unit(end)) };
+        let at = |key: &str, value: &str| {
+            let set = [set, &[(key.to_string(), value.to_string())]].concat();
+            match text.parse(&set).map_err(hpu_prove::Error::new)? {
+                Experiment::Axis(scene) => Ok(scene),
+                _ => Err("a proof over ranges is of an axis with a [method]".into()),
+            }
+        };
+        let range = over.range(nominal, at)?;
+        Ok((over, range))
     }
 
     /// Returns the override that gives the key this value.
