@@ -10,8 +10,8 @@ fn open(scene: &str, set: &[(&str, &str)]) -> Emulated {
     Emulated::open(&shipped(scene), &set).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// A step to a change ends at the first edge with other words, as steps of one edge show; in free motion and in contact,
-/// by events and by the clock.
+/// A step to a change ends at the first edge with other words, as steps of one edge show; in free motion and in
+/// contact, by events and by the clock.
 #[test]
 fn a_step_to_a_change_misses_none() {
     let control = Control::new();

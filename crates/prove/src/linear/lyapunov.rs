@@ -59,6 +59,19 @@ pub(super) trait Motion {
     fn persists(&self) -> bool;
 }
 
+/// Returns the matrix of these cells. Counted: closures that make arrays were called a cell where the compiler did not
+/// inline them.
+#[inline(always)]
+fn square<const N: usize>(cell: impl Fn(usize, usize) -> f64) -> Square<N> {
+    let mut cells = [[0.0; N]; N];
+    for (row, columns) in cells.iter_mut().enumerate() {
+        for (column, of) in columns.iter_mut().enumerate() {
+            *of = cell(row, column);
+        }
+    }
+    cells
+}
+
 fn product<const N: usize>(a: &Square<N>, b: &Square<N>) -> Square<N> {
     let mut sums = [[0.0; N]; N];
     // Counted, not zipped: a zip's length was called three times a cell where the compiler did not inline it.
@@ -74,12 +87,12 @@ fn product<const N: usize>(a: &Square<N>, b: &Square<N>) -> Square<N> {
 
 /// Returns `a' b`.
 fn across<const N: usize>(a: &Square<N>, b: &Square<N>) -> Square<N> {
-    product(&from_fn(|row| from_fn(|column| a[column][row])), b)
+    product(&square(|row, column| a[column][row]), b)
 }
 
 /// Returns the matrix with each pair of mirrored cells at its mean.
 fn symmetric<const N: usize>(a: &Square<N>) -> Square<N> {
-    from_fn(|row| from_fn(|column| 0.5 * (a[row][column] + a[column][row])))
+    square(|row, column| 0.5 * (a[row][column] + a[column][row]))
 }
 
 /// Returns `a' p a`, symmetric to the bit.
@@ -88,7 +101,7 @@ fn congruent<const N: usize>(a: &Square<N>, p: &Square<N>) -> Square<N> {
 }
 
 fn plus<const N: usize>(a: &Square<N>, b: &Square<N>) -> Square<N> {
-    from_fn(|row| from_fn(|column| a[row][column] + b[row][column]))
+    square(|row, column| a[row][column] + b[row][column])
 }
 
 fn scaled<const N: usize>(a: &Square<N>, by: f64) -> Square<N> {
@@ -98,7 +111,7 @@ fn scaled<const N: usize>(a: &Square<N>, by: f64) -> Square<N> {
 }
 
 fn diagonal<const N: usize>(of: &[f64; N]) -> Square<N> {
-    from_fn(|row| from_fn(|column| if row == column { of[row] } else { 0.0 }))
+    square(|row, column| if row == column { of[row] } else { 0.0 })
 }
 
 fn size<const N: usize>(a: &Square<N>) -> f64 {
@@ -178,7 +191,7 @@ impl<const N: usize> Step<N> {
     /// Returns the map `A - g r'` at an end of the stretch.
     fn closed(&self, end: usize, r: &[f64; N]) -> Square<N> {
         let (a, g) = (&self.a[end], &self.g[end]);
-        from_fn(|row| from_fn(|column| a[row][column] - g[row] * r[column]))
+        square(|row, column| a[row][column] - g[row] * r[column])
     }
 }
 
@@ -258,21 +271,17 @@ impl<const N: usize> Steps<N> {
         let r = &self.answers;
         let most = |ends: [f64; 2]| ends[0].abs().max(ends[1].abs());
         let apart = |ends: [f64; 2]| (ends[0] - ends[1]).abs();
-        let size: Square<N> = from_fn(|row| {
-            from_fn(|column| {
-                let own = most([a[0][row][column], a[1][row][column]]);
-                own + most([g[0][row], g[1][row]]) * most([r[0][column], r[1][column]])
-            })
+        let size: Square<N> = square(|row, column| {
+            let own = most([a[0][row][column], a[1][row][column]]);
+            own + most([g[0][row], g[1][row]]) * most([r[0][column], r[1][column]])
         });
         // A product of two straight lines departs from one by at most a quarter of both changes. What `r` and the
         // products with it are rounded by counts as well.
-        let error = from_fn(|row| {
-            from_fn(|column| {
-                let [by_g, by_r] = [[g[0][row], g[1][row]], [r[0][column], r[1][column]]];
-                let bent = 0.25 * apart(by_g) * apart(by_r);
-                let known = a_error[row][column] + g_error[row] * most(by_r) + bent;
-                known * (1.0 + 8.0 * UNIT) + 8.0 * UNIT * size[row][column]
-            })
+        let error = square(|row, column| {
+            let [by_g, by_r] = [[g[0][row], g[1][row]], [r[0][column], r[1][column]]];
+            let bent = 0.25 * apart(by_g) * apart(by_r);
+            let known = a_error[row][column] + g_error[row] * most(by_r) + bent;
+            known * (1.0 + 8.0 * UNIT) + 8.0 * UNIT * size[row][column]
         });
         [size, error]
     }
@@ -301,7 +310,7 @@ impl<const N: usize> Steps<N> {
                     let between = |row: usize, column: usize| {
                         (2.0 * before[end][row][column] + before[other][row][column]) * (1.0 / 3.0)
                     };
-                    doubt.falls(&from_fn(|row| from_fn(|column| between(row, column))), after)
+                    doubt.falls(&square(|row, column| between(row, column)), after)
                 });
                 if !inside || !(0..ENDS).all(|end| doubt.falls(&before[end], &seen[end])) {
                     return false;
@@ -341,7 +350,7 @@ struct Doubt<const N: usize> {
 impl<const N: usize> Doubt<N> {
     /// Whether `before - after` is positive definite, whatever the numbers err by.
     fn falls(&self, before: &Square<N>, after: &Square<N>) -> bool {
-        let difference: Square<N> = from_fn(|row| from_fn(|column| before[row][column] - after[row][column]));
+        let difference: Square<N> = square(|row, column| before[row][column] - after[row][column]);
         let weight: [f64; N] = from_fn(|k| difference[k][k].sqrt());
         if !weight.iter().all(|weight| *weight > 0.0) {
             return false;
@@ -396,7 +405,7 @@ fn bounds<const N: usize>(p: &[Square<N>], definite: bool) -> [f64; N] {
     if definite {
         return from_fn(|k| most(k, k).sqrt() * spare);
     }
-    let sizes: Square<N> = from_fn(|row| from_fn(|column| most(row, column)));
+    let sizes: Square<N> = square(|row, column| most(row, column));
     let least = 1e-30 * size(&sizes);
     let mut b: [f64; N] = from_fn(|k| sizes[k][k].max(least).sqrt());
     for _ in 0..6 {
@@ -457,7 +466,7 @@ fn solution<const N: usize>(map: &Square<N>, sum: &Square<N>) -> Option<Square<N
         })
         .collect();
     let cells = crate::sampled::solution(rows)?;
-    Some(symmetric(&from_fn(|row| from_fn(|column| cells[row * N + column]))))
+    Some(symmetric(&square(|row, column| cells[row * N + column])))
 }
 
 #[cfg(test)]

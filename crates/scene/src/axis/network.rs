@@ -128,7 +128,7 @@ impl Compound {
     pub fn winding(&self) -> Option<(f64, f64)> {
         let feed = &self.network.feed;
         let wound = matches!(feed.kind, FeedKind::Bridge(_));
-        wound.then(|| (self.drive_ratio * feed.torque_constant, feed.resistance_ohm))
+        wound.then_some((self.drive_ratio * feed.torque_constant, feed.resistance_ohm))
     }
 
     /// Returns the torque or force of a full command at the body with the encoder, all joints taken as rigid.
