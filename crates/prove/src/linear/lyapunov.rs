@@ -310,7 +310,7 @@ impl<const N: usize> Steps<N> {
                     let between = |row: usize, column: usize| {
                         (2.0 * before[end][row][column] + before[other][row][column]) * (1.0 / 3.0)
                     };
-                    doubt.falls(&square(|row, column| between(row, column)), after)
+                    doubt.falls(&square(between), after)
                 });
                 if !inside || !(0..ENDS).all(|end| doubt.falls(&before[end], &seen[end])) {
                     return false;
@@ -405,7 +405,7 @@ fn bounds<const N: usize>(p: &[Square<N>], definite: bool) -> [f64; N] {
     if definite {
         return from_fn(|k| most(k, k).sqrt() * spare);
     }
-    let sizes: Square<N> = square(|row, column| most(row, column));
+    let sizes: Square<N> = square(most);
     let least = 1e-30 * size(&sizes);
     let mut b: [f64; N] = from_fn(|k| sizes[k][k].max(least).sqrt());
     for _ in 0..6 {

@@ -289,8 +289,8 @@ impl<const P: usize> Pulses<P> {
                 _ if cfg!(target_family = "wasm") => Box::new(self.steps::<8>(order, stretch)),
                 8 => Box::new(self.steps::<8>(order, stretch)),
                 // States beyond those that there are stay 0.
-                ..=13 => Box::new(self.steps::<13>(order, stretch)),
-                ..=20 => Box::new(self.steps::<20>(order, stretch)),
+                9..=13 => Box::new(self.steps::<13>(order, stretch)),
+                14..=20 => Box::new(self.steps::<20>(order, stretch)),
                 _ => Box::new(self.steps::<{ MOST_PLANT + 2 + MOST_WAITING }>(order, stretch)),
             }
         };
