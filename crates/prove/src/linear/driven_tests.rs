@@ -229,7 +229,7 @@ fn no_proved_stretch_of_random_loops_has_a_loop_that_grows_clock_by_clock() {
 
 #[test]
 fn no_proved_stretch_of_random_loops_behind_a_host_has_a_loop_that_grows_clock_by_clock() {
-    random_loops(40, true);
+    random_loops(16, true);
 }
 
 #[test]
