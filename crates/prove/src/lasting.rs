@@ -54,15 +54,23 @@ const MOST_DOUBLINGS: i32 = 40;
 type State = [Interval; 3];
 type Flow = [[Interval; 3]; 3];
 
+/// Returns why a scene is not that of an axis under a method.
+fn unlike(experiment: &Experiment) -> &'static str {
+    match experiment {
+        Experiment::Dut(_) => "the logic is a design of yours",
+        _ => "the device is no axis",
+    }
+}
+
 /// Asks how a scene goes on for ever: its states are looked at for so many seconds beyond its end.
 pub fn beyond<T>(experiment: &Experiment, seconds: f64, ask: impl FnOnce(&Beyond) -> T) -> T {
     let prove = |rest: &Rest| match experiment {
         Experiment::Axis(scene) => stays(scene, rest).map_err(|why| why.to_string()),
-        _ => Err("the device is no axis".to_string()),
+        other => Err(unlike(other).to_string()),
     };
     let follow = |period: &Period| match experiment {
         Experiment::Axis(scene) => follows(scene, period),
-        _ => Err("the device is no axis"),
+        other => Err(unlike(other)),
     };
     #[cfg_attr(target_family = "wasm", allow(unused_variables, reason = "a page has no transfer functions"))]
     let words = |edges: u64| match experiment {
