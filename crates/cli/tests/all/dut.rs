@@ -170,7 +170,12 @@ fn faults_of_a_design_around_three_phases_are_told() {
     };
     assert_eq!(energy("in_line"), energy("low_side"));
     assert!(number(&energy("low_side")["copper_j"]) > 1e-3);
-    // A zero of the angle that is wrong by 45 electrical degrees leaves the cosine of the torque.
+}
+
+/// A zero of the angle that is wrong by 45 electrical degrees leaves the cosine of the torque.
+#[test]
+#[ignore = "testbench/long.sh runs it"]
+fn a_wrong_zero_of_a_design_leaves_the_cosine_of_the_torque() {
     let quick = ["--set", "run.duration=250 ms", "--set", "hand.path=[[0, 0], [0.1, 0.6]]", "--json"];
     let stiffness = |zero: f64| {
         let zero = format!("dut.parameters.ZERO={}", (zero / 360.0 * 16384.0 / 7.0).round());
