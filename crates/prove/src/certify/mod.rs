@@ -42,7 +42,7 @@ use crate::square::{Column, Square, exponential, is_positive, symmetric, times};
 
 type Vector<const K: usize> = Column<3, K>;
 
-/// What is said of sizes that do not follow from themselves.
+/// The refusal of sizes that do not follow from themselves.
 pub const LOOSE: &str = "its half-range is no bound of the motion in contact";
 /// States of the storage, and what enters.
 const INPUTS: usize = 11;

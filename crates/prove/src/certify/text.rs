@@ -158,7 +158,7 @@ fn is_whole(parts: &[&[u8]], common: usize) -> bool {
 /// The checker's verdict on a certificate.
 #[derive(Debug)]
 pub enum Checked {
-    /// What is proved.
+    /// The certificate proves its claim.
     Accepted {
         /// The stiffness of each word in SI units, and what is proved of it: of ranges the greatest of its parts.
         words: Vec<(f64, Bound)>,

@@ -78,16 +78,16 @@ pub struct Part {
     pub witness: Witness,
 }
 
-/// What is told of a part of all ranges.
+/// A part of all ranges with its outcome.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Told {
     /// Both ends of each range, in SI units.
     pub ends: Vec<[f64; 2]>,
-    /// What is told.
+    /// The outcome over this part.
     pub is: Outcome,
 }
 
-/// What is told of a word over a part of all ranges.
+/// The outcome of a word over a part of all ranges.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Outcome {
     /// It settles everywhere.

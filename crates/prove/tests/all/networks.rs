@@ -234,7 +234,7 @@ fn criteria_of_a_rigid_network_are_those_of_a_mass() {
     }
 }
 
-/// What makes a network another device than the rigid body of a criterion is named.
+/// A criterion names each part that makes a network another device than its rigid body.
 #[test]
 fn criteria_name_what_a_network_has_beyond_a_rigid_body() {
     let here = |set: &[(&str, &str)]| {
