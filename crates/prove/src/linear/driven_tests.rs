@@ -353,8 +353,8 @@ fn random_loops(count: usize, hosted: bool) {
     // The later a command, the fewer walls are stable. Of fewer loops the share is less certain.
     let (most, springs) = match (hosted, count) {
         (true, _) => (count / 2, 0),
-        (_, ..1000) => (count * 9 / 10, count / 5),
-        _ => (count, count / 5),
+        (_, ..1000) => (count * 9 / 10, count / 5 + 1),
+        _ => (count, count / 5 + 1),
     };
     assert!(inside[1] >= springs, "{counts:?}");
     let enough = some > most && proved > count * 3 / 10 && ended > count / 4 && compared > count / 2;
