@@ -40,7 +40,7 @@ pub use run::axis_simulation::AxisSimulation;
 pub use run::closed::law_as_asked;
 pub use run::engine::{ClosedLoop, Comparison, Control, Difference, Driver, compare};
 pub use run::law_loop::{LawConfig, LawLoop};
-pub use run::log_beside::{LogBeside, LogHeld};
+pub use run::log_beside::{LogBeside, LogBesideError, LogHeld};
 pub use run::look::look;
 pub use run::simulation::{Direct, LoopVisitor, Simulation, TheLoop, Wired, follow};
 pub use run::simulation_error::SimulationError;

@@ -1,5 +1,6 @@
 //! The log of a real device, or of another simulator, beside a run.
 
+use std::fmt;
 use std::ops::Range;
 
 use hpu_scene::replay::{Motion, Unit};
@@ -11,6 +12,18 @@ use crate::run::simulation::Simulation;
 
 /// The most pairs of a row and a shift.
 const MOST_PAIRS: usize = 1 << 24;
+
+/// The reason why a log cannot be held beside a run, with what is accepted.
+#[derive(Clone, PartialEq, Debug)]
+pub struct LogBesideError(String);
+
+impl fmt::Display for LogBesideError {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for LogBesideError {}
 
 /// The part of a run that is held beside the log.
 #[derive(Clone, Debug)]
@@ -73,14 +86,17 @@ impl LogBeside {
     ///
     /// # Errors
     ///
-    /// The reason why no log can be held beside a run of this scene.
-    pub fn count(scene: &Experiment) -> Result<f64, String> {
+    /// No log can be held beside a run of this scene.
+    pub fn count(scene: &Experiment) -> Result<f64, LogBesideError> {
         match scene {
             Experiment::Axis(scene) => Ok(scene.encoder.count_rad()),
             Experiment::Dut(scene) => Ok(scene.encoder.count_rad()),
             Experiment::Paddle(scene) => Ok(scene.encoder.count_rad()),
             Experiment::Foc(scene) => Ok(scene.encoder.count_rad()),
-            _ => Err("a log is held beside the one position of an axis; this device has several".into()),
+            _ => {
+                let reason = "a log is held beside the one position of an axis; this device has several";
+                Err(LogBesideError(reason.into()))
+            }
         }
     }
 
@@ -88,8 +104,8 @@ impl LogBeside {
     ///
     /// # Errors
     ///
-    /// The reason why the log cannot be held beside this run, with what is accepted.
-    pub fn new(simulation: &dyn Simulation, count: f64, log: &Log, motion: &Motion) -> Result<Self, String> {
+    /// The log cannot be held beside this run.
+    pub fn new(simulation: &dyn Simulation, count: f64, log: &Log, motion: &Motion) -> Result<Self, LogBesideError> {
         let is_counts = matches!(motion, Motion::Counts(_));
         let (watched, name, scale) = watched(simulation, count, log.column.as_deref(), is_counts)?;
         let rows: Vec<(f64, f64)> = match motion {
@@ -105,7 +121,8 @@ impl LogBeside {
         let reach = i64::from(log.shift);
         let pairs = rows.len().saturating_mul(2 * log.shift as usize + 1);
         if pairs > MOST_PAIRS {
-            return Err(format!("{} rows at {} shifts; at most {MOST_PAIRS} together", rows.len(), 2 * reach + 1));
+            let reason = format!("{} rows at {} shifts; at most {MOST_PAIRS} together", rows.len(), 2 * reach + 1);
+            return Err(LogBesideError(reason));
         }
         let clock = simulation.clock();
         let (edges, seen, last, start) = (Vec::new(), Vec::new(), (0, f64::NAN), None);
@@ -138,8 +155,8 @@ impl LogBeside {
     ///
     /// # Errors
     ///
-    /// The reason why nothing can be told: no row lies in the run at every shift.
-    pub fn finish(mut self, end: Cycle, shift: Option<i64>) -> Result<LogHeld, String> {
+    /// No row lies in the run at every shift, so nothing can be told.
+    pub fn finish(mut self, end: Cycle, shift: Option<i64>) -> Result<LogHeld, LogBesideError> {
         let (last_edge, last) = self.last;
         match self.watched {
             Watched::Net(..) => self.fill(end.0 + 1, |_| last),
@@ -161,7 +178,7 @@ impl LogBeside {
         if held.is_empty() {
             let reason = "no row of the log lies in the run at every shift; write a longer run.duration, or another \
                           offset";
-            return Err(reason.into());
+            return Err(LogBesideError(reason.into()));
         }
         let squares = |rows: &[(f64, f64)], shift: i64| -> f64 {
             let off = |(time_s, value): &(f64, f64)| predicted(*time_s, shift).unwrap_or(f64::NAN) - value;
@@ -206,7 +223,7 @@ fn watched(
     count: f64,
     asked: Option<&str>,
     is_counts: bool,
-) -> Result<(Watched, &'static str, f64), String> {
+) -> Result<(Watched, &'static str, f64), LogBesideError> {
     let reals = simulation.reals();
     let place = reals.get(ANGLE).filter(|_| simulation.has_device()).map(|real| real.name);
     let unit = if place.is_some_and(|name| name.ends_with("_m")) { Unit::Length } else { Unit::Angle };
@@ -236,7 +253,7 @@ fn watched(
         _ => {
             let names: Vec<_> = place.into_iter().chain(nets.iter().map(|(_, net, _)| net.name)).collect();
             let asked = asked.map_or("no position of the device".into(), |asked| format!("`{asked}` is no position"));
-            Err(format!("{asked}; write column as one of {}", names.join(", ")))
+            Err(LogBesideError(format!("{asked}; write column as one of {}", names.join(", "))))
         }
     }
 }

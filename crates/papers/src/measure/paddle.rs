@@ -27,7 +27,8 @@ pub(super) fn paddle(asked: &Asked, control: &Control) -> Result<Values, Error> 
             let told = |reason: String| Error::new(format_args!("{}: {reason}", log.file));
             let bytes = shipped_file(&log.file).map_err(|error| told(error.to_string()))?;
             let (motion, _) = log.read(&bytes, Unit::Angle).map_err(|error| told(error.to_string()))?;
-            Some(LogBeside::new(&simulation, count, log, &motion).map_err(told)?)
+            let beside = LogBeside::new(&simulation, count, log, &motion);
+            Some(beside.map_err(|error| told(error.to_string()))?)
         }
     };
     let mut trace = simulation.trace(&["filtered"]);
@@ -53,7 +54,7 @@ pub(super) fn paddle(asked: &Asked, control: &Control) -> Result<Values, Error> 
     let [rms, shift] = match beside {
         None => [f64::INFINITY; 2],
         Some(beside) => {
-            let held = beside.finish(hpu_signal::Cycle(summary.edges), None)?;
+            let held = beside.finish(hpu_signal::Cycle(summary.edges), None).map_err(Error::new)?;
             [held.rms.to_degrees(), held.shift as f64]
         }
     };

@@ -21,9 +21,12 @@ mod icarus;
 pub(crate) mod leap;
 mod past;
 mod process;
+mod program;
 mod said;
+mod synthesised;
 mod text;
 mod transition;
+mod translated;
 mod verilator;
 mod vhdl;
 
@@ -234,7 +237,7 @@ impl Simulators {
             Some(tool) if tool.tool == Tool::Verilator && tool.is_unusable() => {
                 self.instead(model, inside, "there is no Verilator", &error.to_string())
             }
-            Some(tool) if tool.crashed() && tool.step == verilator::SYNTHESIS => {
+            Some(tool) if tool.crashed() && tool.step == synthesised::SYNTHESIS => {
                 let remedy = "write the design as synthesis takes it";
                 self.instead(model, inside, "GHDL's synthesis ends by an error of its own", remedy)
             }

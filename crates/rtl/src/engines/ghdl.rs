@@ -52,6 +52,9 @@ impl Library {
         let dir = Temporary::folder().map_err(|error| Error::io(crate::temporary::parent(), error))?;
         let library = Self { dir, timeout: setup.timeout, elaborated: Mutex::default() };
         let mut command = library.command("-a");
+        // LLVM's back end takes half the time without optimisation. Simulations take as long: most of a simulation is in
+        // GHDL's own library.
+        command.arg("-O0");
         for (name, text) in packages {
             library.write(name, text)?;
             command.arg(name);

@@ -5,7 +5,7 @@ use std::thread;
 use hpu_cosim::replay::{Motion, Taken, Unit};
 use hpu_cosim::scene::keys::{KeyRow, Takes, is_any_name, rows};
 use hpu_cosim::scene::{Experiment, Log, ParameterValue};
-use hpu_cosim::{Control, Driver, LogBeside, LogHeld, SceneFile, Simulation, Trace, Wired};
+use hpu_cosim::{Control, Driver, LogBeside, LogBesideError, LogHeld, SceneFile, Simulation, Trace, Wired};
 use hpu_signal::Cycle;
 
 use super::{Free, Rows};
@@ -57,7 +57,7 @@ impl LogRun {
             }
         };
         let mut log = named.unwrap_or_default();
-        let count = LogBeside::count(&experiment).map_err(failed)?;
+        let count = LogBeside::count(&experiment).map_err(|error| failed(error.to_string()))?;
         let unit = experiment.setup().units().position;
         let kind = if unit == "m" { Unit::Length } else { Unit::Angle };
         let (mut motion, taken) = log.read(&bytes, kind).map_err(|error| Error::new(format!("{file}:{error}")))?;
@@ -93,7 +93,7 @@ impl LogRun {
     ) -> Result<Option<LogHeld>, Error> {
         let set: Set = self.set.iter().chain(changed).cloned().collect();
         let experiment = self.scene.parse(&set)?;
-        let at_log = |reason: String| Error::new(format!("{}: {reason}", self.file));
+        let at_log = |reason: LogBesideError| Error::new(format!("{}: {reason}", self.file));
         let simulation = any_simulation(&experiment)?;
         let mut beside = LogBeside::new(&simulation, self.count, &self.log, &self.motion).map_err(at_log)?;
         let mut trace = simulation.verdict_trace().bounded(Trace::USUAL, &simulation.judged());

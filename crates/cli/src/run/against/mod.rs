@@ -60,12 +60,13 @@ impl Against {
         };
         let bytes = named.map_or_else(|| loaded.data(&file), read_plain);
         let bytes = bytes.map_err(|error| failed(format!("cannot read `{file}`: {error}")))?;
-        let count = LogBeside::count(scene).map_err(failed)?;
+        let count = LogBeside::count(scene).map_err(|error| failed(error.to_string()))?;
         let unit = scene.setup().units().position;
         let kind = if unit == "m" { Unit::Length } else { Unit::Angle };
         let (motion, taken) = log.read(&bytes, kind).map_err(|error| failed(format!("{file}:{error}")))?;
         let rms = log.rms;
-        let log = LogBeside::new(simulation, count, &log, &motion).map_err(failed)?;
+        let log = LogBeside::new(simulation, count, &log, &motion);
+        let log = log.map_err(|error| failed(error.to_string()))?;
         Ok(Some(Self { log, rms, file, taken, unit, count }))
     }
 

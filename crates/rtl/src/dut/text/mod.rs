@@ -1,5 +1,6 @@
-//! What Verilog says, read as text: its delays.
+//! Text of tools and languages that is read as text: delays of Verilog, headers that Verilator writes.
 
+pub(super) mod cpp;
 pub(super) mod delay;
 pub(super) mod verilog;
 
