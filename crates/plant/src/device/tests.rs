@@ -1,6 +1,7 @@
 //! How far ahead a device knows its mode, and the reversals of its shaft.
 
-use super::{Device, Drive, HEARD, Known, Pulses};
+use super::search::HEARD;
+use super::{Device, Drive, Known, Pulses};
 use crate::axis::Shaft;
 use crate::flow::double::{Double, Native};
 use crate::flow::guard::Side;
