@@ -38,7 +38,7 @@ use crate::certificate;
 use crate::notation::Written;
 use crate::page::show;
 use crate::parameters;
-use crate::scene::{self, Loaded};
+use crate::scene::{self, Loaded, quoted};
 use crate::shell::{Exit, Failure, Folder, Single, hdl, interrupt, values, verdict};
 use crate::waves::Chosen;
 
@@ -275,7 +275,8 @@ fn write(
         let command = format!("{command} -o {out}");
         pictures::write(ran, &command, folder)?;
         if let Some(held) = &ran.log {
-            folder.draw(&held.picture(&command))?;
+            let log = args.against.as_ref().map(|log| format!(" --against {}", quoted(&log.display().to_string())));
+            folder.draw(&held.picture(&format!("{command}{}", log.unwrap_or_default())))?;
         }
         if let (Some(other), None) = (other, &ran.held) {
             let simulation = AnySimulation::new(&other.scene, &args.hdl.simulators(), Inside::Nothing)?;

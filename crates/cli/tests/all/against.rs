@@ -102,8 +102,12 @@ fn counts_are_held_beside_the_position_counter_and_a_packed_file_is_read() {
     let other = scene(&dir, "other.toml", "file = { path = \"none.csv\", offset = 0 }\nrms = \"1 nrad\"");
     let (exit, log) = held(&other, &["--against", &path]);
     assert_eq!((exit, &log["met"]), (0, &true.into()), "{log}");
-    let output = run(&["run", "prescribed-sweep", "--against", &path]);
+    let drawn = dir.join("drawn").display().to_string();
+    let output = run(&["run", "prescribed-sweep", "--against", &path, "-o", &drawn]);
     assert!(code(&output) == 0 && stdout(&output).contains("the run less the log: rms"), "{}", stdout(&output));
+    // The picture says the command that draws it.
+    let picture = fs::read_to_string(Path::new(&drawn).join("against.svg")).expect("a picture");
+    assert!(picture.contains(&format!("hpu run prescribed-sweep -o drawn --against {path}")), "{picture}");
 }
 
 #[test]

@@ -127,6 +127,12 @@ pub const COMMANDS: &[(&str, Form)] = &[
             "entity.rs checks it in all configurations",
         ),
     ),
+    (
+        "hpu run epfl-paddle-step --set 'method.kd=0.0008 N.m.s/deg' --set \
+         'device.bodies.paddle.initial_position=0.342 deg' --against \
+         testbench/recordings/epfl-paddle/step-p05-d0008.csv -o paddle",
+        Form::AsIs,
+    ),
     ("hpu run knob.toml -o out", Form::AsIs),
     ("hpu new wall --method sampled_wall", Form::AsIs),
     ("hpu keys", Form::AsIs),

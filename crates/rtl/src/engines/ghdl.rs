@@ -52,8 +52,7 @@ impl Library {
         let dir = Temporary::folder().map_err(|error| Error::io(crate::temporary::parent(), error))?;
         let library = Self { dir, timeout: setup.timeout, elaborated: Mutex::default() };
         let mut command = library.command("-a");
-        // LLVM's back end takes half the time without optimisation. Simulations take as long: most of a simulation is in
-        // GHDL's own library.
+        // Without optimisation LLVM's back end takes half the time, and simulations take as long.
         command.arg("-O0");
         for (name, text) in packages {
             library.write(name, text)?;
