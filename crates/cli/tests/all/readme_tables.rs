@@ -401,6 +401,7 @@ pub const COMMANDS: &[(&str, Form)] = &[
     ("hpu run epfl-paddle-step --set model.datapath=float32", Form::AsIs),
     ("hpu run epfl-paddle-cycle", Form::AsIs),
     ("hpu run brake", Form::AsIs),
+    ("hpu run brake --for-ever", Form::AsIs),
     ("hpu run delayed-integrator --for-ever", Form::AsIs),
     (
         "hpu run epfl-paddle-cycle --set method.integral_limit=5",
