@@ -1,7 +1,7 @@
 //! A proof that a plant as a transfer function leaves for ever, whatever words drive it.
 //!
-//! From sample to sample the plant moves by `x+ = F x + G u`. Its input is between the ends of the DAC's words, with the
-//! disturbance. Let `l F = λ l` with `|λ| > 1`: a mode that grows by itself. Then `s = l x` moves by
+//! From sample to sample the plant moves by `x+ = F x + G u`. Its input is between the ends of the DAC's words, with
+//! the disturbance. Let `l F = λ l` with `|λ| > 1`: a mode that grows by itself. Then `s = l x` moves by
 //! `s+ = λ s + l G u`, so `|s+| >= |λ| |s| - |l G| max|u|`. Once `|s| (|λ| - 1) > |l G| max|u|`, it grows for ever, and
 //! by a greater factor at each sample: no controller behind this DAC brings the plant back. A mode that all inputs can
 //! hold, or that only just stays, as that of an integrator, is not told of.
