@@ -88,7 +88,7 @@ pub fn beyond<T>(experiment: &Experiment, seconds: f64, ask: impl FnOnce(&Beyond
     ask(&Beyond { edges, live: &live, prove: &prove, follow: &follow, words: &words })
 }
 
-/// Looks how a loop around a transfer function goes on for ever, up to a clock edge: its words repeat, its plant leaves,
+/// Looks up to a clock edge how a loop around a transfer function goes on for ever: its words repeat, its plant leaves,
 /// or its output is bounded.
 #[cfg(not(target_family = "wasm"))]
 fn goes_on(scene: &TransferScene, edges: u64) -> Result<Forever, NotTold> {
