@@ -39,6 +39,9 @@ const MOST_PARTS: f64 = 64.0;
 const MOST_STARTS: usize = 24;
 /// Half of an ulp of 1.
 const UNIT: f64 = f64::EPSILON / 2.0;
+/// The greatest size of a number that turns a loop, and more than products of such numbers lose below the least `f64`.
+const GREATEST: f64 = 1e100;
+const LEAST: f64 = 1e-200;
 
 /// Bounds of an output for ever.
 #[derive(Clone, PartialEq, Debug)]
@@ -213,7 +216,9 @@ impl<'s> Loop<'s> {
         let half = 2f64.powi(bits.cast_signed());
         // A word may be that at its end.
         let [low, high] = of_command;
-        is_between(read, ends, scene.adc.range.lsb())
+        // A number that is none, or no longer finite, proves nothing.
+        rows.iter().all(|row| row.lo.is_finite() && row.hi.is_finite())
+            && is_between(read, ends, scene.adc.range.lsb())
             && is_between(rows[OWN], [-half - 0.5, half - 0.5], scene.output_lsb())
             && is_between(rows[COMMAND], [low - 0.5, high + 0.5], scene.dac.lsb())
     }
@@ -323,7 +328,7 @@ impl Turned {
             let parts = row.at.iter().zip(&radii).map(|(cell, radius)| (cell.abs() * radius).next_up());
             parts.fold(0.0, |sum: f64, part| (sum + part).next_up())
         };
-        Ball { at: z.iter().map(|x| x.middle()).collect(), off: size(self.turn.iter().map(across)) }
+        Ball { at: z.iter().map(|x| x.middle()).collect(), off: size(self.turn.iter().map(across)) + LEAST }
     }
 
     /// Returns the same as what moves a ball: the rounding of its sum is in its distance.
@@ -339,7 +344,7 @@ impl Turned {
         let off = ((self.shrinks * ball.off).next_up() + lost).next_up();
         Ball {
             at: self.map.iter().zip(&moved.at).map(|(row, moved)| row.times(&ball.at) + moved).collect(),
-            off: (off + moved.off).next_up(),
+            off: (off + moved.off).next_up() + LEAST,
         }
     }
 
@@ -413,8 +418,8 @@ fn root(map: &sampled::Matrix, shrinks: f64, inputs: &[Vec<Interval>]) -> Option
     let mut root = vec![vec![0.0; size]; size];
     for at in 0..size {
         let pivot = left[at][at].sqrt();
-        let is_above = pivot > 0.0 && pivot.is_finite();
-        if !is_above {
+        let is_fine = pivot > 0.0 && left[at].iter().all(|cell| cell.abs() < GREATEST);
+        if !is_fine {
             return None;
         }
         for of in at..size {
