@@ -396,7 +396,7 @@ pub const COMMANDS: &[(&str, Form)] = &[
     ),
     (
         "hpu reproduce epfl-paddle",
-        Form::Begun("a quarter of a minute; testbench/record/epfl-paddle.txt is what it prints"),
+        Form::Begun("half a minute; testbench/record/epfl-paddle.txt is what it prints"),
     ),
     ("hpu run epfl-paddle-step --set model.datapath=float32", Form::AsIs),
     ("hpu run epfl-paddle-cycle", Form::AsIs),
