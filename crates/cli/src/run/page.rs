@@ -222,8 +222,8 @@ fn for_ever(page: &mut Page, ran: &Ran) {
             let from_s = seconds(*from_edge);
             let (at, by) = (si(from_s, "s"), outward(*growth, -1.0, 6, *growth));
             let said = format!(
-                "grows for ever: from {at} on no word of the DAC brings the plant back, whose own motion grows by {by} \
-                 from sample to sample"
+                "grows for ever: from {at} on no word of the DAC brings the plant back, which by itself grows {by} \
+                 times a sample or more"
             );
             (json!({ "kind": "grows", "from_s": from_s, "growth": growth }), said)
         }
