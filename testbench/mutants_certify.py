@@ -68,8 +68,8 @@ MUTANTS = [
      "false && scene.method.reference"),
     (SQUARE, "Taylor's polynomial has no rest", "Interval { lo: -rest, hi: rest }", "Interval { lo: 0.0, hi: 0.0 }"),
     (SQUARE, "a pivot may be negative", "if own[at].lo <= 0.0 ||", "if own[at].hi <= 0.0 ||"),
-    (SQUARE, "the sign of the elimination", "left[row][of].minus(share.times(own[of]))",
-     "left[row][of].plus(share.times(own[of]))"),
+    # Its sign makes no difference: what is taken is as wide on either side of 0.
+    (SQUARE, "no elimination", "left[row][of].minus(share.times(own[of]))", "left[row][of]"),
     (SQUARE, "one corner of the ranges alone", "(0..Form::<K>::CONTROLS).all(", "(0..1).all("),
     (SQUARE, "the new coordinates are on one side alone", "sum.plus(turn[by][row].times(turned[by][of]))",
      "if by == row { turned[by][of] } else { sum }"),
