@@ -264,6 +264,29 @@ mod tests {
     }
 
     #[test]
+    fn the_rest_holds_what_lines_and_squares_are_rounded_by() {
+        // Thirds and sevenths, whose products and sums are rounded. What is lost is exact in `f64`.
+        let mut rounded = 0;
+        for index in 1..200 {
+            let [a, b] = [f64::from(index) / 3.0, -f64::from(index) / 7.0];
+            let [one, other] = [a, b].map(|slope| Form::<1>::line(0.0, [slope]));
+            let (product, sum) = (a * b, a + b);
+            let of_product = libm::fma(a, b, -product);
+            let kept = sum - a;
+            let of_sum = (a - (sum - kept)) + (b - kept);
+            rounded += u32::from(of_product.abs() > 0.0);
+            let line = one.times(Form::exact(b));
+            assert!(line.slopes == [product] && line.rest.lo <= of_product && of_product <= line.rest.hi, "{line:?}");
+            let square = one.times(other);
+            assert!(square.squares == [[product]], "{square:?}");
+            assert!(square.rest.lo <= of_product && of_product <= square.rest.hi, "{square:?}");
+            let both = one.plus(other);
+            assert!(both.slopes == [sum] && both.rest.lo <= of_sum && of_sum <= both.rest.hi, "{both:?}");
+        }
+        assert!(rounded > 100, "{rounded}");
+    }
+
+    #[test]
     fn a_form_holds_the_number_at_every_point() {
         for (index, (form, exact)) in known().into_iter().enumerate() {
             for x in POINTS {

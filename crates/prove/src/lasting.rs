@@ -31,11 +31,17 @@ use std::array::from_fn;
 
 use hpu_cosim::scene::{Device, Experiment, Friction, Hand, Motor, Scene, Winding};
 use hpu_cosim::{Beyond, Period, Quiet, Rest};
+#[cfg(not(target_family = "wasm"))]
+use hpu_cosim::{Forever, NotTold, scene::TransferScene};
 
 use hpu_datapath::Instance;
 use hpu_signal::{Signal, Word as _};
 
 use crate::Error;
+#[cfg(not(target_family = "wasm"))]
+use crate::confined::{Confined, stays_within};
+#[cfg(not(target_family = "wasm"))]
+use crate::escaping::leaves;
 use crate::interval::{Interval, Matrix};
 use crate::ranges::affine::Affine;
 use crate::ranges::walk::Walk;
@@ -75,11 +81,28 @@ pub fn beyond<T>(experiment: &Experiment, seconds: f64, ask: impl FnOnce(&Beyond
     #[cfg_attr(target_family = "wasm", allow(unused_variables, reason = "a page has no transfer functions"))]
     let words = |edges: u64| match experiment {
         #[cfg(not(target_family = "wasm"))]
-        Experiment::Transfer(scene) => words_recur(scene, edges).map(|cycle| cycle.forever()),
+        Experiment::Transfer(scene) => goes_on(scene, edges),
         _ => Err("the device is no transfer function".to_string()),
     };
     let edges = experiment.clock.edges(seconds);
     ask(&Beyond { edges, live: &live, prove: &prove, follow: &follow, words: &words })
+}
+
+/// Looks up to a clock edge how a loop around a transfer function goes on for ever: its words repeat, its plant leaves,
+/// or its output is bounded.
+#[cfg(not(target_family = "wasm"))]
+fn goes_on(scene: &TransferScene, edges: u64) -> Result<Forever, NotTold> {
+    let why = match words_recur(scene, edges) {
+        Ok(cycle) => return Ok(cycle.forever()),
+        Err(why) => why,
+    };
+    if let Some((from_edge, growth)) = leaves(scene, edges)? {
+        return Ok(Forever::Grows { from_edge, growth });
+    }
+    match stays_within(scene, edges) {
+        Ok(Confined { from_edge, ends, off_counts, .. }) => Ok(Forever::Bounded { from_edge, ends, off_counts }),
+        Err(unbounded) => Err(format!("{why}, and no bound is proved: {unbounded}")),
+    }
 }
 
 /// Returns the nets on which those of a set depend, as [`Beyond::live`] asks. A net whose word is the same whatever

@@ -2,7 +2,11 @@
 
 pub mod arms;
 pub mod certify;
+#[cfg(not(target_family = "wasm"))]
+pub mod confined;
 pub mod criteria;
+#[cfg(not(target_family = "wasm"))]
+pub mod escaping;
 pub mod exact;
 mod form;
 pub mod interval;

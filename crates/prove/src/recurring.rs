@@ -66,22 +66,22 @@ impl WordCycle {
     }
 }
 
-fn enclosed([hi, lo]: [f64; 2]) -> Interval {
+pub(crate) fn enclosed([hi, lo]: [f64; 2]) -> Interval {
     Interval::exact(hi).plus(Interval::exact(lo))
 }
 
 /// The plant from sample to sample.
-struct Map<'s> {
-    scene: &'s TransferScene,
+pub(crate) struct Map<'s> {
+    pub scene: &'s TransferScene,
     given: PairMatrices,
-    from_x: Matrix,
-    from_u: Vec<Interval>,
-    c: Vec<Interval>,
-    d: Interval,
+    pub from_x: Matrix,
+    pub from_u: Vec<Interval>,
+    pub c: Vec<Interval>,
+    pub d: Interval,
 }
 
 impl<'s> Map<'s> {
-    fn new(simulation: &TransferSimulation<'s>) -> Self {
+    pub(crate) fn new(simulation: &TransferSimulation<'s>) -> Self {
         let (scene, given) = (simulation.scene(), simulation.plant().matrices());
         let row = |row: &[[f64; 2]]| row.iter().map(|&pair| enclosed(pair)).collect::<Vec<_>>();
         let (mut from_x, mut from_u) = (Matrix(given.a.iter().map(|of| row(of)).collect()), row(&given.b));

@@ -203,10 +203,44 @@ fn for_ever(page: &mut Page, ran: &Ran) {
             });
             (told, said)
         }
+        Ok(Forever::Bounded { from_edge, ends: [least, greatest], off_counts }) => {
+            let from_s = seconds(*from_edge);
+            // As many places for both ends.
+            let size = least.abs().max(greatest.abs());
+            let [low, high] = [outward(*least, -1.0, 10, size), outward(*greatest, 1.0, 10, size)];
+            let (at, off) = (si(from_s, "s"), outward(*off_counts, 1.0, 3, *off_counts));
+            let said = format!(
+                "bounded: from {at} on the output stays between {low} and {high}, and in the end within {off} counts \
+                 of its rest"
+            );
+            let told = json!({
+                "kind": "bounded", "from_s": from_s, "least": least, "greatest": greatest, "off_counts": off_counts,
+            });
+            (told, said)
+        }
+        Ok(Forever::Grows { from_edge, growth }) => {
+            let from_s = seconds(*from_edge);
+            let (at, by) = (si(from_s, "s"), outward(*growth, -1.0, 6, *growth));
+            let said = format!(
+                "grows for ever: from {at} on no word of the DAC brings the plant back, which by itself grows {by} \
+                 times a sample or more"
+            );
+            (json!({ "kind": "grows", "from_s": from_s, "growth": growth }), said)
+        }
         Err(why) => (json!({ "kind": "not_told", "why": why }), format!("not told: {why}")),
     };
     page.data("for_ever", kind);
     page.line("for ever", format!("{settled}{said}"));
+}
+
+/// Returns a number with so many digits of a size, rounded up for a sign of 1 and down for one of -1.
+fn outward(value: f64, sign: f64, digits: i32, size: f64) -> String {
+    let places = if size > 0.0 { (digits - 1 - libm::log10(size).floor() as i32).clamp(0, 300) } else { 0 };
+    let step = 10f64.powi(-places);
+    let text = |value: f64| format!("{value:.*}", places.unsigned_abs() as usize);
+    let is_outside = |text: &String| text.parse::<f64>().is_ok_and(|read| sign * read >= sign * value);
+    let all = [0.0, 1.0, 2.0].map(|steps| text(value + sign * steps * step));
+    all.iter().find(|text| is_outside(text)).unwrap_or(&all[2]).clone()
 }
 
 /// Adds the energies.
@@ -405,5 +439,19 @@ fn unit(ran: &Ran, metric: Metric) -> &'static str {
         Metric::Frequency => "Hz",
         Metric::PeakTorque => axis_units(ran).map_or("N.m", |units| units.effort),
         Metric::SpringOverflowShare | Metric::EncoderEdges | Metric::ContactShare => "",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::outward;
+
+    #[test]
+    fn a_bound_is_written_outwards() {
+        assert_eq!(outward(0.050_138_900_621, 1.0, 10, 0.05), "0.05013890063");
+        assert_eq!(outward(0.050_138_900_621, -1.0, 10, 0.05), "0.05013890062");
+        assert_eq!(outward(-6.912_84e-8, -1.0, 10, 0.05), "-0.00000006913");
+        assert_eq!(outward(8.214_7, 1.0, 3, 8.2), "8.22");
+        assert_eq!((outward(0.0, 1.0, 10, 0.0), outward(12_345.6, 1.0, 3, 12_345.6)), ("0".into(), "12346".into()));
     }
 }

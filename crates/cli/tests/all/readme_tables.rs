@@ -400,13 +400,11 @@ pub const COMMANDS: &[(&str, Form)] = &[
         "hpu run epfl-paddle-cycle --set method.current_share=1",
         short("hpu run epfl-paddle-cycle --set method.current_share=1 --set run.duration=0.2s", "it runs 2 s"),
     ),
-    (
-        "hpu reproduce epfl-paddle",
-        Form::Begun("a quarter of a minute; testbench/record/epfl-paddle.txt is what it prints"),
-    ),
+    ("hpu reproduce epfl-paddle", Form::Begun("half a minute; testbench/record/epfl-paddle.txt is what it prints")),
     ("hpu run epfl-paddle-step --set model.datapath=float32", Form::AsIs),
     ("hpu run epfl-paddle-cycle", Form::AsIs),
     ("hpu run brake", Form::AsIs),
+    ("hpu run brake --for-ever", Form::AsIs),
     ("hpu run delayed-integrator --for-ever", Form::AsIs),
     (
         "hpu run epfl-paddle-cycle --set method.integral_limit=5",

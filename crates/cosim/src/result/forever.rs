@@ -77,6 +77,23 @@ pub enum Forever {
         /// the same period and the same words; or why none is told.
         model_counts: Result<f64, &'static str>,
     },
+    /// The output stays within bounds, whatever its words round away.
+    Bounded {
+        /// The edge from which on it does.
+        from_edge: u64,
+        /// The least and the greatest output.
+        ends: [f64; 2],
+        /// Its greatest distance from its rest at the samples, when what is left of the motion before has died out, in
+        /// counts: in steps of the ADC.
+        off_counts: f64,
+    },
+    /// The plant leaves for ever, whatever drives it.
+    Grows {
+        /// The edge from which on it does.
+        from_edge: u64,
+        /// The factor by which it grows from sample to sample by itself, at least.
+        growth: f64,
+    },
 }
 
 /// Why nothing is told of the time after a run.

@@ -206,11 +206,11 @@ impl Summary {
     }
 
     /// Returns whether the run has settled and stays so for ever: it is proved that no count arrives, or the emulator
-    /// repeats with less than one count rms.
+    /// repeats with less than one count rms, or the motion is proved to come within one count of its rest.
     pub fn is_settled_for_ever(&self) -> bool {
         let stays = match &self.forever {
             Some(Ok(Forever::Quiet(_))) => true,
-            Some(Ok(Forever::Recurs { rms_counts, .. })) => *rms_counts < 1.0,
+            Some(Ok(Forever::Recurs { rms_counts: off, .. } | Forever::Bounded { off_counts: off, .. })) => *off < 1.0,
             _ => false,
         };
         stays && self.outcome() == Some(OutcomeKind::Settled)

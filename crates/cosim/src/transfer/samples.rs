@@ -42,6 +42,12 @@ impl<'p> Samples<'p> {
         self.world.words()
     }
 
+    /// Returns the words that the controller remembers from the latest sample on: its errors, and its own outputs, the
+    /// newest first.
+    pub fn memory(&self) -> (&[i64], &[i64]) {
+        self.wiring.memory()
+    }
+
     /// Returns the plant's states at the latest sample.
     pub fn states(&self) -> Pairs {
         self.world.motion().pairs()

@@ -7,6 +7,8 @@
 use hpu_cosim::scene::{Experiment, TransferScene};
 use hpu_cosim::{Control, Driver, Simulation, TransferSimulation, Verdict, Wired};
 use hpu_prove::SampledLoop;
+use hpu_prove::confined::stays_within;
+use hpu_prove::escaping::leaves;
 use hpu_prove::recurring::words_recur;
 
 /// A loop: coefficients of controller and plant, numerator and denominator, in descending powers.
@@ -261,8 +263,11 @@ fn the_verdict_of_every_loop() {
                 let half = 0.5 * (cycle.outputs[1] - cycle.outputs[0]);
                 format!("for ever {} samples {half:.4}", cycle.samples)
             }
-            Err(why) if why.contains("grew") => "grows beyond 1e100".to_string(),
-            Err(_) => "not proved".to_string(),
+            Err(_) => match (leaves(&scene, last).expect("a plant"), stays_within(&scene, last)) {
+                (Some((_, by)), _) => format!("grows for ever by {by:.4}"),
+                (None, Ok(found)) => format!("within {:.1} for ever", found.off_counts),
+                (None, Err(_)) => "not proved".to_string(),
+            },
         };
         table.push(format!("{bits:2} {number:2} {growth:.4} {said}; {proof}"));
     });

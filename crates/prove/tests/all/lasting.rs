@@ -357,7 +357,7 @@ fn told(name: &str, stiffnesses: u32, dampings: u32) -> [u32; 3] {
                     assert!(!comes_after(name, &set, found.from_edge), "{stiffness} {damping}: a count arrived");
                 }
                 Ok(Forever::Recurs { .. }) => repeats += u32::from(summary.is_settled_for_ever()),
-                Err(_) => {}
+                _ => {}
             }
         }
     }

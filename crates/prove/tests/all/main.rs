@@ -1,5 +1,6 @@
 //! All tests of the crate in one binary: linked once, and spread over the cores together.
 
+mod confined;
 mod criteria;
 mod dsverifier;
 mod lasting;

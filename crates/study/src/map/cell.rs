@@ -93,10 +93,14 @@ pub enum ForEver {
     Quiet,
     /// It has settled, and friction holds the shaft for ever.
     Stuck,
-    /// It has settled, and what repeats for ever has less than one count rms.
+    /// It has settled, and what repeats for ever has less than one count rms, or stays within one count for ever.
     Settled,
     /// It repeats for ever, and has not settled.
     Repeats,
+    /// It stays within bounds for ever, which do not tell that it stays settled.
+    Bounded,
+    /// It leaves for ever.
+    Grows,
     /// Nothing is told.
     NotTold,
 }
@@ -112,13 +116,10 @@ impl ForEver {
                     Self::Quiet
                 }
             }
-            Ok(Forever::Recurs { .. }) => {
-                if settled {
-                    Self::Settled
-                } else {
-                    Self::Repeats
-                }
-            }
+            Ok(Forever::Recurs { .. } | Forever::Bounded { .. }) if settled => Self::Settled,
+            Ok(Forever::Recurs { .. }) => Self::Repeats,
+            Ok(Forever::Bounded { .. }) => Self::Bounded,
+            Ok(Forever::Grows { .. }) => Self::Grows,
             _ => Self::NotTold,
         })
     }
@@ -130,6 +131,8 @@ impl ForEver {
             Self::Stuck => "stuck",
             Self::Settled => "settled",
             Self::Repeats => "repeats",
+            Self::Bounded => "bounded",
+            Self::Grows => "grows",
             Self::NotTold => "not_told",
         }
     }
