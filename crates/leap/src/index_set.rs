@@ -1,7 +1,7 @@
 //! Sets of small numbers.
 
 /// A set of numbers below a limit, as bits.
-#[derive(Clone, Debug)]
+#[derive(Clone, Default, Debug)]
 pub(crate) struct IndexSet(Vec<u64>);
 
 impl IndexSet {
@@ -19,6 +19,12 @@ impl IndexSet {
     #[inline]
     pub(crate) fn insert_into(&mut self, at: usize, bits: u64) {
         self.0[at] |= bits;
+    }
+
+    /// Inserts the numbers of another set, which has the same limit.
+    #[inline]
+    pub(crate) fn extend(&mut self, other: &Self) {
+        self.0.iter_mut().zip(&other.0).for_each(|(own, other)| *own |= other);
     }
 
     #[inline]
@@ -47,13 +53,13 @@ impl IndexSet {
     /// Removes the least number that is in word `at` of the set, of 64 numbers each, and returns it.
     #[inline]
     pub(crate) fn take_from(&mut self, at: usize) -> Option<usize> {
-        let bits = &mut self.0[at];
-        if *bits == 0 {
-            return None;
-        }
-        let index = bits.trailing_zeros() as usize;
-        *bits &= *bits - 1;
-        Some(64 * at + index)
+        take_lowest(&mut self.0[at], at)
+    }
+
+    /// Returns word `at` of the set, of 64 numbers each.
+    #[inline]
+    pub(crate) fn part(&self, at: usize) -> u64 {
+        self.0[at]
     }
 
     /// Returns how many words of 64 numbers each the set has.
@@ -67,14 +73,18 @@ impl IndexSet {
     pub(crate) fn iter(&self) -> impl Iterator<Item = usize> + '_ {
         self.0.iter().enumerate().flat_map(|(at, &bits)| {
             let mut left = bits;
-            std::iter::from_fn(move || {
-                if left == 0 {
-                    return None;
-                }
-                let index = left.trailing_zeros() as usize;
-                left &= left - 1;
-                Some(64 * at + index)
-            })
+            std::iter::from_fn(move || take_lowest(&mut left, at))
         })
     }
+}
+
+/// Removes the least number from word `at` of a set, and returns it.
+#[inline]
+pub(crate) fn take_lowest(bits: &mut u64, at: usize) -> Option<usize> {
+    if *bits == 0 {
+        return None;
+    }
+    let index = bits.trailing_zeros() as usize;
+    *bits &= *bits - 1;
+    Some(64 * at + index)
 }

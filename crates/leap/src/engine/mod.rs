@@ -13,8 +13,8 @@ mod periods;
 
 use periods::Periods;
 
-use crate::index_set::IndexSet;
-use crate::line::{FOREVER, Line};
+use crate::index_set::{IndexSet, take_lowest};
+use crate::line::Line;
 use crate::netlist::{Cell, Net, Netlist};
 use crate::operation::{Operation, Widths, mask, signed};
 
@@ -73,8 +73,13 @@ struct Users {
 impl Users {
     #[inline]
     fn mark(&self, net: u32, marked: &mut IndexSet) {
-        let (from, to) = (self.from[net as usize] as usize, self.from[net as usize + 1] as usize);
-        for &(part, bits) in &self.marks[from..to] {
+        self.mark_range((self.from[net as usize], self.from[net as usize + 1]), marked);
+    }
+
+    #[inline(always)]
+    fn mark_range(&self, (from, to): (u32, u32), marked: &mut IndexSet) {
+        for at in from..to {
+            let (part, bits) = self.marks[at as usize];
             marked.insert_into(part as usize, bits);
         }
     }
@@ -121,6 +126,8 @@ pub struct Leap {
     share: Share,
     brief: u32,
     rest: u64,
+    /// Whether a mover had another slope than before at the last step that might have been a jump.
+    turns: bool,
     /// Words that registers take at an edge, before any of them has it; in a macro-step their lines.
     taken: Vec<(u32, Line)>,
     periods: Periods,
@@ -141,10 +148,13 @@ fn differ<const PERIOD: bool>(one: Line, other: Line) -> bool {
 #[derive(Clone, Default)]
 struct Cone {
     cells: Vec<u32>,
-    flops: Vec<u32>,
+    /// The places, the data and the words of registers.
+    flops: Vec<(u32, u32, u32)>,
     outputs: Vec<u32>,
     /// The nets of asynchronous resets and of clocks that the design makes.
     triggers: Vec<u32>,
+    /// The marks of these outputs, resets and clocks.
+    ends: IndexSet,
 }
 
 impl Leap {
@@ -260,6 +270,7 @@ impl Leap {
             share: Share::default(),
             brief: 0,
             rest: 0,
+            turns: false,
             taken: Vec::with_capacity(flops.len()),
             periods: Periods::default(),
             flops,
@@ -355,12 +366,9 @@ impl Leap {
         let may_leap = most > 1 && self.rest == 0 && self.pending.is_within(&self.movers);
         let edges = if may_leap && !self.news.meets(&self.ranks[asked]) { self.horizon(most, asked) } else { 1 };
         if edges > 1 {
-            let first = self.steps.len() + self.flops.len();
             for (at, line, bits) in &self.ramps {
                 let moved = line.word.wrapping_add((edges - 1).wrapping_mul(line.slope.cast_unsigned()));
                 self.told[*at] = Some(moved & *bits);
-                // Its word after the jump may be the one before it, and is told then.
-                self.marked.insert(first + at);
             }
             self.leap(edges);
             self.share.leapt += edges;
@@ -389,38 +397,35 @@ impl Leap {
     fn edge(&mut self) {
         let now = self.share.edges;
         let mut is_new = false;
-        for at in self.pending.iter() {
-            let flop = &mut self.flops[at];
-            let (line, word) = (self.lines[flop.data as usize], self.lines[flop.output as usize].word);
-            let next = line.word;
-            self.taken.push((at as u32, line));
-            if flop.width > 1 && !self.movers.contains(at) {
-                let difference = next.wrapping_sub(word) & mask(flop.width);
-                let goes_on = flop.last + 1 == now && flop.difference == difference;
-                flop.steady = if goes_on { flop.steady + 1 } else { 1 };
-                (flop.last, flop.difference) = (now, difference);
-                if flop.steady == STEADY {
-                    self.movers.insert(at);
-                    is_new = true;
+        for part in 0..self.pending.parts() {
+            let mut left = self.pending.part(part);
+            while let Some(at) = take_lowest(&mut left, part) {
+                let flop = &mut self.flops[at];
+                let (next, word) = (self.lines[flop.data as usize].word, self.lines[flop.output as usize].word);
+                self.taken.push((at as u32, Line::still(next)));
+                if flop.steady < STEADY {
+                    let difference = next.wrapping_sub(word) & mask(flop.width);
+                    let goes_on = flop.last + 1 == now && flop.difference == difference;
+                    flop.steady = if goes_on { flop.steady + 1 } else { 1 };
+                    (flop.last, flop.difference) = (now, difference);
+                    if flop.steady == STEADY && flop.width > 1 {
+                        self.movers.insert(at);
+                        is_new = true;
+                    }
                 }
             }
         }
-        self.take::<false>(0);
+        self.give::<false>();
+        self.settle::<false>(0);
         if is_new {
             self.find_cone();
         }
     }
 
-    /// Gives the registers the words in `taken`.
-    fn take<const PERIOD: bool>(&mut self, asked: usize) {
-        self.give::<PERIOD>();
-        self.settle::<PERIOD>(asked);
-    }
-
     /// Gives the registers the words in `taken`, in a macro-step the lines, and marks their users.
     #[inline]
     fn give<const PERIOD: bool>(&mut self) {
-        for (at, taken) in self.taken.drain(..) {
+        for &(at, taken) in &self.taken {
             let net = self.flops[at as usize].output;
             let line = &mut self.lines[net as usize];
             line.word = taken.word;
@@ -431,17 +436,36 @@ impl Leap {
             self.marked.insert(self.steps.len() + at as usize);
             self.users.mark(net, &mut self.marked);
         }
+        self.taken.clear();
     }
 
-    /// Jumps over edges: each pending register moves by its slope at each of them.
+    /// Jumps over edges: each pending register moves by its slope at each of them. A word of the cone whose line has a
+    /// longer horizon is on that line, because its operands have been on theirs at all edges of the jump and are so
+    /// after it; other words of the cone are evaluated.
     fn leap(&mut self, edges: u64) {
+        let lines = &mut self.lines[..];
         for at in self.pending.iter() {
             let flop = &self.flops[at];
-            let line = self.lines[flop.output as usize];
-            let moved = line.word.wrapping_add(edges.wrapping_mul(line.slope.cast_unsigned()));
-            self.taken.push((at as u32, Line { word: moved & mask(flop.width), ..line }));
+            let line = &mut lines[flop.output as usize];
+            line.word = line.after(edges, flop.width);
         }
-        self.take::<false>(0);
+        for &cell in &self.cone.cells {
+            let step = &self.steps[cell as usize];
+            let line = &mut lines[step.output as usize];
+            if line.horizon > edges {
+                if line.slope != 0 {
+                    line.word = line.after(edges, step.widths.result);
+                }
+            } else {
+                let word = step.operation.word_of(step.widths, |at| lines[step.operands[at] as usize].word);
+                lines[step.output as usize].word = word;
+            }
+        }
+        for &(at, data, output) in &self.cone.flops {
+            self.pending.set(at as usize, lines[data as usize].word != lines[output as usize].word);
+        }
+        self.marked.extend(&self.cone.ends);
+        self.settle::<false>(0);
     }
 
     /// Evaluates all that is marked, until no asynchronous reset acts any more and no clock that the design makes has
@@ -479,11 +503,10 @@ impl Leap {
             while let Some(mark) = self.marked.take_from(part) {
                 if mark < flops {
                     let step = &self.steps[mark];
-                    let operands = step.operands.map(|net| lines[net as usize]);
-                    let word = step.operation.word(step.widths, operands.map(|line| line.word));
+                    let word = step.operation.word_of(step.widths, |at| lines[step.operands[at] as usize].word);
                     let mut made = Line::still(word);
-                    if PERIOD && operands.iter().any(|line| *line != Line::still(line.word)) {
-                        made = step.operation.line(step.widths, word, operands);
+                    if PERIOD && step.operands.iter().any(|net| lines[*net as usize].moves()) {
+                        made = step.operation.line_of(step.widths, word, |at| lines[step.operands[at] as usize]);
                     }
                     let line = &mut lines[step.output as usize];
                     if differ::<PERIOD>(*line, made) {
@@ -491,9 +514,7 @@ impl Leap {
                         if PERIOD {
                             *line = made;
                         }
-                        for &(part, bits) in &self.users.marks[step.users.0 as usize..step.users.1 as usize] {
-                            self.marked.insert_into(part as usize, bits);
-                        }
+                        self.users.mark_range(step.users, &mut self.marked);
                     }
                 } else if mark < outputs {
                     let flop = &self.flops[mark - flops];
@@ -536,25 +557,32 @@ impl Leap {
     /// Returns for how many edges, at most `most`, all registers certainly move by the difference that is pending now,
     /// and the outputs up to the rank `asked`, all asynchronous resets and all clocks certainly keep their words.
     fn horizon(&mut self, most: u64, asked: usize) -> u64 {
+        let mut is_other = false;
         for at in self.movers.iter() {
             let Flop { data, output, width, .. } = self.flops[at];
             let difference = self.lines[data as usize].word.wrapping_sub(self.lines[output as usize].word);
-            self.lines[output as usize].slope = signed(difference & mask(width), width);
+            let slope = signed(difference & mask(width), width);
+            is_other |= std::mem::replace(&mut self.lines[output as usize].slope, slope) != slope;
         }
+        // A counter that wraps has its slope again after that edge: a pass would be in vain.
+        self.turns = is_other && !self.turns;
+        if self.turns {
+            return 1;
+        }
+        let lines = &mut self.lines[..];
         for &cell in &self.cone.cells {
             let step = &self.steps[cell as usize];
-            let operands = step.operands.map(|net| self.lines[net as usize]);
-            let line = &mut self.lines[step.output as usize];
-            *line = step.operation.line(step.widths, line.word, operands);
+            let word = lines[step.output as usize].word;
+            let operand = |at: usize| lines[step.operands[at] as usize];
+            lines[step.output as usize] = step.operation.line_of(step.widths, word, operand);
         }
         let mut edges = most;
-        for &at in &self.cone.flops {
-            let Flop { data, output, .. } = self.flops[at as usize];
-            edges = edges.min(keeps(self.lines[data as usize], self.lines[output as usize].slope));
+        for &(_, data, output) in &self.cone.flops {
+            edges = edges.min(keeps(lines[data as usize], lines[output as usize].slope));
         }
         for at in self.cone.outputs.iter().map(|at| *at as usize).filter(|at| self.ranks[asked].contains(*at)) {
             let (net, bits) = self.outputs[at];
-            let line = self.lines[net as usize];
+            let line = lines[net as usize];
             if self.ranks[asked.min(STILL)].contains(at) {
                 edges = edges.min(keeps(line, 0));
             } else {
@@ -563,7 +591,7 @@ impl Leap {
             }
         }
         for &net in &self.cone.triggers {
-            edges = edges.min(keeps(self.lines[net as usize], 0));
+            edges = edges.min(keeps(lines[net as usize], 0));
         }
         if edges == 1 {
             self.ramps.clear();
@@ -581,12 +609,10 @@ impl Leap {
 
     /// Finds what depends on the movers.
     fn find_cone(&mut self) {
-        for line in &mut self.lines {
-            (line.slope, line.horizon) = (0, FOREVER);
-        }
+        self.rest_lines();
         let mut moves = vec![false; self.lines.len()];
         self.movers.iter().for_each(|at| moves[self.flops[at].output as usize] = true);
-        let mut cone = Cone::default();
+        let mut cone = Cone { ends: IndexSet::new(64 * self.marked.parts()), ..Cone::default() };
         for (at, step) in self.steps.iter().enumerate() {
             if step.operands.iter().any(|net| moves[*net as usize]) {
                 moves[step.output as usize] = true;
@@ -594,11 +620,20 @@ impl Leap {
             }
         }
         let is_in = |net: u32| moves[net as usize];
-        let depends = |(at, flop): (usize, &Flop)| (self.movers.contains(at) || is_in(flop.data)).then_some(at as u32);
-        cone.flops = self.flops.iter().enumerate().filter_map(depends).collect();
-        cone.outputs = (0..self.outputs.len()).filter(|at| is_in(self.outputs[*at].0)).map(|at| at as u32).collect();
+        for (at, flop) in self.flops.iter().enumerate() {
+            if self.movers.contains(at) || is_in(flop.data) {
+                cone.flops.push((at as u32, flop.data, flop.output));
+            }
+        }
+        let mut mark = self.steps.len() + self.flops.len();
+        let mut ends = |is_end: bool| {
+            cone.ends.set(mark, is_end);
+            mark += 1;
+            is_end
+        };
+        cone.outputs = (0..).zip(&self.outputs).filter(|(_, (net, _))| ends(is_in(*net))).map(|(at, _)| at).collect();
         let triggers = self.resets.iter().map(|reset| reset.1).chain(self.clocks.iter().map(|clock| clock.net));
-        cone.triggers = triggers.filter(|net| is_in(*net)).collect();
+        cone.triggers = triggers.filter(|net| ends(is_in(*net))).collect();
         self.cone = cone;
     }
 }

@@ -155,7 +155,8 @@ impl Leap {
             let flops = &self.flops;
             let lines = &self.lines;
             self.taken.extend(self.pending.iter().map(|at| (at as u32, lines[flops[at].data as usize])));
-            self.take::<true>(asked);
+            self.give::<true>();
+            self.settle::<true>(asked);
             edges += 1;
         }
         let is_whole = edges == period && !self.news.meets(&self.ranks[asked]);
@@ -174,7 +175,8 @@ impl Leap {
         for at in 0..self.flops.len() {
             self.marked.insert(self.steps.len() + at);
         }
-        self.take::<false>(asked);
+        self.give::<false>();
+        self.settle::<false>(0);
         let leapt = jump * period;
         self.share.edges += edges + leapt;
         self.share.leapt += leapt;
@@ -214,7 +216,8 @@ impl Leap {
         }
     }
 
-    fn rest_lines(&mut self) {
+    /// Lets all words rest for ever.
+    pub(super) fn rest_lines(&mut self) {
         for line in &mut self.lines {
             (line.slope, line.horizon) = (0, FOREVER);
         }
