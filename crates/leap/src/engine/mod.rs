@@ -9,8 +9,10 @@
 //! pending difference at [`STEADY`] edges in a row is a *mover* from there on. Lines are computed of words that depend
 //! on movers, and only where all pending registers are movers: then everything else rests.
 
+mod cluster;
 mod periods;
 
+use cluster::Cluster;
 use periods::Periods;
 
 use crate::index_set::{IndexSet, take_lowest};
@@ -76,6 +78,20 @@ impl Users {
         self.mark_range((self.from[net as usize], self.from[net as usize + 1]), marked);
     }
 
+    /// Marks those of them that are not in a set.
+    fn mark_but(&self, net: u32, set: &IndexSet, marked: &mut IndexSet) {
+        for at in self.from[net as usize]..self.from[net as usize + 1] {
+            let (part, bits) = self.marks[at as usize];
+            marked.insert_into(part as usize, bits & !set.part(part as usize));
+        }
+    }
+
+    /// Returns whether one of them is not in a set.
+    fn any_but(&self, net: u32, set: &IndexSet) -> bool {
+        let marks = &self.marks[self.from[net as usize] as usize..self.from[net as usize + 1] as usize];
+        marks.iter().any(|(part, bits)| bits & !set.part(*part as usize) != 0)
+    }
+
     #[inline(always)]
     fn mark_range(&self, (from, to): (u32, u32), marked: &mut IndexSet) {
         for at in from..to {
@@ -131,6 +147,11 @@ pub struct Leap {
     /// Words that registers take at an edge, before any of them has it; in a macro-step their lines.
     taken: Vec<(u32, Line)>,
     periods: Periods,
+    /// The registers whose words are those of an orbit, the marks of these and of their cells, and whether there were
+    /// some since the cone was found.
+    cluster: Option<Cluster>,
+    frozen: IndexSet,
+    is_thawed: bool,
 }
 
 /// Returns for how many edges, or periods of a macro-step, a word certainly has this slope.
@@ -147,6 +168,8 @@ fn differ<const PERIOD: bool>(one: Line, other: Line) -> bool {
 
 #[derive(Clone, Default)]
 struct Cone {
+    /// The data, the words and the widths of movers.
+    movers: Vec<(u32, u32, u8)>,
     cells: Vec<u32>,
     /// The places, the data and the words of registers.
     flops: Vec<(u32, u32, u32)>,
@@ -273,6 +296,9 @@ impl Leap {
             turns: false,
             taken: Vec::with_capacity(flops.len()),
             periods: Periods::default(),
+            cluster: None,
+            frozen: IndexSet::new(marks),
+            is_thawed: false,
             flops,
         };
         leap.settle::<false>(0);
@@ -372,6 +398,10 @@ impl Leap {
             }
             self.leap(edges);
             self.share.leapt += edges;
+            // Jumps need no periods.
+            if edges > 2 * self.periods.period {
+                self.periods.period = 0;
+            }
         } else {
             self.rest = self.rest.saturating_sub(1);
             self.edge();
@@ -415,6 +445,7 @@ impl Leap {
                 }
             }
         }
+        self.move_cluster::<false>(1);
         self.give::<false>();
         self.settle::<false>(0);
         if is_new {
@@ -443,6 +474,7 @@ impl Leap {
     /// longer horizon is on that line, because its operands have been on theirs at all edges of the jump and are so
     /// after it; other words of the cone are evaluated.
     fn leap(&mut self, edges: u64) {
+        self.move_cluster::<false>(edges);
         let lines = &mut self.lines[..];
         for at in self.pending.iter() {
             let flop = &self.flops[at];
@@ -476,12 +508,12 @@ impl Leap {
         loop {
             self.evaluate::<PERIOD>(asked);
             if self.taken.is_empty() {
+                if self.risen.is_empty() {
+                    break;
+                }
                 for at in self.risen.drain(..) {
                     let lines = self.clocks[at as usize].flops.iter();
                     self.taken.extend(lines.map(|(flop, data)| (*flop, self.lines[*data as usize])));
-                }
-                if self.taken.is_empty() {
-                    break;
                 }
             }
             self.give::<PERIOD>();
@@ -499,8 +531,17 @@ impl Leap {
         let resets = outputs + self.outputs.len();
         let clocks = resets + self.resets.len();
         let mut bound = self.periods.bound;
-        for part in 0..self.marked.parts() {
+        let mut part = 0;
+        while part < self.marked.parts() {
+            let frozen = self.frozen.part(part);
             while let Some(mark) = self.marked.take_from(part) {
+                if frozen >> (mark % 64) & 1 != 0 {
+                    self.marked.extend(&self.frozen);
+                    self.frozen = IndexSet::new(64 * self.marked.parts());
+                    (self.cluster, self.is_thawed, bound) = (None, true, 1);
+                    part = usize::MAX;
+                    break;
+                }
                 if mark < flops {
                     let step = &self.steps[mark];
                     let word = step.operation.word_of(step.widths, |at| lines[step.operands[at] as usize].word);
@@ -548,6 +589,7 @@ impl Leap {
                     }
                 }
             }
+            part = part.wrapping_add(1);
         }
         if PERIOD {
             self.periods.bound = bound;
@@ -557,9 +599,12 @@ impl Leap {
     /// Returns for how many edges, at most `most`, all registers certainly move by the difference that is pending now,
     /// and the outputs up to the rank `asked`, all asynchronous resets and all clocks certainly keep their words.
     fn horizon(&mut self, most: u64, asked: usize) -> u64 {
+        if self.is_thawed {
+            self.find_cone();
+        }
+        self.tell_cluster();
         let mut is_other = false;
-        for at in self.movers.iter() {
-            let Flop { data, output, width, .. } = self.flops[at];
+        for &(data, output, width) in &self.cone.movers {
             let difference = self.lines[data as usize].word.wrapping_sub(self.lines[output as usize].word);
             let slope = signed(difference & mask(width), width);
             is_other |= std::mem::replace(&mut self.lines[output as usize].slope, slope) != slope;
@@ -607,21 +652,33 @@ impl Leap {
         edges
     }
 
-    /// Finds what depends on the movers.
-    fn find_cone(&mut self) {
-        self.rest_lines();
-        let mut moves = vec![false; self.lines.len()];
-        self.movers.iter().for_each(|at| moves[self.flops[at].output as usize] = true);
-        let mut cone = Cone { ends: IndexSet::new(64 * self.marked.parts()), ..Cone::default() };
-        for (at, step) in self.steps.iter().enumerate() {
+    /// Takes the words of cells that are not frozen and that depend on words that move for such, and tells these cells.
+    fn reach(&self, moves: &mut [bool], mut tell: impl FnMut(u32)) {
+        for (at, step) in self.steps.iter().enumerate().filter(|(at, _)| !self.frozen.contains(*at)) {
             if step.operands.iter().any(|net| moves[*net as usize]) {
                 moves[step.output as usize] = true;
-                cone.cells.push(at as u32);
+                tell(at as u32);
             }
         }
+    }
+
+    /// Finds what depends on the movers and on the words of the cluster.
+    fn find_cone(&mut self) {
+        self.rest_lines();
+        self.is_thawed = false;
+        let mut cone = Cone { ends: IndexSet::new(64 * self.marked.parts()), ..Cone::default() };
+        let mut moves = vec![false; self.lines.len()];
+        self.movers.iter().for_each(|at| moves[self.flops[at].output as usize] = true);
+        self.reach(&mut moves, |_| {});
+        self.thaw_if(|net| moves[net as usize]);
+        self.seen_of_cluster().iter().for_each(|net| moves[*net as usize] = true);
+        self.reach(&mut moves, |cell| cone.cells.push(cell));
         let is_in = |net: u32| moves[net as usize];
         for (at, flop) in self.flops.iter().enumerate() {
-            if self.movers.contains(at) || is_in(flop.data) {
+            if self.movers.contains(at) {
+                cone.movers.push((flop.data, flop.output, flop.width));
+            }
+            if (self.movers.contains(at) || is_in(flop.data)) && !self.frozen.contains(self.steps.len() + at) {
                 cone.flops.push((at as u32, flop.data, flop.output));
             }
         }
