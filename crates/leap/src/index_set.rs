@@ -38,6 +38,11 @@ impl IndexSet {
         self.0[index / 64] >> (index % 64) & 1 != 0
     }
 
+    #[inline]
+    pub(crate) fn is_empty(&self) -> bool {
+        self.0.iter().all(|bits| *bits == 0)
+    }
+
     /// Returns whether every number of this set is in the other one, which has the same limit.
     #[inline]
     pub(crate) fn is_within(&self, other: &Self) -> bool {

@@ -359,6 +359,7 @@ impl Leap {
                 self.ramp((before, done), &mut said);
             }
             if self.news.meets(&self.ranks[asked]) && self.say(asked, done, &mut said) {
+                self.periods.event = self.share.edges + self.periods.period;
                 break;
             }
         }
@@ -399,8 +400,8 @@ impl Leap {
             self.leap(edges);
             self.share.leapt += edges;
             // Jumps need no periods.
-            if edges > 2 * self.periods.period {
-                self.periods.period = 0;
+            if self.periods.period > 0 && edges > 2 * self.periods.period {
+                self.leave_periods();
             }
         } else {
             self.rest = self.rest.saturating_sub(1);

@@ -45,7 +45,7 @@ pub(super) struct Periods {
     next: u64,
     before: (u64, u64),
     /// The edge up to which a jump over periods has ended with an event, so that ordinary steps follow.
-    event: u64,
+    pub(super) event: u64,
     /// The edge up to which no period is looked for, and the rest after the next failure.
     until: u64,
     rest: u64,
@@ -58,12 +58,19 @@ impl Leap {
     /// Looks whether the steps were short, and begins to look for a period.
     #[inline(never)]
     pub(super) fn look_at_steps(&mut self) {
-        let Periods { next, before, until, is_looking, hashes, movements, .. } = &mut self.periods;
+        let before = self.periods.before;
         let (edges, steps) = (self.share.edges - before.0, self.share.steps - before.1);
-        (*next, *before) = (self.share.steps + LOOK, (self.share.edges, self.share.steps));
-        *is_looking = edges < SHORT * steps && self.share.edges >= *until;
-        hashes.clear();
-        *movements = vec![Movement::default(); self.flops.len()];
+        self.leave_periods();
+        self.periods.is_looking = edges < SHORT * steps && self.share.edges >= self.periods.until;
+        self.periods.hashes.clear();
+        self.periods.movements = vec![Movement::default(); self.flops.len()];
+    }
+
+    /// Leaves the period, if there is one. It is looked at the steps again after some more.
+    pub(super) fn leave_periods(&mut self) {
+        let periods = &mut self.periods;
+        (periods.period, periods.is_looking) = (0, false);
+        (periods.next, periods.before) = (self.share.steps + LOOK, (self.share.edges, self.share.steps));
     }
 
     /// Returns whether the next step is one that [`other_step`](Self::other_step) makes.
@@ -90,7 +97,7 @@ impl Leap {
             if self.periods.hashes.len() == SEEN {
                 let movements = std::mem::take(&mut self.periods.movements);
                 if self.find_cluster(&movements) {
-                    self.periods.is_looking = false;
+                    self.leave_periods();
                 } else {
                     self.find_period();
                 }
@@ -103,12 +110,22 @@ impl Leap {
         if period == 0 {
             self.look_at_steps();
         }
-        if period == 0
-            || self.share.edges < self.periods.event
-            || most < 2 * period
-            || asked > STILL
-            || self.news.meets(&self.ranks[asked])
-        {
+        if period == 0 || self.news.meets(&self.ranks[asked]) {
+            return 0;
+        }
+        if self.share.edges < self.periods.event {
+            // Where no register is pending, nothing changes before the cluster's words do.
+            let rests = if self.pending.is_empty() { self.until_cluster().min(most) } else { 0 };
+            if rests > 1 {
+                self.move_cluster::<false>(rests - 1);
+                self.edge();
+                self.share.edges += rests;
+                self.share.leapt += rests;
+                self.share.steps += 1;
+            }
+            return if rests > 1 { rests } else { 0 };
+        }
+        if most < 2 * period || asked > STILL {
             return 0;
         }
         self.macro_step(most, asked)
