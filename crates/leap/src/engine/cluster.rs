@@ -17,6 +17,8 @@ use crate::line::FOREVER;
 /// The longest orbit, and the longest of a cluster with a register that moves by one difference at equal distances.
 const LONGEST: usize = 4096;
 const SHORT: usize = 64;
+/// The most cells that are evaluated to find an orbit.
+const WORK: usize = 1 << 16;
 
 /// A cluster and its place in the orbit.
 #[derive(Clone)]
@@ -188,6 +190,7 @@ impl Leap {
         flops.iter().for_each(|at| frozen.insert(self.steps.len() + at));
         let is_seen = |net: &u32| self.users.any_but(*net, &frozen);
         nets.extend(cells.iter().map(|at| self.steps[*at].output).filter(is_seen));
+        let most = most.min(WORK / cells.len().max(1));
         let mut words: Vec<_> = self.lines.iter().map(|line| line.word).collect();
         let mut orbit: Vec<Vec<(u64, u64)>> = Vec::new();
         loop {

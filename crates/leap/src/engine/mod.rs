@@ -358,12 +358,18 @@ impl Leap {
             if !self.ramps.is_empty() {
                 self.ramp((before, done), &mut said);
             }
-            if self.news.meets(&self.ranks[asked]) && self.say(asked, done, &mut said) {
+            if self.has_news(asked) && self.say(asked, done, &mut said) {
                 self.periods.event = self.share.edges + self.periods.period;
                 break;
             }
         }
         done
+    }
+
+    /// Returns whether an output up to a rank has changed. Callers of other crates may be compiled for their size.
+    #[inline(never)]
+    fn has_news(&self, asked: usize) -> bool {
+        self.news.meets(&self.ranks[asked])
     }
 
     /// Tells the changes up to a rank. Returns whether an output of rank 0 has changed.

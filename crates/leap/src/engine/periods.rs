@@ -24,7 +24,8 @@ const SEEN: usize = 256;
 const LONGEST: usize = 64;
 /// Edges of macro-steps without a jump after which another period is tried.
 const CREDIT: u64 = 1024;
-/// The most edges for which no period is looked for after none was found.
+/// The least and the most edges for which no period is looked for after none was found.
+const SHORTEST_REST: u64 = 1 << 9;
 const LONGEST_REST: u64 = 1 << 20;
 
 /// The period of a simulation, and how it is found.
@@ -157,7 +158,7 @@ impl Leap {
     fn rest_from_periods(&mut self) {
         let periods = &mut self.periods;
         periods.period = 0;
-        periods.rest = (2 * periods.rest).clamp(1 << 12, LONGEST_REST);
+        periods.rest = (2 * periods.rest).clamp(SHORTEST_REST, LONGEST_REST);
         periods.until = self.share.edges + periods.rest;
     }
 
