@@ -359,7 +359,6 @@ impl Leap {
                 self.ramp((before, done), &mut said);
             }
             if self.has_news(asked) && self.say(asked, done, &mut said) {
-                self.periods.event = self.share.edges + self.periods.period;
                 break;
             }
         }

@@ -22,6 +22,8 @@ const SHORT: u64 = 32;
 /// The edges in which a period is looked for, and the longest one.
 const SEEN: usize = 256;
 const LONGEST: usize = 64;
+/// Edges between two searches that find a cluster after which it has lasted.
+const LASTING: u64 = 1 << 14;
 /// Edges of macro-steps without a jump after which another period is tried.
 const CREDIT: u64 = 1024;
 /// The least and the most edges for which no period is looked for after none was found.
@@ -46,7 +48,9 @@ pub(super) struct Periods {
     next: u64,
     before: (u64, u64),
     /// The edge up to which a jump over periods has ended with an event, so that ordinary steps follow.
-    pub(super) event: u64,
+    event: u64,
+    /// The edge at which a cluster was found last.
+    found: u64,
     /// The edge up to which no period is looked for, and the rest after the next failure.
     until: u64,
     rest: u64,
@@ -98,6 +102,12 @@ impl Leap {
             if self.periods.hashes.len() == SEEN {
                 let movements = std::mem::take(&mut self.periods.movements);
                 if self.find_cluster(&movements) {
+                    // One that is thawed again and again is no gain.
+                    if self.share.edges - self.periods.found > LASTING {
+                        self.periods.rest = 0;
+                    }
+                    self.periods.found = self.share.edges;
+                    self.rest_from_periods();
                     self.leave_periods();
                 } else {
                     self.find_period();
