@@ -1,7 +1,7 @@
 //! Sets of small numbers.
 
 /// A set of numbers below a limit, as bits.
-#[derive(Clone, Debug)]
+#[derive(Clone, Default, Debug)]
 pub(crate) struct IndexSet(Vec<u64>);
 
 impl IndexSet {
@@ -21,6 +21,12 @@ impl IndexSet {
         self.0[at] |= bits;
     }
 
+    /// Inserts the numbers of another set, which has the same limit.
+    #[inline]
+    pub(crate) fn extend(&mut self, other: &Self) {
+        self.0.iter_mut().zip(&other.0).for_each(|(own, other)| *own |= other);
+    }
+
     #[inline]
     pub(crate) fn set(&mut self, index: usize, is_in: bool) {
         let (word, at) = (&mut self.0[index / 64], index % 64);
@@ -30,6 +36,11 @@ impl IndexSet {
     #[inline]
     pub(crate) fn contains(&self, index: usize) -> bool {
         self.0[index / 64] >> (index % 64) & 1 != 0
+    }
+
+    #[inline]
+    pub(crate) fn is_empty(&self) -> bool {
+        self.0.iter().all(|bits| *bits == 0)
     }
 
     /// Returns whether every number of this set is in the other one, which has the same limit.
@@ -47,13 +58,13 @@ impl IndexSet {
     /// Removes the least number that is in word `at` of the set, of 64 numbers each, and returns it.
     #[inline]
     pub(crate) fn take_from(&mut self, at: usize) -> Option<usize> {
-        let bits = &mut self.0[at];
-        if *bits == 0 {
-            return None;
-        }
-        let index = bits.trailing_zeros() as usize;
-        *bits &= *bits - 1;
-        Some(64 * at + index)
+        take_lowest(&mut self.0[at], at)
+    }
+
+    /// Returns word `at` of the set, of 64 numbers each.
+    #[inline]
+    pub(crate) fn part(&self, at: usize) -> u64 {
+        self.0[at]
     }
 
     /// Returns how many words of 64 numbers each the set has.
@@ -67,14 +78,18 @@ impl IndexSet {
     pub(crate) fn iter(&self) -> impl Iterator<Item = usize> + '_ {
         self.0.iter().enumerate().flat_map(|(at, &bits)| {
             let mut left = bits;
-            std::iter::from_fn(move || {
-                if left == 0 {
-                    return None;
-                }
-                let index = left.trailing_zeros() as usize;
-                left &= left - 1;
-                Some(64 * at + index)
-            })
+            std::iter::from_fn(move || take_lowest(&mut left, at))
         })
     }
+}
+
+/// Removes the least number from word `at` of a set, and returns it.
+#[inline]
+pub(crate) fn take_lowest(bits: &mut u64, at: usize) -> Option<usize> {
+    if *bits == 0 {
+        return None;
+    }
+    let index = bits.trailing_zeros() as usize;
+    *bits &= *bits - 1;
+    Some(64 * at + index)
 }

@@ -23,6 +23,18 @@ impl Line {
         Self { word, slope: 0, horizon: FOREVER }
     }
 
+    /// Returns whether it may ever be another word than now.
+    #[inline]
+    pub(crate) fn moves(self) -> bool {
+        self.slope != 0 || self.horizon != FOREVER
+    }
+
+    /// Returns the word after so many edges, if it is on its line then.
+    #[inline]
+    pub(crate) fn after(self, edges: u64, width: u8) -> u64 {
+        self.word.wrapping_add(edges.wrapping_mul(self.slope.cast_unsigned())) & mask(width)
+    }
+
     #[inline]
     fn is_still(self) -> bool {
         self.slope == 0
@@ -105,13 +117,19 @@ fn above(line: Line, low: u8) -> (i64, u64) {
 }
 
 impl Operation {
-    /// Returns the slope and the horizon of a cell whose operands are these lines. `word` is the cell's word of now.
+    /// Returns the line of a cell whose operands are these lines. `word` is the cell's word of now.
     ///
     /// No rule depends on more than the operands' lines: an operand may have any words from its horizon on. Where an
     /// operand that rests decides the result alone, such as a 0 of a conjunction, only its own horizon counts.
-    #[inline]
-    pub fn line(self, widths: Widths, word: u64, [a, b, c]: [Line; 3]) -> Line {
+    pub fn line(self, widths: Widths, word: u64, operands: [Line; 3]) -> Line {
+        self.line_of(widths, word, |at| operands[at])
+    }
+
+    /// As [`line`](Self::line), with operands that are read where a rule needs them.
+    #[inline(always)]
+    pub(crate) fn line_of(self, widths: Widths, word: u64, operand: impl Fn(usize) -> Line) -> Line {
         let Widths { result: width, a: of_a, b: of_b } = widths;
+        let (a, b) = (operand(0), operand(1));
         let both = a.horizon.min(b.horizon);
         let known = |slope: i64, horizon: u64| Line { word, slope: signed(slope.cast_unsigned(), width), horizon };
         // Nothing is known of later edges.
@@ -177,6 +195,7 @@ impl Operation {
                 }
             }
             Self::Mux => {
+                let c = operand(2);
                 let chosen = if a.word == 0 { b } else { c };
                 let horizon = if a.is_still() { a.horizon.min(chosen.horizon) } else { 1 };
                 let is_same = b.word == c.word && b.slope == c.slope;

@@ -124,27 +124,41 @@ impl Operation {
     }
 
     /// Returns the word of a cell. The words of operands have no bits above their widths, and nor has the result.
-    #[inline]
-    pub fn word(self, widths: Widths, [a, b, c]: [u64; 3]) -> u64 {
+    pub fn word(self, widths: Widths, operands: [u64; 3]) -> u64 {
+        self.word_of(widths, |at| operands[at])
+    }
+
+    /// As [`word`](Self::word), with operands that are read where an operation needs them.
+    #[inline(always)]
+    pub(crate) fn word_of(self, widths: Widths, operand: impl Fn(usize) -> u64) -> u64 {
         let Widths { result: width, a: of_a, b: of_b } = widths;
-        let both = |is_signed: bool| if is_signed { (offset(a, of_a), offset(b, of_a)) } else { (a, b) };
+        let a = operand(0);
+        let b = || operand(1);
+        let both = |is_signed: bool| if is_signed { (offset(a, of_a), offset(b(), of_a)) } else { (a, b()) };
+        let numbers = || (signed(a, width), signed(b(), width));
         match self {
             Self::Extend { signed: false } => a,
             Self::Extend { signed: true } => signed(a, of_a).cast_unsigned() & mask(width),
             Self::Slice { low } => (a >> low) & mask(width),
-            Self::Concat => (a << of_b) | b,
+            Self::Concat => (a << of_b) | b(),
             Self::Not => !a & mask(width),
-            Self::And => a & b,
-            Self::Or => a | b,
-            Self::Xor => a ^ b,
-            Self::Add => a.wrapping_add(b) & mask(width),
-            Self::Sub => a.wrapping_sub(b) & mask(width),
-            Self::Mul => a.wrapping_mul(b) & mask(width),
-            Self::Div { .. } | Self::Rem { .. } if b == 0 => 0,
-            Self::Div { signed: false } => a / b,
-            Self::Rem { signed: false } => a % b,
-            Self::Div { signed: true } => signed(a, width).wrapping_div(signed(b, width)).cast_unsigned() & mask(width),
-            Self::Rem { signed: true } => signed(a, width).wrapping_rem(signed(b, width)).cast_unsigned() & mask(width),
+            Self::And => a & b(),
+            Self::Or => a | b(),
+            Self::Xor => a ^ b(),
+            Self::Add => a.wrapping_add(b()) & mask(width),
+            Self::Sub => a.wrapping_sub(b()) & mask(width),
+            Self::Mul => a.wrapping_mul(b()) & mask(width),
+            Self::Div { .. } | Self::Rem { .. } if b() == 0 => 0,
+            Self::Div { signed: false } => a / b(),
+            Self::Rem { signed: false } => a % b(),
+            Self::Div { signed: true } => {
+                let (a, b) = numbers();
+                a.wrapping_div(b).cast_unsigned() & mask(width)
+            }
+            Self::Rem { signed: true } => {
+                let (a, b) = numbers();
+                a.wrapping_rem(b).cast_unsigned() & mask(width)
+            }
             Self::Less { signed } => {
                 let (a, b) = both(signed);
                 u64::from(a < b)
@@ -153,22 +167,15 @@ impl Operation {
                 let (a, b) = both(signed);
                 u64::from(a <= b)
             }
-            Self::Equal => u64::from(a == b),
-            Self::Differ => u64::from(a != b),
+            Self::Equal => u64::from(a == b()),
+            Self::Differ => u64::from(a != b()),
             Self::Parity => u64::from(a.count_ones() & 1),
-            Self::Mux => {
-                if a == 0 {
-                    b
-                } else {
-                    c
-                }
-            }
-            Self::ShiftLeft if b >= u64::from(width) => 0,
-            Self::ShiftLeft => (a << b) & mask(width),
-            Self::ShiftRight { signed: false } if b >= u64::from(width) => 0,
-            Self::ShiftRight { signed: false } => a >> b,
+            Self::Mux => operand(if a == 0 { 1 } else { 2 }),
+            Self::ShiftLeft | Self::ShiftRight { signed: false } if b() >= u64::from(width) => 0,
+            Self::ShiftLeft => (a << b()) & mask(width),
+            Self::ShiftRight { signed: false } => a >> b(),
             Self::ShiftRight { signed: true } => {
-                (signed(a, width) >> b.min(u64::from(MOST_BITS - 1))).cast_unsigned() & mask(width)
+                (signed(a, width) >> b().min(u64::from(MOST_BITS - 1))).cast_unsigned() & mask(width)
             }
         }
     }

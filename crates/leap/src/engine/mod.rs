@@ -9,12 +9,14 @@
 //! pending difference at [`STEADY`] edges in a row is a *mover* from there on. Lines are computed of words that depend
 //! on movers, and only where all pending registers are movers: then everything else rests.
 
+mod cluster;
 mod periods;
 
+use cluster::Cluster;
 use periods::Periods;
 
-use crate::index_set::IndexSet;
-use crate::line::{FOREVER, Line};
+use crate::index_set::{IndexSet, take_lowest};
+use crate::line::Line;
 use crate::netlist::{Cell, Net, Netlist};
 use crate::operation::{Operation, Widths, mask, signed};
 
@@ -73,8 +75,27 @@ struct Users {
 impl Users {
     #[inline]
     fn mark(&self, net: u32, marked: &mut IndexSet) {
-        let (from, to) = (self.from[net as usize] as usize, self.from[net as usize + 1] as usize);
-        for &(part, bits) in &self.marks[from..to] {
+        self.mark_range((self.from[net as usize], self.from[net as usize + 1]), marked);
+    }
+
+    /// Marks those of them that are not in a set.
+    fn mark_but(&self, net: u32, set: &IndexSet, marked: &mut IndexSet) {
+        for at in self.from[net as usize]..self.from[net as usize + 1] {
+            let (part, bits) = self.marks[at as usize];
+            marked.insert_into(part as usize, bits & !set.part(part as usize));
+        }
+    }
+
+    /// Returns whether one of them is not in a set.
+    fn any_but(&self, net: u32, set: &IndexSet) -> bool {
+        let marks = &self.marks[self.from[net as usize] as usize..self.from[net as usize + 1] as usize];
+        marks.iter().any(|(part, bits)| bits & !set.part(*part as usize) != 0)
+    }
+
+    #[inline(always)]
+    fn mark_range(&self, (from, to): (u32, u32), marked: &mut IndexSet) {
+        for at in from..to {
+            let (part, bits) = self.marks[at as usize];
             marked.insert_into(part as usize, bits);
         }
     }
@@ -121,9 +142,16 @@ pub struct Leap {
     share: Share,
     brief: u32,
     rest: u64,
+    /// Whether a mover had another slope than before at the last step that might have been a jump.
+    turns: bool,
     /// Words that registers take at an edge, before any of them has it; in a macro-step their lines.
     taken: Vec<(u32, Line)>,
     periods: Periods,
+    /// The registers whose words are those of an orbit, the marks of these and of their cells, and whether there were
+    /// some since the cone was found.
+    cluster: Option<Cluster>,
+    frozen: IndexSet,
+    is_thawed: bool,
 }
 
 /// Returns for how many edges, or periods of a macro-step, a word certainly has this slope.
@@ -140,11 +168,16 @@ fn differ<const PERIOD: bool>(one: Line, other: Line) -> bool {
 
 #[derive(Clone, Default)]
 struct Cone {
+    /// The data, the words and the widths of movers.
+    movers: Vec<(u32, u32, u8)>,
     cells: Vec<u32>,
-    flops: Vec<u32>,
+    /// The places, the data and the words of registers.
+    flops: Vec<(u32, u32, u32)>,
     outputs: Vec<u32>,
     /// The nets of asynchronous resets and of clocks that the design makes.
     triggers: Vec<u32>,
+    /// The marks of these outputs, resets and clocks.
+    ends: IndexSet,
 }
 
 impl Leap {
@@ -260,8 +293,12 @@ impl Leap {
             share: Share::default(),
             brief: 0,
             rest: 0,
+            turns: false,
             taken: Vec::with_capacity(flops.len()),
             periods: Periods::default(),
+            cluster: None,
+            frozen: IndexSet::new(marks),
+            is_thawed: false,
             flops,
         };
         leap.settle::<false>(0);
@@ -321,11 +358,17 @@ impl Leap {
             if !self.ramps.is_empty() {
                 self.ramp((before, done), &mut said);
             }
-            if self.news.meets(&self.ranks[asked]) && self.say(asked, done, &mut said) {
+            if self.has_news(asked) && self.say(asked, done, &mut said) {
                 break;
             }
         }
         done
+    }
+
+    /// Returns whether an output up to a rank has changed. Callers of other crates may be compiled for their size.
+    #[inline(never)]
+    fn has_news(&self, asked: usize) -> bool {
+        self.news.meets(&self.ranks[asked])
     }
 
     /// Tells the changes up to a rank. Returns whether an output of rank 0 has changed.
@@ -355,15 +398,16 @@ impl Leap {
         let may_leap = most > 1 && self.rest == 0 && self.pending.is_within(&self.movers);
         let edges = if may_leap && !self.news.meets(&self.ranks[asked]) { self.horizon(most, asked) } else { 1 };
         if edges > 1 {
-            let first = self.steps.len() + self.flops.len();
             for (at, line, bits) in &self.ramps {
                 let moved = line.word.wrapping_add((edges - 1).wrapping_mul(line.slope.cast_unsigned()));
                 self.told[*at] = Some(moved & *bits);
-                // Its word after the jump may be the one before it, and is told then.
-                self.marked.insert(first + at);
             }
             self.leap(edges);
             self.share.leapt += edges;
+            // Jumps need no periods.
+            if self.periods.period > 0 && edges > 2 * self.periods.period {
+                self.leave_periods();
+            }
         } else {
             self.rest = self.rest.saturating_sub(1);
             self.edge();
@@ -389,38 +433,36 @@ impl Leap {
     fn edge(&mut self) {
         let now = self.share.edges;
         let mut is_new = false;
-        for at in self.pending.iter() {
-            let flop = &mut self.flops[at];
-            let (line, word) = (self.lines[flop.data as usize], self.lines[flop.output as usize].word);
-            let next = line.word;
-            self.taken.push((at as u32, line));
-            if flop.width > 1 && !self.movers.contains(at) {
-                let difference = next.wrapping_sub(word) & mask(flop.width);
-                let goes_on = flop.last + 1 == now && flop.difference == difference;
-                flop.steady = if goes_on { flop.steady + 1 } else { 1 };
-                (flop.last, flop.difference) = (now, difference);
-                if flop.steady == STEADY {
-                    self.movers.insert(at);
-                    is_new = true;
+        for part in 0..self.pending.parts() {
+            let mut left = self.pending.part(part);
+            while let Some(at) = take_lowest(&mut left, part) {
+                let flop = &mut self.flops[at];
+                let (next, word) = (self.lines[flop.data as usize].word, self.lines[flop.output as usize].word);
+                self.taken.push((at as u32, Line::still(next)));
+                if flop.steady < STEADY {
+                    let difference = next.wrapping_sub(word) & mask(flop.width);
+                    let goes_on = flop.last + 1 == now && flop.difference == difference;
+                    flop.steady = if goes_on { flop.steady + 1 } else { 1 };
+                    (flop.last, flop.difference) = (now, difference);
+                    if flop.steady == STEADY && flop.width > 1 {
+                        self.movers.insert(at);
+                        is_new = true;
+                    }
                 }
             }
         }
-        self.take::<false>(0);
+        self.move_cluster::<false>(1);
+        self.give::<false>();
+        self.settle::<false>(0);
         if is_new {
             self.find_cone();
         }
     }
 
-    /// Gives the registers the words in `taken`.
-    fn take<const PERIOD: bool>(&mut self, asked: usize) {
-        self.give::<PERIOD>();
-        self.settle::<PERIOD>(asked);
-    }
-
     /// Gives the registers the words in `taken`, in a macro-step the lines, and marks their users.
     #[inline]
     fn give<const PERIOD: bool>(&mut self) {
-        for (at, taken) in self.taken.drain(..) {
+        for &(at, taken) in &self.taken {
             let net = self.flops[at as usize].output;
             let line = &mut self.lines[net as usize];
             line.word = taken.word;
@@ -431,17 +473,37 @@ impl Leap {
             self.marked.insert(self.steps.len() + at as usize);
             self.users.mark(net, &mut self.marked);
         }
+        self.taken.clear();
     }
 
-    /// Jumps over edges: each pending register moves by its slope at each of them.
+    /// Jumps over edges: each pending register moves by its slope at each of them. A word of the cone whose line has a
+    /// longer horizon is on that line, because its operands have been on theirs at all edges of the jump and are so
+    /// after it; other words of the cone are evaluated.
     fn leap(&mut self, edges: u64) {
+        self.move_cluster::<false>(edges);
+        let lines = &mut self.lines[..];
         for at in self.pending.iter() {
             let flop = &self.flops[at];
-            let line = self.lines[flop.output as usize];
-            let moved = line.word.wrapping_add(edges.wrapping_mul(line.slope.cast_unsigned()));
-            self.taken.push((at as u32, Line { word: moved & mask(flop.width), ..line }));
+            let line = &mut lines[flop.output as usize];
+            line.word = line.after(edges, flop.width);
         }
-        self.take::<false>(0);
+        for &cell in &self.cone.cells {
+            let step = &self.steps[cell as usize];
+            let line = &mut lines[step.output as usize];
+            if line.horizon > edges {
+                if line.slope != 0 {
+                    line.word = line.after(edges, step.widths.result);
+                }
+            } else {
+                let word = step.operation.word_of(step.widths, |at| lines[step.operands[at] as usize].word);
+                lines[step.output as usize].word = word;
+            }
+        }
+        for &(at, data, output) in &self.cone.flops {
+            self.pending.set(at as usize, lines[data as usize].word != lines[output as usize].word);
+        }
+        self.marked.extend(&self.cone.ends);
+        self.settle::<false>(0);
     }
 
     /// Evaluates all that is marked, until no asynchronous reset acts any more and no clock that the design makes has
@@ -452,12 +514,12 @@ impl Leap {
         loop {
             self.evaluate::<PERIOD>(asked);
             if self.taken.is_empty() {
+                if self.risen.is_empty() {
+                    break;
+                }
                 for at in self.risen.drain(..) {
                     let lines = self.clocks[at as usize].flops.iter();
                     self.taken.extend(lines.map(|(flop, data)| (*flop, self.lines[*data as usize])));
-                }
-                if self.taken.is_empty() {
-                    break;
                 }
             }
             self.give::<PERIOD>();
@@ -475,15 +537,23 @@ impl Leap {
         let resets = outputs + self.outputs.len();
         let clocks = resets + self.resets.len();
         let mut bound = self.periods.bound;
-        for part in 0..self.marked.parts() {
+        let mut part = 0;
+        while part < self.marked.parts() {
+            let frozen = self.frozen.part(part);
             while let Some(mark) = self.marked.take_from(part) {
+                if frozen >> (mark % 64) & 1 != 0 {
+                    self.marked.extend(&self.frozen);
+                    self.frozen = IndexSet::new(64 * self.marked.parts());
+                    (self.cluster, self.is_thawed, bound) = (None, true, 1);
+                    part = usize::MAX;
+                    break;
+                }
                 if mark < flops {
                     let step = &self.steps[mark];
-                    let operands = step.operands.map(|net| lines[net as usize]);
-                    let word = step.operation.word(step.widths, operands.map(|line| line.word));
+                    let word = step.operation.word_of(step.widths, |at| lines[step.operands[at] as usize].word);
                     let mut made = Line::still(word);
-                    if PERIOD && operands.iter().any(|line| *line != Line::still(line.word)) {
-                        made = step.operation.line(step.widths, word, operands);
+                    if PERIOD && step.operands.iter().any(|net| lines[*net as usize].moves()) {
+                        made = step.operation.line_of(step.widths, word, |at| lines[step.operands[at] as usize]);
                     }
                     let line = &mut lines[step.output as usize];
                     if differ::<PERIOD>(*line, made) {
@@ -491,9 +561,7 @@ impl Leap {
                         if PERIOD {
                             *line = made;
                         }
-                        for &(part, bits) in &self.users.marks[step.users.0 as usize..step.users.1 as usize] {
-                            self.marked.insert_into(part as usize, bits);
-                        }
+                        self.users.mark_range(step.users, &mut self.marked);
                     }
                 } else if mark < outputs {
                     let flop = &self.flops[mark - flops];
@@ -527,6 +595,7 @@ impl Leap {
                     }
                 }
             }
+            part = part.wrapping_add(1);
         }
         if PERIOD {
             self.periods.bound = bound;
@@ -536,25 +605,35 @@ impl Leap {
     /// Returns for how many edges, at most `most`, all registers certainly move by the difference that is pending now,
     /// and the outputs up to the rank `asked`, all asynchronous resets and all clocks certainly keep their words.
     fn horizon(&mut self, most: u64, asked: usize) -> u64 {
-        for at in self.movers.iter() {
-            let Flop { data, output, width, .. } = self.flops[at];
-            let difference = self.lines[data as usize].word.wrapping_sub(self.lines[output as usize].word);
-            self.lines[output as usize].slope = signed(difference & mask(width), width);
+        if self.is_thawed {
+            self.find_cone();
         }
+        self.tell_cluster();
+        let mut is_other = false;
+        for &(data, output, width) in &self.cone.movers {
+            let difference = self.lines[data as usize].word.wrapping_sub(self.lines[output as usize].word);
+            let slope = signed(difference & mask(width), width);
+            is_other |= std::mem::replace(&mut self.lines[output as usize].slope, slope) != slope;
+        }
+        // A counter that wraps has its slope again after that edge: a pass would be in vain.
+        self.turns = is_other && !self.turns;
+        if self.turns {
+            return 1;
+        }
+        let lines = &mut self.lines[..];
         for &cell in &self.cone.cells {
             let step = &self.steps[cell as usize];
-            let operands = step.operands.map(|net| self.lines[net as usize]);
-            let line = &mut self.lines[step.output as usize];
-            *line = step.operation.line(step.widths, line.word, operands);
+            let word = lines[step.output as usize].word;
+            let operand = |at: usize| lines[step.operands[at] as usize];
+            lines[step.output as usize] = step.operation.line_of(step.widths, word, operand);
         }
         let mut edges = most;
-        for &at in &self.cone.flops {
-            let Flop { data, output, .. } = self.flops[at as usize];
-            edges = edges.min(keeps(self.lines[data as usize], self.lines[output as usize].slope));
+        for &(_, data, output) in &self.cone.flops {
+            edges = edges.min(keeps(lines[data as usize], lines[output as usize].slope));
         }
         for at in self.cone.outputs.iter().map(|at| *at as usize).filter(|at| self.ranks[asked].contains(*at)) {
             let (net, bits) = self.outputs[at];
-            let line = self.lines[net as usize];
+            let line = lines[net as usize];
             if self.ranks[asked.min(STILL)].contains(at) {
                 edges = edges.min(keeps(line, 0));
             } else {
@@ -563,7 +642,7 @@ impl Leap {
             }
         }
         for &net in &self.cone.triggers {
-            edges = edges.min(keeps(self.lines[net as usize], 0));
+            edges = edges.min(keeps(lines[net as usize], 0));
         }
         if edges == 1 {
             self.ramps.clear();
@@ -579,26 +658,45 @@ impl Leap {
         edges
     }
 
-    /// Finds what depends on the movers.
-    fn find_cone(&mut self) {
-        for line in &mut self.lines {
-            (line.slope, line.horizon) = (0, FOREVER);
-        }
-        let mut moves = vec![false; self.lines.len()];
-        self.movers.iter().for_each(|at| moves[self.flops[at].output as usize] = true);
-        let mut cone = Cone::default();
-        for (at, step) in self.steps.iter().enumerate() {
+    /// Takes the words of cells that are not frozen and that depend on words that move for such, and tells these cells.
+    fn reach(&self, moves: &mut [bool], mut tell: impl FnMut(u32)) {
+        for (at, step) in self.steps.iter().enumerate().filter(|(at, _)| !self.frozen.contains(*at)) {
             if step.operands.iter().any(|net| moves[*net as usize]) {
                 moves[step.output as usize] = true;
-                cone.cells.push(at as u32);
+                tell(at as u32);
             }
         }
+    }
+
+    /// Finds what depends on the movers and on the words of the cluster.
+    fn find_cone(&mut self) {
+        self.rest_lines();
+        self.is_thawed = false;
+        let mut cone = Cone { ends: IndexSet::new(64 * self.marked.parts()), ..Cone::default() };
+        let mut moves = vec![false; self.lines.len()];
+        self.movers.iter().for_each(|at| moves[self.flops[at].output as usize] = true);
+        self.reach(&mut moves, |_| {});
+        self.thaw_if(|net| moves[net as usize]);
+        self.seen_of_cluster().iter().for_each(|net| moves[*net as usize] = true);
+        self.reach(&mut moves, |cell| cone.cells.push(cell));
         let is_in = |net: u32| moves[net as usize];
-        let depends = |(at, flop): (usize, &Flop)| (self.movers.contains(at) || is_in(flop.data)).then_some(at as u32);
-        cone.flops = self.flops.iter().enumerate().filter_map(depends).collect();
-        cone.outputs = (0..self.outputs.len()).filter(|at| is_in(self.outputs[*at].0)).map(|at| at as u32).collect();
+        for (at, flop) in self.flops.iter().enumerate() {
+            if self.movers.contains(at) {
+                cone.movers.push((flop.data, flop.output, flop.width));
+            }
+            if (self.movers.contains(at) || is_in(flop.data)) && !self.frozen.contains(self.steps.len() + at) {
+                cone.flops.push((at as u32, flop.data, flop.output));
+            }
+        }
+        let mut mark = self.steps.len() + self.flops.len();
+        let mut ends = |is_end: bool| {
+            cone.ends.set(mark, is_end);
+            mark += 1;
+            is_end
+        };
+        cone.outputs = (0..).zip(&self.outputs).filter(|(_, (net, _))| ends(is_in(*net))).map(|(at, _)| at).collect();
         let triggers = self.resets.iter().map(|reset| reset.1).chain(self.clocks.iter().map(|clock| clock.net));
-        cone.triggers = triggers.filter(|net| is_in(*net)).collect();
+        cone.triggers = triggers.filter(|net| ends(is_in(*net))).collect();
         self.cone = cone;
     }
 }

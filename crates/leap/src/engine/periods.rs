@@ -11,6 +11,7 @@
 //!
 //! The period is found as the distance at which the differences of the pending registers repeat.
 
+use super::cluster::Movement;
 use super::{Leap, STILL, keeps};
 use crate::line::{FOREVER, Line};
 use crate::operation::{mask, signed};
@@ -21,27 +22,35 @@ const SHORT: u64 = 32;
 /// The edges in which a period is looked for, and the longest one.
 const SEEN: usize = 256;
 const LONGEST: usize = 64;
+/// Edges between two searches that find a cluster after which it has lasted.
+const LASTING: u64 = 1 << 14;
 /// Edges of macro-steps without a jump after which another period is tried.
 const CREDIT: u64 = 1024;
-/// The most edges for which no period is looked for after none was found.
+/// The least and the most edges for which no period is looked for after none was found.
+const SHORTEST_REST: u64 = 1 << 9;
 const LONGEST_REST: u64 = 1 << 20;
 
 /// The period of a simulation, and how it is found.
 #[derive(Clone, Default)]
 pub(super) struct Periods {
     /// The edges of a period; 0 if there is none.
-    period: u64,
+    pub(super) period: u64,
     /// The slope of each register a period, and the difference over the period that was seen last.
     slopes: Vec<i64>,
     seen: Vec<u64>,
     /// A number for the differences of the pending registers at each edge, while a period is looked for.
     hashes: Vec<u64>,
+    movements: Vec<Movement>,
     is_looking: bool,
     /// The edges that macro-steps may still take without a jump.
     credit: u64,
     /// The number of steps at which it is looked next, and what there was the last time: edges and steps.
     next: u64,
     before: (u64, u64),
+    /// The edge up to which a jump over periods has ended with an event, so that ordinary steps follow.
+    event: u64,
+    /// The edge at which a cluster was found last.
+    found: u64,
     /// The edge up to which no period is looked for, and the rest after the next failure.
     until: u64,
     rest: u64,
@@ -54,11 +63,19 @@ impl Leap {
     /// Looks whether the steps were short, and begins to look for a period.
     #[inline(never)]
     pub(super) fn look_at_steps(&mut self) {
-        let Periods { next, before, until, is_looking, hashes, .. } = &mut self.periods;
+        let before = self.periods.before;
         let (edges, steps) = (self.share.edges - before.0, self.share.steps - before.1);
-        (*next, *before) = (self.share.steps + LOOK, (self.share.edges, self.share.steps));
-        *is_looking = edges < SHORT * steps && self.share.edges >= *until;
-        hashes.clear();
+        self.leave_periods();
+        self.periods.is_looking = edges < SHORT * steps && self.share.edges >= self.periods.until;
+        self.periods.hashes.clear();
+        self.periods.movements = vec![Movement::default(); self.flops.len()];
+    }
+
+    /// Leaves the period, if there is one. It is looked at the steps again after some more.
+    pub(super) fn leave_periods(&mut self) {
+        let periods = &mut self.periods;
+        (periods.period, periods.is_looking) = (0, false);
+        (periods.next, periods.before) = (self.share.steps + LOOK, (self.share.edges, self.share.steps));
     }
 
     /// Returns whether the next step is one that [`other_step`](Self::other_step) makes.
@@ -71,19 +88,31 @@ impl Leap {
     /// none where an ordinary step is to follow.
     pub(super) fn other_step(&mut self, most: u64, asked: usize) -> u64 {
         if self.periods.is_looking {
-            let difference = |at: usize| {
+            let mut hash = 1u64;
+            for at in self.pending.iter() {
                 let flop = &self.flops[at];
                 let [next, word] = [flop.data, flop.output].map(|net| self.lines[net as usize].word);
-                (at as u64) << 32 ^ next.wrapping_sub(word) & mask(flop.width)
-            };
-            let add =
-                |hash: u64, at: usize| (hash ^ difference(at)).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(29);
-            let hash = self.pending.iter().fold(1, add);
-            self.periods.hashes.push(hash);
-            if self.periods.hashes.len() == SEEN {
-                self.find_period();
+                let difference = next.wrapping_sub(word) & mask(flop.width);
+                self.periods.movements[at].note(self.share.edges, difference);
+                hash ^= (at as u64) << 32 ^ difference;
+                hash = hash.wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(29);
             }
+            self.periods.hashes.push(hash);
             self.edge();
+            if self.periods.hashes.len() == SEEN {
+                let movements = std::mem::take(&mut self.periods.movements);
+                if self.find_cluster(&movements) {
+                    // One that is thawed again and again is no gain.
+                    if self.share.edges - self.periods.found > LASTING {
+                        self.periods.rest = 0;
+                    }
+                    self.periods.found = self.share.edges;
+                    self.rest_from_periods();
+                    self.leave_periods();
+                } else {
+                    self.find_period();
+                }
+            }
             self.share.edges += 1;
             self.share.steps += 1;
             return 1;
@@ -92,7 +121,22 @@ impl Leap {
         if period == 0 {
             self.look_at_steps();
         }
-        if period == 0 || most < 2 * period || asked > STILL || self.news.meets(&self.ranks[asked]) {
+        if period == 0 || self.news.meets(&self.ranks[asked]) {
+            return 0;
+        }
+        if self.share.edges < self.periods.event {
+            // Where no register is pending, nothing changes before the cluster's words do.
+            let rests = if self.pending.is_empty() { self.until_cluster().min(most) } else { 0 };
+            if rests > 1 {
+                self.move_cluster::<false>(rests - 1);
+                self.edge();
+                self.share.edges += rests;
+                self.share.leapt += rests;
+                self.share.steps += 1;
+            }
+            return if rests > 1 { rests } else { 0 };
+        }
+        if most < 2 * period || asked > STILL {
             return 0;
         }
         self.macro_step(most, asked)
@@ -124,7 +168,7 @@ impl Leap {
     fn rest_from_periods(&mut self) {
         let periods = &mut self.periods;
         periods.period = 0;
-        periods.rest = (2 * periods.rest).clamp(1 << 12, LONGEST_REST);
+        periods.rest = (2 * periods.rest).clamp(SHORTEST_REST, LONGEST_REST);
         periods.until = self.share.edges + periods.rest;
     }
 
@@ -149,18 +193,23 @@ impl Leap {
                 self.periods.bound = 1;
             }
         }
+        self.move_cluster::<true>(0);
         self.settle::<true>(asked);
-        let mut edges = 0;
+        let (mut edges, mut steps) = (0, 0);
         while edges < period && !self.news.meets(&self.ranks[asked]) {
-            let flops = &self.flops;
-            let lines = &self.lines;
+            let (flops, lines) = (&self.flops, &self.lines);
             self.taken.extend(self.pending.iter().map(|at| (at as u32, lines[flops[at].data as usize])));
-            self.take::<true>(asked);
-            edges += 1;
+            // Where no register is pending, nothing changes before the cluster's words do.
+            let rests = if self.taken.is_empty() { self.until_cluster().min(period - edges) } else { 1 };
+            self.move_cluster::<true>(rests);
+            self.give::<true>();
+            self.settle::<true>(asked);
+            (edges, steps) = (edges + rests, steps + 1);
         }
         let is_whole = edges == period && !self.news.meets(&self.ranks[asked]);
         let jump = if is_whole { self.proved().min((most - period) / period) } else { 0 };
         if jump > 0 {
+            self.move_cluster::<false>(jump * period);
             for (at, (flop, slope)) in self.flops.iter().zip(&self.periods.slopes).enumerate() {
                 if *slope != 0 {
                     let moved =
@@ -171,14 +220,19 @@ impl Leap {
         }
         self.rest_lines();
         // Registers whose lines alone were others are pending no more.
-        for at in 0..self.flops.len() {
-            self.marked.insert(self.steps.len() + at);
+        let first = self.steps.len();
+        for at in (first..first + self.flops.len()).filter(|at| !self.frozen.contains(*at)) {
+            self.marked.insert(at);
         }
-        self.take::<false>(asked);
+        self.give::<false>();
+        self.settle::<false>(0);
         let leapt = jump * period;
         self.share.edges += edges + leapt;
+        if leapt > 0 && leapt + 2 * period <= most {
+            self.periods.event = self.share.edges + period;
+        }
         self.share.leapt += leapt;
-        self.share.steps += edges;
+        self.share.steps += steps;
         self.pay(edges, leapt);
         edges + leapt
     }
@@ -189,6 +243,9 @@ impl Leap {
         let Periods { slopes, seen, begun, bound, .. } = &mut self.periods;
         let mut least = *bound;
         for (at, flop) in self.flops.iter().enumerate() {
+            if self.frozen.contains(self.steps.len() + at) {
+                continue;
+            }
             let line = self.lines[flop.output as usize];
             let difference = line.word.wrapping_sub(begun[at]) & mask(flop.width);
             let is_it = difference == slopes[at].cast_unsigned() & mask(flop.width);
@@ -214,7 +271,8 @@ impl Leap {
         }
     }
 
-    fn rest_lines(&mut self) {
+    /// Lets all words rest for ever.
+    pub(super) fn rest_lines(&mut self) {
         for line in &mut self.lines {
             (line.slope, line.horizon) = (0, FOREVER);
         }

@@ -420,6 +420,149 @@ fn periods_of_prescalers_have_the_words_of_plain_stepping() {
     assert!(share > 0.2 && well > 25, "only {share} of the edges are leapt over, {well} netlists well");
 }
 
+/// Returns a netlist with generators of random bits, dividers and shifted toggles, which a word may hold, and which
+/// counters and flags see only while a gate is open.
+fn clustered_netlist(random: &mut Random) -> Plain {
+    let mut plain = Plain::default();
+    let (gate, hold, value) = (plain.input(1), plain.input(1), plain.input(4));
+    let (zero, one) = (plain.constant(0, 10), plain.constant(1, 10));
+    let mode = plain.register(1, 0);
+    let data = plain.cell(Operation::Mux, &[hold, mode, gate], 1);
+    plain.connect(mode, data, None);
+    let mut bits = Vec::new();
+    for _ in 0..1 + random.below(2) {
+        let width = 3 + random.below(5) as u8;
+        let first = plain.register(width, 1 + random.below(7));
+        let next = match random.below(3) {
+            0 => {
+                let taps = plain.constant(1 + random.below((1 << width) - 1), width);
+                let tapped = plain.cell(Operation::And, &[first, taps], width);
+                let bit = plain.cell(Operation::Parity, &[tapped], 1);
+                let low = plain.cell(Operation::Slice { low: 0 }, &[first], width - 1);
+                plain.cell(Operation::Concat, &[low, bit], width)
+            }
+            1 => {
+                let last = 1 + random.below((1 << width) - 1).min(11);
+                let [none, step, last] = [0, 1, last].map(|word| plain.constant(word, width));
+                let next = plain.cell(Operation::Add, &[first, step], width);
+                let is_last = plain.cell(Operation::AtMost { signed: false }, &[last, first], 1);
+                plain.cell(Operation::Mux, &[is_last, next, none], width)
+            }
+            _ => plain.cell(Operation::Not, &[first], width),
+        };
+        let held = [hold, mode, gate][random.below(3) as usize];
+        let data = if random.below(2) == 0 { next } else { plain.cell(Operation::Mux, &[held, next, first], width) };
+        let bit = plain.cell(Operation::Slice { low: random.below(width.into()) as u8 }, &[first], 1);
+        let reset = match random.below(6) {
+            0 => Some((hold, random.below(2), random.below(1 << width))),
+            1 => Some((bit, random.below(2), random.below(1 << width))),
+            _ => None,
+        };
+        plain.connect(first, data, reset);
+        let shifted = plain.register(2, 0);
+        let low = plain.cell(Operation::Slice { low: 0 }, &[shifted], 1);
+        let data = plain.cell(Operation::Concat, &[low, bit], 2);
+        plain.connect(shifted, data, None);
+        let late = plain.cell(Operation::Slice { low: 1 }, &[shifted], 1);
+        let other = plain.cell(Operation::Xor, &[late, [hold, bit][random.below(2) as usize]], 1);
+        bits.extend([bit, late, other]);
+    }
+    let any = |random: &mut Random| bits[random.below(bits.len() as u64) as usize];
+    let gated = any(random);
+    let gated = plain.cell(Operation::And, &[gated, gate], 1);
+    let ramp = plain.register(10, 0);
+    let next = plain.cell(Operation::Add, &[ramp, one], 10);
+    let next = if random.below(3) == 0 { plain.cell(Operation::Mux, &[gated, next, zero], 10) } else { next };
+    plain.connect(ramp, next, None);
+    let low = plain.constant(random.below(64), 6);
+    let limit = plain.cell(Operation::Concat, &[value, low], 10);
+    let pulse = plain.cell(Operation::Less { signed: false }, &[ramp, limit], 1);
+    let sum = plain.register(10, 0);
+    let added = [gated, any(random), pulse][random.below(3) as usize];
+    let added = plain.cell(Operation::And, &[added, gate], 1);
+    let step = plain.fitted(added, 10, random);
+    let next = plain.cell(Operation::Add, &[sum, step], 10);
+    let reset = (random.below(4) == 0).then(|| (gated, random.below(2), random.below(1 << 10)));
+    plain.connect(sum, next, reset);
+    if reset.is_none() && random.below(4) == 0 {
+        let bit = plain.register(1, 0);
+        let source = any(random);
+        let data = if random.below(2) == 0 { gated } else { source };
+        plain.connect(bit, data, None);
+        plain.clock_by(sum, bit, random.below(2) == 0);
+    }
+    let flag = plain.register(1, 0);
+    let data = plain.cell(Operation::Mux, &[gated, flag, pulse], 1);
+    plain.connect(flag, data, None);
+    plain.output(pulse);
+    plain.output(flag);
+    let shown = plain.cell(Operation::Slice { low: 5 }, &[sum], 1);
+    plain.output(shown);
+    if random.below(4) == 0 {
+        let bit = any(random);
+        plain.output(bit);
+    }
+    plain
+}
+
+/// Clusters run for themselves for as long as nothing that they take changes, whether anything sees them or not.
+#[test]
+fn clusters_have_the_words_of_plain_stepping() {
+    let (mut leapt, mut well) = (0.0, 0);
+    const NETLISTS: u64 = 200;
+    for seed in 1..=NETLISTS {
+        let mut random = Random(seed * 0xa076_1d64_78bd_642f);
+        let mut plain = clustered_netlist(&mut random);
+        let share = same_for(&mut plain, 20_000, 6000, &mut random);
+        leapt += share;
+        well += u32::from(share > 0.4);
+    }
+    let share = leapt / NETLISTS as f64;
+    assert!(share > 0.2 && well > 50, "only {share} of the edges are leapt over, {well} netlists well");
+}
+
+/// A generator of 31 states that nothing sees while a gate is closed, beside a counter: jumps are those of the counter
+/// alone. The generator has the words of plain stepping behind them, and where the gate opens.
+#[test]
+fn a_generator_that_nothing_sees_bounds_no_jump() {
+    let mut plain = Plain::default();
+    let (gate, one) = (plain.input(1), plain.constant(1, 10));
+    let (noise, count) = (plain.register(5, 1), plain.register(10, 0));
+    let taps = plain.constant(0b1_0100, 5);
+    let tapped = plain.cell(Operation::And, &[noise, taps], 5);
+    let bit = plain.cell(Operation::Parity, &[tapped], 1);
+    let low = plain.cell(Operation::Slice { low: 0 }, &[noise], 4);
+    let next = plain.cell(Operation::Concat, &[low, bit], 5);
+    plain.connect(noise, next, None);
+    let next = plain.cell(Operation::Add, &[count, one], 10);
+    plain.connect(count, next, None);
+    let half = plain.cell(Operation::Slice { low: 9 }, &[count], 1);
+    let gated = plain.cell(Operation::And, &[bit, gate], 1);
+    let shown = plain.cell(Operation::Xor, &[half, gated], 1);
+    plain.output(shown);
+    let mut leap = plain.leap(&[0]);
+    plain.settle();
+    leap.tell([Some(0)]);
+    let mut last = 0;
+    for (word, edges, most) in [(0, 100_000, 2000), (1, 5000, 5001), (0, 100_000, 2000)] {
+        leap.input(&[word]);
+        plain.words[gate] = word;
+        plain.settle();
+        let (mut done, before) = (0, leap.share().steps);
+        while done < edges {
+            let mut said = last;
+            let more = leap.clock(edges - done, 0, |_, _, word| said = word);
+            for _ in 0..more {
+                assert!(plain.words[shown] == last || done == 0);
+                plain.edge();
+            }
+            assert_eq!((said, plain.words[noise]), (plain.words[shown], leap.registers().next().unwrap()));
+            (last, done) = (said, done + more);
+        }
+        assert!(leap.share().steps - before < most, "{:?}", leap.share());
+    }
+}
+
 /// A prescaler counts up at every edge, and a counter down at every twentieth. Over whole periods only the counter
 /// moves; between two edges only the prescaler does, so that their sum does not rest.
 #[test]

@@ -669,7 +669,8 @@ fn slower_clocks_of_a_scene_answer_as_in_verilator() {
     }
 }
 
-/// Returns Verilog of a design whose counters wait for prescalers, dividers and clocks that it makes, by a seed.
+/// Returns Verilog of a design whose counters wait for prescalers, dividers, random bits and clocks that it makes, by a
+/// seed.
 fn prescaled(seed: u64) -> String {
     let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
     let mut random = |limit: u64| {
@@ -688,13 +689,19 @@ fn prescaled(seed: u64) -> String {
         writeln!(clocked, "if ({wait}) {name} <= e{at} ? 0 : {name} + 1;").expect("memory");
         enables.push(format!("e{at}"));
     }
+    // A generator of random bits that counters see while a bit of the input is 1, and which another may hold.
+    let (top, taps, held) = (2 + random(7), 1 + random(7), ["", "if (!b) ", "if (!a[6]) "][random(3) as usize]);
+    writeln!(declared, "reg [{top}:0] r = 1; wire g = r[0] && a[7];").expect("memory");
+    writeln!(clocked, "{held}r <= {{r[{}:0], ^(r & {taps}) ^ r[{top}]}};", top - 1).expect("memory");
+    enables.push("g".to_string());
     let makes = random(3) == 0;
     let count = 2 + random(3);
     for at in 0..count {
         let (width, step) = (4 + random(9), 1 + random(3));
-        let step = match random(4) {
+        let step = match random(5) {
             0 => "a[1:0]".to_string(),
             1 => format!("n{}[1:0]", random(count)),
+            2 => "{1'b1, g}".to_string(),
             _ => step.to_string(),
         };
         let (sign, limit) = (["+", "-"][random(2) as usize], random(1 << width.min(8)));
