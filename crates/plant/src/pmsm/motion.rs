@@ -557,9 +557,16 @@ impl<'a> PmsmDevice<'a> {
     fn reads_beyond(&self, sensor: usize, from: u64, last: u64, (low, high): (f64, f64)) -> Option<u64> {
         let (body, units, _) = self.laws.net.sensed[sensor];
         let (edge_s, powers) = (self.laws.edge_s, self.series.powers);
+        let t = self.time_s(last);
+        // What speed and acceleration can move at most, with more than its rounding.
+        let [speed, position] = self.series.around.terms(&self.series.x, body, 0).map(|of| units * of);
+        let most = (speed.abs() + 0.5 * (units * self.room.accelerations[body]).abs() * t) * t;
+        let most = most + 8.0 * f64::EPSILON * (position.abs() + most);
+        if position - most > low && position + most < high {
+            return None;
+        }
         let mut terms = [0.0; ORDER + 1];
         (0..=powers).for_each(|k| terms[k] = units * self.series.around.terms(&self.series.x, body, k)[1]);
-        let t = self.time_s(last);
         let size = (0..=powers).rev().fold(0.0, |sum, k| sum * t + (2 * k + 6) as f64 * terms[k].abs());
         let noise = f64::EPSILON * size;
         let polynomial = Polynomial::of(terms, powers + 1, t);

@@ -1,7 +1,7 @@
 //! How long a series is good: a proved bound of what it leaves out.
 //!
 //! A series of power `N` leaves out, at a time `t`, by Lagrange, `t^(N+1)` times the next Taylor coefficient of the
-//! motion at some moment before. A [`Room`] bounds the current, the speed and the hand's stretch; for as long as
+//! motion at some moment before. A [`Room`] bounds the current, the speeds and all stretches; for as long as
 //! the motion certainly stays in it, the recursion of the series over these bounds, with each sign that of the worst
 //! case, bounds every coefficient of every motion in it. Numbers are not negative there, so their relative rounding is
 //! below that of the operations in sequence, which [`ROUNDING`] covers.

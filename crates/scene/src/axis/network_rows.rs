@@ -228,7 +228,7 @@ keys! { encoder_network: "encoder" of ["network"];
     resolution: Quantity = Quantity::new(&q::LENGTH, Within(1e-11, 1.0), Said("none"));
 }
 
-keys! { hand_network: "hand" of ["network"];
+keys! { hand_network: "hand" of ["network", "pmsm"];
     /// Body that the hand holds.
     on: Text = Text(BODY, Said("the encoder's"));
     /// Mass of the hand itself, on a body that slides: it moves between the grip and the path.

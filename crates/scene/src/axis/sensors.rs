@@ -471,7 +471,8 @@ pub(crate) fn sensors(
             return Err(s.error(other, reason));
         }
         let of_current = ["current", "sigma_delta"].contains(&kind);
-        let is_alone = names.len() == 1 && !s.has(key::on.name);
+        // A motor with three phases has its rotor first.
+        let is_alone = (names.len() == 1 || phases) && !s.has(key::on.name);
         let body = if of_current {
             None
         } else if is_alone {
@@ -489,6 +490,7 @@ pub(crate) fn sensors(
                 let reading = if phases { Reading::Phase(phase(&s)?) } else { Reading::Current };
                 SensorKind::Sampled(sampled(&s, reading, false, clock)?)
             }
+            Some(1..) if kind == "hall" => return Err(s.error(key::on.name, "Hall switches are of the rotor")),
             Some(_) if kind == "hall" => match pole_pairs {
                 Some(pairs) => {
                     let sector_rad = 2.0 * PI / (6.0 * f64::from(pairs));

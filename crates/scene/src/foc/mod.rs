@@ -141,7 +141,11 @@ impl Setup for FocScene {
     }
 
     fn units(&self) -> Units {
-        self.device.units()
+        self.pmsm.around.wall_units
+    }
+
+    fn scale(&self) -> f64 {
+        self.pmsm.around.wall_ratio
     }
 
     fn outputs(&self) -> &'static [Output] {
