@@ -7,7 +7,7 @@ use hpu_plant::{Device, Drive, Energy, Event, Measured, Pace, Pulses, REALS, Sta
 use crate::world::encoder::side_of;
 use crate::world::plant::SMALL;
 use crate::world::stepped::Stepped;
-use hpu_scene::Reading;
+use hpu_scene::{Phase, Reading};
 
 /// Index of the angle in a state.
 const ANGLE: usize = 2;
@@ -360,6 +360,22 @@ impl<'p> AnyDevice<'p> {
             (Other::Pmsm(Phased { body, .. }), Reading::Position(sensor)) => body.floor_of_reading(sensor, edge, scale),
             (_, Reading::Position(sensor)) => network!(self, body => body.floor(Some(sensor), edge, scale)),
             _ => network!(self, body => body.floor(None, edge, scale)),
+        }
+    }
+
+    /// Puts a first-order lag behind the current of a phase, and returns its index.
+    pub(crate) fn lag(&mut self, phase: Phase, corner_rad_per_s: f64) -> usize {
+        match self.phased() {
+            Some(Phased { body, .. }) => body.lag(phase.leg, phase.is_low_side, corner_rad_per_s),
+            None => unreachable!("a motor with three phases alone has such lags"),
+        }
+    }
+
+    /// Returns the greatest integer up to a multiple of the current behind a lag at an edge.
+    pub(crate) fn floor_of_lag(&mut self, lag: usize, edge: u64, scale: f64) -> i64 {
+        match self.phased() {
+            Some(Phased { body, .. }) => (scale * body.lagged(lag, edge)).floor() as i64,
+            None => unreachable!("a motor with three phases alone has such lags"),
         }
     }
 

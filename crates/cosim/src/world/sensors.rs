@@ -64,8 +64,8 @@ struct Sampler<'p> {
 /// How a sample is taken.
 #[derive(Clone)]
 enum Taking<'p> {
-    /// A word, with noise, and the mean of the readings without current.
-    Word(&'p Sampled, SplitMix64, i64),
+    /// A word, with noise, the mean of the readings without current, and the index of the lag of a phase's shunt.
+    Word(&'p Sampled, SplitMix64, i64, Option<usize>),
     /// A bit of a modulator of a phase, or of the drive's current, with bits of this charge, and the charge that the
     /// bits so far stand for, in 2^-24 of it.
     Bit(Option<usize>, f64, i64),
@@ -99,7 +99,12 @@ impl<'p> Sensors<'p> {
                     sensors.follow(sensor, (*reading, *sector_rad, true), device);
                 }
                 SensorKind::Sampled(of) => {
-                    let taking = Taking::word(of, sensor, seed);
+                    let mut taking = Taking::word(of, sensor, seed);
+                    if let (Reading::Phase(phase), Some(corner), Taking::Word(.., lag)) =
+                        (of.reading, of.lag_rad_per_s, &mut taking)
+                    {
+                        *lag = Some(device.lag(phase, corner));
+                    }
                     if current == Some(sensor) && of.latency == 0 && !of.triggered {
                         sensors.converter = Some(sensors.samplers.len());
                     }
@@ -192,7 +197,7 @@ impl<'p> Sensors<'p> {
     pub(crate) fn convert(&mut self, count: u64, device: &mut AnyDevice, codes: &mut Vec<i64>) {
         let Some(place) = self.converter else { return };
         let Sampler { next, period, taking, sensor, .. } = &mut self.samplers[place];
-        if let Taking::Word(of, random, zero) = taking {
+        if let Taking::Word(of, random, zero, _) = taking {
             let word = |value| codes.push(of.word(value, *zero, |bound| random.below(bound)));
             device.floors((*next, *period), of.scale, count as usize, word);
         }
@@ -277,13 +282,14 @@ impl<'p> Taking<'p> {
             let sum = (0..count).map(|_| of.word(0, 0, |bound| random.below(bound))).sum::<i64>();
             zero = (2 * sum + count).div_euclid(2 * count);
         }
-        Self::Word(of, random, zero)
+        Self::Word(of, random, zero, None)
     }
 
     fn take(&mut self, edge: u64, device: &mut AnyDevice, legs: [Leg; 3]) -> i64 {
         match self {
-            Self::Word(of, random, zero) => {
+            Self::Word(of, random, zero, lag) => {
                 let value = match of.reading {
+                    _ if let Some(lag) = *lag => device.floor_of_lag(lag, edge, of.scale),
                     Reading::Phase(Phase { leg, is_low_side: true }) if legs[leg] != Leg::Low => 0,
                     reading => device.floor(reading, edge, of.scale),
                 };

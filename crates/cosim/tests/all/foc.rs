@@ -54,6 +54,59 @@ fn events_and_clock_agree_to_the_bit_whatever_is_modelled() {
     }
 }
 
+/// A knob on a compliant joint with an encoder and stops, and a shunt with a lag.
+const KNOB: [(&str, &str); 5] = [
+    ("device.bodies.rotor", "{ return_spring = \"10 mN.m/rad\" }"),
+    (
+        "device.bodies.knob",
+        "{ inertia = \"50 g.cm2\", coulomb_friction = \"0.5 mN.m\", \
+         stops = { low = -0.002, high = 0.002, stiffness = \"50 N.m/rad\", damping = \"2 mN.m.s/rad\" } }",
+    ),
+    ("device.joints.shaft", "{ from = \"rotor\", to = \"knob\", ratio = 2, stiffness = \"20 N.m/rad\" }"),
+    ("device.sensors.top", "{ kind = \"encoder\", on = \"knob\", lines = 20000 }"),
+    ("device.sensors.ia.corner", "100 kHz"),
+];
+
+#[test]
+fn events_and_clock_agree_to_the_bit_with_bodies_stops_and_an_imposed_motion() {
+    let pushed = "{ on = \"knob\", kind = \"constant_torque\", torque = \"60 mN.m\" }";
+    let swept = "{ kind = \"prescribed\", path = [[0, 0], [0.002, 0.01], [0.005, -0.01]] }";
+    let turned = "{ on = \"knob\", kind = \"prescribed\", path = [[0, 0], [0.002, 0.01], [0.005, -0.01]] }";
+    for (name, hand) in [("foc-detents", pushed), ("foc-wall", pushed), ("foc-detents", swept), ("foc-wall", turned)] {
+        for bridge in ["switching", "averaged"] {
+            let mut sets = vec![("hand", hand), ("expect", "{}"), ("run.duration", "5 ms"), ("model.bridge", bridge)];
+            sets.extend(KNOB);
+            let [events, clock] = [Driver::Events, Driver::Clock].map(|driver| run(name, &sets, driver));
+            for column in [CURRENT, ANGLE, TORQUE] {
+                assert_eq!(events.1.real(column), clock.1.real(column), "{name} {hand}");
+            }
+            assert_eq!(events.0.nets, clock.0.nets, "{name} {hand}");
+            assert_eq!((events.0.energy, events.0.encoder_edges), (clock.0.energy, clock.0.encoder_edges));
+            assert!(events.0.ticks < 40_000 && events.0.encoder_edges > 0, "{name} {hand}: {}", events.0.encoder_edges);
+        }
+    }
+}
+
+/// A rotor that nothing but a stop holds, against a torque: it rests where the stop's spring has it.
+#[test]
+fn a_knob_rests_in_its_stop() {
+    let stops = "{ stops = { low = -1, high = 0.01, stiffness = \"20 N.m/rad\", damping = \"20 mN.m.s/rad\" } }";
+    let hand = "{ kind = \"constant_torque\", torque = \"60 mN.m\" }";
+    let sets = [
+        ("device.bodies.rotor", stops),
+        ("hand", hand),
+        ("expect", "{}"),
+        ("run.duration", "200 ms"),
+        ("method.enable_after", "1 s"),
+        ("device.coulomb_friction", "0 N.m"),
+        ("device.stiction", "0 N.m"),
+    ];
+    let (summary, trace) = run("foc-wall", &sets, Driver::Events);
+    let angle = trace.real(ANGLE).last().copied().unwrap();
+    assert!((angle - (0.01 + 60e-3 / 20.0)).abs() < 1e-9, "{angle}");
+    assert!(summary.energy.residual_j.abs() < 1e-12 * summary.energy.exchanged_j, "{:?}", summary.energy);
+}
+
 #[test]
 fn a_wall_gives_its_stiffness_times_the_depth_as_torque_and_as_current() {
     // The hand rests against 1 N.m/rad with 40 mN.m; the motor gives 50 mN.m/A.

@@ -27,6 +27,7 @@
 mod around;
 mod circuit;
 mod energy;
+mod lag;
 mod motion;
 mod room;
 mod series;

@@ -11,6 +11,7 @@ use std::borrow::Cow;
 use super::around::Tie;
 use super::circuit::{Affine, Change, Circuit, Freedom, PHASES, Path, Plane, dot, settled};
 use super::energy::{self, Passed};
+use super::lag::Lag;
 use super::room::Room;
 use super::series::{ALPHA, ANGLE, BETA, Driven, Hold, SPEED, Series, Start};
 use super::{Grip, Pmsm};
@@ -74,6 +75,8 @@ pub struct PmsmDevice<'a> {
     freed: Option<usize>,
     /// The bands that readings of sensors are in, each with its sensor.
     watched: Vec<(usize, (f64, f64))>,
+    /// The currents behind the lags of shunts.
+    lags: Vec<Lag>,
     /// The hand's intention: an edge, the angle there, and the speed from there on.
     told: (u64, f64, f64),
     series: Series,
@@ -119,6 +122,7 @@ impl<'a> PmsmDevice<'a> {
             hold: Hold::Slip(0.0),
             freed: None,
             watched: Vec::new(),
+            lags: Vec::new(),
             told: (0, angle_rad, 0.0),
             series: Series::new(laws),
             room: Room::NONE,
@@ -354,6 +358,18 @@ impl<'a> PmsmDevice<'a> {
     /// Returns the current of phase 0, 1 or 2 at an edge, in A.
     pub fn reading(&self, phase: usize, edge: u64) -> f64 {
         self.phases(edge)[phase]
+    }
+
+    /// Puts a first-order lag behind the current of phase 0, 1 or 2, whose shunt may be below the lower switch; its
+    /// output is 0 so far. Returns its index.
+    pub fn lag(&mut self, phase: usize, is_low_side: bool, corner_rad_per_s: f64) -> usize {
+        self.lags.push(Lag { leg: phase, is_low_side, corner_rad_per_s, output_a: 0.0 });
+        self.lags.len() - 1
+    }
+
+    /// Returns the output of a lag at an edge, in A.
+    pub fn lagged(&self, lag: usize, edge: u64) -> f64 {
+        self.on(edge, |then, t| then.lags[lag].at(&then.series, &then.circuit, then.drive, t))
     }
 
     /// Returns the greatest integer up to `scale` times the current of a phase at an edge, or times `i_q` without a
@@ -660,6 +676,9 @@ impl<'a> PmsmDevice<'a> {
         let powers = self.series.powers;
         for body in &mut self.series.around.bodies {
             (body.x, body.low) = body.at(t, powers);
+        }
+        for lag in &mut self.lags {
+            lag.output_a = lag.at(&self.series, &self.circuit, self.drive, t);
         }
         let [done, rest] = &mut self.charge;
         for axis in 0..2 {

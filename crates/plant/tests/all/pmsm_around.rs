@@ -398,3 +398,88 @@ fn a_network_that_no_motor_can_drive_is_refused() {
     };
     assert!(refused(&many).contains("14 states"));
 }
+
+/// On a held rotor a phase's current rises by one exponential, and the lag of a shunt behind it by two: closed forms of
+/// corners slower than the winding, equal to it but for 1 %, and much faster. The low side sees no current while its
+/// switch is open, and its lag falls by one exponential.
+#[test]
+fn the_lag_of_a_shunt_is_that_of_the_current_behind_it() {
+    let held = PmsmMotor { stiction_nm: 1e3, ..motor() };
+    let bare = Inverter { supply_ohm: 0.0, on_resistance_ohm: 0.0, ..INVERTER };
+    let laws = Pmsm::new(held, bare, Hand::Torque(0.0), EDGE_S).unwrap();
+    let rate = 0.8 / 0.4e-3;
+    for corner in [200.0, 1.01 * rate, 3e4, 1e6, 3e8] {
+        let mut device = PmsmDevice::new(&laws, [0.0; 2], 0.0, 0.3);
+        let (in_line, low) = (device.lag(0, false, corner), device.lag(1, true, corner));
+        let on = Drive::Legs([Leg::High, Leg::Low, Leg::Low]);
+        device.driven(0, on);
+        let last = 24.0 / 1.5 / 0.8;
+        let current = |t: f64| last * -(-rate * t).exp_m1();
+        // y' = c (i - y), i = last (1 - exp(-r t)).
+        let lagged =
+            |t: f64| last * (1.0 - (corner * (-rate * t).exp() - rate * (-corner * t).exp()) / (corner - rate));
+        for edge in [1, 10, 500, 12_000, 60_000] {
+            device.step(edge);
+            let t = edge as f64 * EDGE_S;
+            let most = 1e-12 * last;
+            assert!((device.phases(edge)[0] - current(t)).abs() < most);
+            let got = device.lagged(in_line, edge);
+            assert!((got - lagged(t)).abs() < most, "{corner}, {edge}: {got} {}", lagged(t));
+            assert!((device.lagged(low, edge) + 0.5 * lagged(t)).abs() < most, "{corner}, {edge}");
+        }
+        // All three high: the currents go on, and the shunt of b sees none.
+        let from = 60_000;
+        let before = device.lagged(low, from);
+        device.driven(from, Drive::Legs([Leg::High; 3]));
+        for edge in [from + 1, from + 700, from + 30_000] {
+            let t = (edge - from) as f64 * EDGE_S;
+            let expected = before * (-corner * t).exp();
+            assert!((device.lagged(low, edge) - expected).abs() < 1e-13 * last, "{corner}, {edge}");
+            let then = current(from as f64 * EDGE_S) * (-rate * t).exp();
+            assert!((device.phases(edge)[0] - then).abs() < 1e-12 * last);
+        }
+        assert_eq!(device.lagged(low, 90_000).to_bits(), {
+            let mut stepped = PmsmDevice::new(&laws, [0.0; 2], 0.0, 0.3);
+            let low = stepped.lag(1, true, corner);
+            stepped.driven(0, on);
+            (1..=from).for_each(|edge| _ = stepped.step(edge));
+            stepped.driven(from, Drive::Legs([Leg::High; 3]));
+            (from + 1..=90_000).for_each(|edge| _ = stepped.step(edge));
+            stepped.lagged(low, 90_000).to_bits()
+        });
+    }
+}
+
+/// A knob on a joint that is stiffer and stiffer turns with the rotor as one on a rigid joint: what is left falls as the
+/// joint's compliance.
+#[test]
+fn a_stiff_joint_is_nearly_a_rigid_one() {
+    let turned = |compliance: Option<(f64, f64)>| {
+        let mut network = Network::of_rotor(Hand::Torque(5e-3));
+        network.bodies.push(Body { inertia: 8e-6, viscous: 2e-5, ..Body::default() });
+        network.joints.push(Joint { from: 0, to: 1, ratio: -0.5, compliance });
+        network.grip = 1;
+        network.sensed = vec![Sensed { body: 1, lag_rad_per_s: None }];
+        // Friction would turn back at other instants, which differ by the period of the joint.
+        let smooth = PmsmMotor { coulomb_nm: 0.0, stiction_nm: 0.0, ..rough() };
+        let laws = Pmsm::around(smooth, INVERTER, &network, EDGE_S).unwrap();
+        let mut device = PmsmDevice::new(&laws, [0.0; 2], 0.0, 0.0);
+        let mut edge = 0;
+        for (to, drive) in drives(&mut Random(5), 60) {
+            device.step(to);
+            device.driven(to, drive);
+            edge = to;
+        }
+        (device.state(edge)[2], device.reading_of(0, edge))
+    };
+    let (angle, knob) = turned(None);
+    assert!((knob + 0.5 * angle).abs() < 1e-15 && angle.abs() > 1e-3, "{angle} {knob}");
+    // The torque in the joint is below 0.1 N·m.
+    for stiffness in [1e3, 1e4, 1e5, 1e6f64] {
+        // Both bodies on the joint alone, with critical damping.
+        let inertia = 1.0 / (0.25 / 4e-6 + 1.0 / 8e-6);
+        let (angle_there, knob_there) = turned(Some((stiffness, 2.0 * (stiffness * inertia).sqrt())));
+        let off = (angle_there - angle).abs() + (knob_there - knob).abs();
+        assert!(off <= 0.1 / stiffness, "{stiffness}: {off:e}");
+    }
+}

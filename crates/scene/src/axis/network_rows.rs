@@ -184,7 +184,7 @@ keys! { sensor: "device.sensors.SENSOR" of [];
     bits: Whole<u32> = Whole::new(2, 24, Said("none"));
     /// Angle or length of all words of an absolute encoder, which begin anew beyond it; required on a body that slides.
     span: Quantity = Quantity::along(|axis| axis.position, Positive, Said("a turn"));
-    /// Corner of a first-order lag of an absolute encoder that is analog.
+    /// Corner of a first-order lag: of an absolute encoder that is analog, or of the amplifier of a phase's shunt.
     corner: Quantity = Quantity::new(&q::FREQUENCY, Positive, Said("none"));
     /// Volts at the converter for one ampere; required of a current. Below 0 where the shunt's amplifier inverts, or
     /// where the shunt sees the current out of the motor.

@@ -121,6 +121,8 @@ pub struct Sampled {
     pub zero_of: u32,
     /// Whether the words of a current begin at 0, with no current in the middle.
     pub offset_binary: bool,
+    /// The corner of a first-order lag between a phase's current and the converter, in rad/s; `None` without a lag.
+    pub lag_rad_per_s: Option<f64>,
     /// Of a chip on a bus the least clocks of a period of the bus; `None` if the design sees the word.
     pub chip: Option<u64>,
 }
@@ -264,6 +266,7 @@ const KEYS: [(&str, &[&str]); 5] = [
             "bits",
             "gain",
             "range",
+            "corner",
             "offset",
             "calibrated_zero",
             "offset_binary",
@@ -385,6 +388,7 @@ fn sampled(s: &Section, reading: Reading, slides: bool, clock: Clock) -> Result<
         noise: fine(noise * 3f64.sqrt()).unsigned_abs().max(1),
         zero_of: s.given(&key::calibrated_zero)?.unwrap_or(0),
         offset_binary: s.read(&key::offset_binary)?,
+        lag_rad_per_s: if is_round { None } else { s.given(&key::corner)?.map(|hz| 2.0 * PI * hz) },
         chip: s.given(&key::chip)?.map(|least_s| clock.first_edge_at((least_s * 1e12) as u64).0),
     })
 }
@@ -511,8 +515,11 @@ pub(crate) fn sensors(
             return Err(s.error("chip", format!("accepted: {MOST_CHIPS} chips on buses at most")));
         }
         let corner_hz = s.given(&key::corner)?;
-        if corner_hz.is_some() && phases {
+        if corner_hz.is_some() && phases && body.is_some() {
             return Err(s.error("corner", "an analog angle is one of a network; leave this out"));
+        }
+        if corner_hz.is_some() && !phases && body.is_none() {
+            return Err(s.error("corner", "of a phase's current, of a motor of kind \"pmsm\"; leave this out"));
         }
         if corner_hz.is_some_and(|hz| hz > clock.frequency_hz() as f64) {
             return Err(s.error("corner", "beyond the clock; leave the lag out"));

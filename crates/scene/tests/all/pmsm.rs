@@ -299,3 +299,14 @@ fn a_hand_may_impose_the_motion_of_a_rotor_or_of_a_body_around_it() {
     let network = &scene.pmsm.unwrap().around.network;
     assert_eq!((network.bodies[0].position, network.bodies[1].position), (0.0, 0.1));
 }
+
+#[test]
+fn the_shunt_of_a_phase_may_have_a_lag() {
+    let scene = changed("gain = \"100 mV/A\"", "corner = \"50 kHz\", gain = \"100 mV/A\"").unwrap();
+    let SensorKind::Sampled(ia) = &scene.sensors()[0].kind else { panic!("it samples") };
+    assert_eq!(ia.lag_rad_per_s, Some(std::f64::consts::TAU * 50e3));
+    let SensorKind::Sampled(ic) = &scene.sensors()[1].kind else { panic!("it samples") };
+    assert_eq!(ic.lag_rad_per_s, None);
+    refused("gain = \"100 mV/A\"", "corner = \"51 MHz\", gain = 1", "ia.corner: beyond the clock");
+    refused("gain = \"100 mV/A\"", "corner = 0, gain = 1", "ia.corner: `0` must be above zero");
+}
