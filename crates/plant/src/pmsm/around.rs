@@ -172,8 +172,8 @@ impl Around {
         }
     }
 
-    /// Writes the terms of power `k + 1` of the bodies beside the rotor from those of power `k` of all. Returns the term
-    /// of power `k` of what acts on the rotor beside its own torques.
+    /// Writes the terms of power `k + 1` of the bodies beside the rotor from those of power `k` of all. Returns the
+    /// term of power `k` of what acts on the rotor beside its own torques.
     #[inline(never)]
     pub fn write(&mut self, laws: &Pmsm, rotor: &Coefficients, start: &Start, k: usize) -> f64 {
         let mut forces = [0.0; MOST_BODIES];

@@ -191,8 +191,9 @@ impl Pmsm {
         Self::around(motor, inverter, &Network::of_rotor(hand), edge_s)
     }
 
-    /// Creates the laws of a rotor with what a network has around it: the rotor is the body that is `driven` and `seen`.
-    /// Its inertia and friction in the network are what is added to the motor's, and the network's drive is not used.
+    /// Creates the laws of a rotor with what a network has around it: the rotor is the body that is `driven` and
+    /// `seen`. Its inertia and friction in the network are what is added to the motor's, and the network's drive is
+    /// not used.
     ///
     /// # Errors
     ///

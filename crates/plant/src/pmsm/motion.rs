@@ -406,8 +406,8 @@ impl<'a> PmsmDevice<'a> {
         }
     }
 
-    /// Sets the hand's intended position and its speed from `edge` on, in units of the body that it holds: rad and rad/s
-    /// or m and m/s. A prescribing hand moves the body to them.
+    /// Sets the hand's intended position and its speed from `edge` on, in units of the body that it holds: rad and
+    /// rad/s, or m and m/s. A prescribing hand moves the body to them.
     pub fn intend(&mut self, edge: u64, position: f64, speed: f64) {
         self.reach(edge);
         self.pass(edge, Some(edge));
@@ -1035,8 +1035,8 @@ impl<'a> PmsmDevice<'a> {
         }
     }
 
-    /// Ends the segment where a sum of a stop's rate and stretch, with these factors, falls below 0. It `is_freed` if it
-    /// is 0 at the anchor and begins to grow there.
+    /// Ends the segment where a sum of a stop's rate and stretch, with these factors, falls below 0. It `is_freed` if
+    /// it is 0 at the anchor and begins to grow there.
     fn watch_stop(&mut self, tie: &Tie, ([rate, stretch], is_freed): ([f64; 2], bool), from: f64, end: End) {
         let around = &self.series.around;
         let first = tie.stretch(|body| around.position(&self.start, body));

@@ -56,8 +56,8 @@ impl Room {
         self.touches == around.touches && starts.iter().zip(&self.further).all(|(start, most)| start <= most)
     }
 
-    /// Makes a room for segments that start so and are to last for a time. `further` are the speeds of the bodies beside
-    /// the rotor, then the stretches of the ties that act.
+    /// Makes a room for segments that start so and are to last for a time. `further` are the speeds of the bodies
+    /// beside the rotor, then the stretches of the ties that act.
     pub fn made(laws: &Pmsm, around: &Around, start: [f64; 4], further: &[f64], expected_s: f64) -> Self {
         let motor = &laws.motor;
         let [shaft, others @ ..] = &laws.net.bodies[..] else { return Self::NONE };

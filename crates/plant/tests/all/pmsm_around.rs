@@ -34,8 +34,8 @@ fn dead() -> PmsmMotor {
     PmsmMotor { flux_vs: 0.0, ..motor() }
 }
 
-/// A network of a rotor and one to four further bodies on compliant and rigid joints, with stops and friction, where the
-/// hand holds any of them.
+/// A network of a rotor and up to three further bodies on compliant and rigid joints, with stops and friction, where
+/// the hand holds any of them.
 fn network(random: &mut Random) -> Network {
     let further = random.below(4) as usize;
     let hand = match random.below(3) {
@@ -450,8 +450,8 @@ fn the_lag_of_a_shunt_is_that_of_the_current_behind_it() {
     }
 }
 
-/// A knob on a joint that is stiffer and stiffer turns with the rotor as one on a rigid joint: what is left falls as the
-/// joint's compliance.
+/// A knob on a joint that is stiffer and stiffer turns with the rotor as one on a rigid joint: what is left falls as
+/// the joint's compliance.
 #[test]
 fn a_stiff_joint_is_nearly_a_rigid_one() {
     let turned = |compliance: Option<(f64, f64)>| {

@@ -1,6 +1,7 @@
 //! The keys of a device of bodies and joints.
 
 use crate::axis::library::{AMPLIFIERS, MOTORS, NamedPart, by_name};
+use crate::axis::sensors::Bus;
 use crate::schema::Otherwise::{Is, Required, Said};
 use crate::schema::quantity as q;
 use crate::schema::quantity::Sense::{Any, NotNegative, Positive, Within};
@@ -169,8 +170,9 @@ keys! { sensor: "device.sensors.SENSOR" of [];
     /// the place of `rate` and `phase`.
     trigger: Flag = Flag(false);
     /// Chip on a bus that brings the word of an absolute encoder in the place of the pin `word`: the AS5047P at the
-    /// pins `csn`, `sck`, `mosi` and `miso`, with 14 bits.
-    chip: Choice<f64> = Choice::new(|| vec![("as5047p", 100e-9)], Said("none"));
+    /// pins `csn`, `sck`, `mosi` and `miso`, with 14 bits, or the AS5600 at `scl`, `sda_out` and `sda`, with 12 bits.
+    chip: Choice<(Bus, u32, f64)> =
+        Choice::new(|| vec![("as5047p", (Bus::Spi, 14, 100e-9)), ("as5600", (Bus::I2c, 12, 1e-6))], Said("none"));
     /// Rate of the samples of a word, or of a modulator's bits, their period rounded to whole clock cycles; required
     /// but for an encoder, or where a design starts the samples.
     rate: Quantity = Quantity::new(&q::FREQUENCY, Positive, Said("none"));

@@ -123,8 +123,18 @@ pub struct Sampled {
     pub offset_binary: bool,
     /// The corner of a first-order lag between a phase's current and the converter, in rad/s; `None` without a lag.
     pub lag_rad_per_s: Option<f64>,
-    /// Of a chip on a bus the least clocks of a period of the bus; `None` if the design sees the word.
-    pub chip: Option<u64>,
+    /// Of a chip the bus that it is on, and the least clocks of a period of the bus; `None` if the design sees the
+    /// word.
+    pub chip: Option<(Bus, u64)>,
+}
+
+/// The bus of a chip.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Bus {
+    /// Four lines: `csn`, `sck` and `mosi` of the design, `miso` of the chip.
+    Spi,
+    /// Two lines: `scl` and `sda_out` of the design, which pulls SDA down by 0, and `sda`, the level of the line.
+    I2c,
 }
 
 /// The fraction of a count in which words are computed: 2^-16.
@@ -171,7 +181,8 @@ impl Sensor {
         match &self.kind {
             SensorKind::Encoder(..) => vec![("a", Format::BIT), ("b", Format::BIT)],
             SensorKind::Hall(_) => ["a", "b", "c"].map(|pin| (pin, Format::BIT)).into(),
-            SensorKind::Sampled(Sampled { chip: Some(_), .. }) => vec![("miso", Format::BIT)],
+            SensorKind::Sampled(Sampled { chip: Some((Bus::Spi, _)), .. }) => vec![("miso", Format::BIT)],
+            SensorKind::Sampled(Sampled { chip: Some((Bus::I2c, _)), .. }) => vec![("sda", Format::BIT)],
             SensorKind::Sampled(Sampled { reading, bits, offset_binary, .. }) => {
                 let word =
                     if reading.is_round() || *offset_binary { Format::unsigned(*bits) } else { Format::signed(*bits) };
@@ -188,7 +199,16 @@ impl Sensor {
 
     /// Returns whether it is a chip on a bus, whose lines the design drives.
     pub fn is_chip(&self) -> bool {
-        matches!(&self.kind, SensorKind::Sampled(Sampled { chip: Some(_), .. }))
+        !self.lines().is_empty()
+    }
+
+    /// Returns the names of the lines of a chip that the design drives, three at most.
+    pub fn lines(&self) -> &'static [&'static str] {
+        match &self.kind {
+            SensorKind::Sampled(Sampled { chip: Some((Bus::Spi, _)), .. }) => &["csn", "sck", "mosi"],
+            SensorKind::Sampled(Sampled { chip: Some((Bus::I2c, _)), .. }) => &["scl", "sda_out"],
+            _ => &[],
+        }
     }
 }
 
@@ -339,8 +359,10 @@ fn sampled(s: &Section, reading: Reading, slides: bool, clock: Clock) -> Result<
     use keys::sensor as key;
     let is_round = reading.is_round();
     let (bits, triggered) = (s.read(&key::bits)?, s.read(&key::trigger)?);
-    if s.has("chip") && (bits != 14 || s.has("span") || s.has("bus")) {
-        return Err(s.error("chip", "its word is a turn in 14 bits; write bits = 14, and neither span nor bus"));
+    let chip = s.given(&key::chip)?;
+    if let Some((_, own, _)) = chip.filter(|(_, own, _)| *own != bits || s.has("span") || s.has("bus")) {
+        let reason = format!("its word is a turn in {own} bits; write bits = {own}, and neither span nor bus");
+        return Err(s.error("chip", reason));
     }
     if let Some(key) = ["rate", "phase"].into_iter().find(|key| triggered && s.has(key)) {
         return Err(s.error(key, "the design starts each sample, by trigger = true; write one of both"));
@@ -389,7 +411,7 @@ fn sampled(s: &Section, reading: Reading, slides: bool, clock: Clock) -> Result<
         zero_of: s.given(&key::calibrated_zero)?.unwrap_or(0),
         offset_binary: s.read(&key::offset_binary)?,
         lag_rad_per_s: if is_round { None } else { s.given(&key::corner)?.map(|hz| 2.0 * PI * hz) },
-        chip: s.given(&key::chip)?.map(|least_s| clock.first_edge_at((least_s * 1e12) as u64).0),
+        chip: chip.map(|(bus, _, least_s)| (bus, clock.first_edge_at((least_s * 1e12) as u64).0)),
     })
 }
 

@@ -2,7 +2,7 @@
 
 use hpu_signal::Format;
 
-use hpu_scene::{Connection, Driving, DutScene, Experiment, Hand, Phase, Reading, SensorKind, SensorPin};
+use hpu_scene::{Bus, Connection, Driving, DutScene, Experiment, Hand, Phase, Reading, SensorKind, SensorPin};
 
 const WHEEL: &str = r#"about = "A wheel behind field-oriented control."
 clock.frequency = "50 MHz"
@@ -309,4 +309,21 @@ fn the_shunt_of_a_phase_may_have_a_lag() {
     assert_eq!(ic.lag_rad_per_s, None);
     refused("gain = \"100 mV/A\"", "corner = \"51 MHz\", gain = 1", "ia.corner: beyond the clock");
     refused("gain = \"100 mV/A\"", "corner = 0, gain = 1", "ia.corner: `0` must be above zero");
+}
+
+#[test]
+fn a_chip_on_i2c_has_two_lines_of_the_design_and_the_level_of_one() {
+    let angle = "angle = { kind = \"absolute\", rate = \"100 kHz\", bits = 14 }";
+    let chip = "angle = { kind = \"absolute\", chip = \"as5600\", rate = \"6667 Hz\", bits = 12 }";
+    let ports = "ports]\nscl = \"sensor.angle.scl\"\nout = \"not sensor.angle.sda_out\"\nsda = \"sensor.angle.sda\"";
+    let text = WHEEL.replacen(angle, chip, 1).replacen("ports]", ports, 1);
+    let scene = parse(&text).unwrap();
+    assert_eq!(scene.sensors()[3].lines(), ["scl", "sda_out"]);
+    let SensorKind::Sampled(sampled) = &scene.sensors()[3].kind else { panic!("it samples") };
+    // A period of the bus has 1 us at the least.
+    assert_eq!((sampled.chip, sampled.bits), (Some((Bus::I2c, 50)), 12));
+    let error = parse(&text.replacen("angle.sda_out", "angle.mosi", 1)).unwrap_err();
+    assert!(error.contains("there are") && error.contains("sensor.angle.sda_out"), "{error}");
+    let error = parse(&text.replacen("bits = 12", "bits = 14", 1).replacen("bits = 14", "bits = 12", 0)).unwrap_err();
+    assert!(error.contains("chip"), "{error}");
 }
