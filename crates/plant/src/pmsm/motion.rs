@@ -197,6 +197,18 @@ impl<'a> PmsmDevice<'a> {
         sums
     }
 
+    /// Returns the angle of [`sum`](Self::sum) alone, with the part that rounding takes from it.
+    #[inline(always)]
+    fn angle(&self, t: f64) -> (f64, f64) {
+        let (x, low) = (self.start.x[ANGLE], self.start.low[ANGLE]);
+        let terms = self.series.x[1..=self.series.powers].iter().rev();
+        let rate = terms.fold(0.0, |sum, term| sum * t + term[ANGLE]) + self.start.low[SPEED];
+        let change = low + rate * t;
+        let whole = x + change;
+        let kept = whole - x;
+        (whole, (x - (whole - kept)) + (change - kept))
+    }
+
     /// Returns the current a time after the anchor, in the stator's frame.
     #[inline(always)]
     fn current(&self, t: f64) -> Plane {
@@ -544,10 +556,7 @@ impl<'a> PmsmDevice<'a> {
     fn read(&self, sensor: usize, t: f64) -> Double {
         let (body, units, _) = self.laws.net.sensed[sensor];
         let (high, low) = match body {
-            0 => {
-                let (x, low) = self.sum(t);
-                (x[ANGLE], low[ANGLE])
-            }
+            0 => self.angle(t),
             _ => {
                 let (x, low) = self.series.around.bodies[body - 1].at(t, self.series.powers);
                 (x[1], low[1])
@@ -570,6 +579,7 @@ impl<'a> PmsmDevice<'a> {
     }
 
     /// Returns the first edge in (`from`, `last`] at which the reading of a sensor is outside a band.
+    #[inline(never)]
     fn reads_beyond(&self, sensor: usize, from: u64, last: u64, (low, high): (f64, f64)) -> Option<u64> {
         let (body, units, _) = self.laws.net.sensed[sensor];
         let (edge_s, powers) = (self.laws.edge_s, self.series.powers);
@@ -613,9 +623,9 @@ impl<'a> PmsmDevice<'a> {
 
     /// Returns on which side of a band the angle, with its low part, lies at an edge of the segment.
     fn side(&self, edge: u64, (low, high): (f64, f64)) -> i8 {
-        let (x, part) = self.sum(self.time_s(edge));
+        let (angle, part) = self.angle(self.time_s(edge));
         // An angle rounded downward is below a limit exactly if the angle before rounding is.
-        let angle = if part[ANGLE] < 0.0 { x[ANGLE].next_down() } else { x[ANGLE] };
+        let angle = if part < 0.0 { angle.next_down() } else { angle };
         if angle < low { -1 } else { i8::from(angle >= high) }
     }
 
@@ -863,6 +873,7 @@ impl<'a> PmsmDevice<'a> {
     }
 
     /// Finds what friction does to the bodies beside the rotor, and returns the sizes that a room bounds.
+    #[inline(never)]
     fn look_around(&mut self, cause: End) -> Vec<f64> {
         let mut bounds = Vec::new();
         for index in 0..self.series.around.bodies.len() {
@@ -882,6 +893,7 @@ impl<'a> PmsmDevice<'a> {
     }
 
     /// Changes how a pair of stops is touched, where the segment ends.
+    #[inline(never)]
     fn touch(&mut self, stop: usize, touch: Touch, (x, low): (&mut Lanes, &mut Lanes)) {
         let (laws, before) = (self.laws, self.series.around.touches[stop]);
         let body = laws.net.stops[stop].body;

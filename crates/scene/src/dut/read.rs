@@ -627,8 +627,8 @@ fn sensor_pin(name: &str, inverted: bool, sensors: &[Sensor]) -> Result<SensorPi
     let pins = |(index, sensor): (usize, &Sensor)| {
         let given = sensor.pins().into_iter().zip(0..);
         let start = sensor.is_triggered().then_some((("start", Format::BIT), SensorPin::START));
-        let lines = ["csn", "sck", "mosi"].map(|line| (line, Format::BIT)).into_iter().zip(SensorPin::LINES..);
-        let all = given.chain(start).chain(lines.filter(|_| sensor.is_chip()));
+        let lines = sensor.lines().iter().map(|line| (*line, Format::BIT)).zip(SensorPin::LINES..);
+        let all = given.chain(start).chain(lines);
         all.map(|((pin, format), place)| (format!("{}.{pin}", sensor.name), index, place, format)).collect::<Vec<_>>()
     };
     let together = sensors.iter().any(Sensor::is_triggered);

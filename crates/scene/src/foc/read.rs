@@ -64,6 +64,7 @@ pub(crate) fn scene(file: &str, source: &Source, load: Load) -> Result<FocScene,
             bridge: model.read(&keys::model_foc::bridge)?,
             ideal: model.read(&keys::model_foc::currents)?,
             delay_s: model.read(&keys::model_foc::current_delay)?,
+            in_floats: model.read(&keys::model_foc::datapath)?,
         },
         head: OWN.head(file, source, &outside, (about, clock))?,
     };
