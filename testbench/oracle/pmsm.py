@@ -4,7 +4,7 @@
 Cases are the same as in crates/plant/tests/all/pmsm_record.rs, which holds the program against the record: random gate
 sequences with dead time, periods with one leg or all legs off, friction, cogging, salience and a hand. The equations
 are written here once more and in another form: in the rotor's frame with voltages of terminals where three phases
-conduct, as a loop of two phases where one floats. Which diodes conduct is found by opening the one whose terminal is
+conduct, as a loop of two phases where one floats. One case has a knob on a compliant joint, with stops. Which diodes conduct is found by opening the one whose terminal is
 farthest beyond its range, again and again. A segment is at most 6 us long; its series go on until their terms are
 below 10^-40.
 
@@ -38,6 +38,9 @@ class Case:
         plain = dict(
             p=7, r="0.8", d="0.4e-3", q="0.4e-3", psi="6e-3", inertia="2e-5", viscous="1e-5", coulomb="0", stiction="0",
             supply="24", rs="0", ron="0", drop="0", cogging=[], stiffness="0", damping="0", intent="0",
+            # A knob: its inertia (0: none), viscous friction and speed, the knob's turns for one of the rotor, the
+            # joint, a torque on it, and stops on both sides.
+            knob="0", drag="0", start="0", ratio="0", joint="0", damper="0", push="0", end="0", stop="0", cushion="0",
         )
         for key, value in {**plain, **given}.items():
             if key == "cogging":
@@ -57,6 +60,11 @@ CASES = [
     Case(
         "held", 4, 400, "0.5", "-0.2", drop="0.5", ron="0.01", coulomb="4e-3", stiction="6e-3", inertia="4e-6",
         stiffness="0.3", damping="2e-4", intent="-0.1", cogging=[(12, "3e-3", "0.2")],
+    ),
+    Case(
+        "knob", 5, 240, "6", "0", d="0.3e-3", drop="0.7", ron="0.02", rs="0.05", inertia="4e-6", coulomb="1e-3",
+        stiction="2e-3", cogging=[(42, "1e-3", "0.5")], knob="8e-6", drag="1e-5", start="3", ratio="0.5", joint="2",
+        damper="1e-4", push="2e-2", end="0.02", stop="15", cushion="5e-4",
     ),
 ]
 
@@ -115,6 +123,9 @@ class Motion:
         self.paths = [LOW] * 3
         self.resting = [True] * 3
         self.hold = 0
+        # The knob, which presses the stop at `touch` times its end, or has left it without being inside again.
+        self.turning, self.place = case.start, mpf(0)
+        self.touch, self.lifted = 0, False
         self.log = []
 
     # Paths are H, L, U (upper diode), D (lower diode), O (floating).
@@ -134,6 +145,7 @@ class Motion:
         waves = [[[cos(o * self.angle + f)], [sin(o * self.angle + f)]] for o, _, f in c.cogging]
         d, q = [self.current[0]], [self.current[1]]
         torque = []
+        kw, kth, force = [self.turning], [self.place], []
         phase = [[], [], []]
         volts = [[], [], []]
         psis = [[], [], []]
@@ -193,6 +205,16 @@ class Motion:
                 sum_k -= size * wave[1][k]
             if c.stiffness:
                 sum_k += c.stiffness * ((c.intent if k == 0 else 0) - th[k]) - c.damping * w[k]
+            if c.knob:
+                bend = c.joint * (c.ratio * th[k] - kth[k]) + c.damper * (c.ratio * w[k] - kw[k])
+                sum_k -= c.ratio * bend
+                side = self.touch
+                force.append(c.stop * (side * kth[k] - (c.end if k == 0 else 0)) + side * c.cushion * kw[k])
+                moves = bend - c.drag * kw[k] + (c.push if k == 0 else 0)
+                if side and not self.lifted:
+                    moves -= side * force[k]
+                kw.append(moves / c.knob / (k + 1))
+                kth.append(kw[k] / (k + 1))
             torque.append(sum_k)
             net = sum_k - c.viscous * w[k] - (self.hold * c.coulomb if k == 0 and self.hold != "stuck" else 0)
             w.append(mpf(0) if self.hold == "stuck" else net / c.inertia / (k + 1))
@@ -224,7 +246,8 @@ class Motion:
                 terminal[x] = [
                     volts[y][k] - c.r * phase[y][k] - slope[y][k] + slope[x][k] for k in range(n - 1)
                 ]
-        self.now = dict(d=d, q=q, w=w, th=th, phase=phase, torque=torque, terminal=terminal, slope=slope, rail=rail)
+        self.now = dict(d=d, q=q, w=w, th=th, phase=phase, torque=torque, terminal=terminal, slope=slope, rail=rail,
+                        kw=kw, kth=kth, force=force)
 
     def conditions(self):
         """Series that stay positive while the paths last, with what happens at their ends."""
@@ -249,6 +272,15 @@ class Motion:
                     low = [v[0] + c.drop] + v[1:]
                     high = [(c.supply + c.drop if k == 0 else 0) - c.rs * supply[k] - v[k] for k in range(n)]
                     found += [(low, ("opens", x, "D")), (high, ("opens", x, "U"))]
+        if c.knob:
+            place, force = now["kth"][:n], now["force"][:n]
+            beyond = lambda side: [side * v - (c.end if k == 0 else 0) for k, v in enumerate(place)]
+            if not self.touch:
+                found += [([-v for v in beyond(side)], ("touch", side)) for side in (1, -1)]
+            elif self.lifted:
+                found += [(beyond(self.touch), ("out",)), ([-v for v in force], ("press",))]
+            else:
+                found.append((force, ("lift",)))
         if self.hold == "stuck":
             found.append(([c.stiction - now["torque"][0]] + [-v for v in now["torque"][1:]], ("break", 1)))
             found.append(([c.stiction + now["torque"][0]] + now["torque"][1:], ("break", -1)))
@@ -317,6 +349,15 @@ class Motion:
             self.move(first)
             if reason is None:
                 continue
+            if reason[0] in ("touch", "out", "press", "lift"):
+                if reason[0] == "touch":
+                    self.touch = reason[1]
+                if reason[0] in ("touch", "out"):
+                    self.place = self.touch * self.case.end
+                if reason[0] == "out":
+                    self.touch = 0
+                self.lifted = reason[0] == "lift"
+                continue
             if reason[0] != "stop" and reason[0] != "break":
                 self.log.append((self.t, reason[0]))
             begins, breaks = None, 0
@@ -363,6 +404,8 @@ class Motion:
         at = lambda name: mp.polyval(self.now[name][:ORDER][::-1], t)
         self.current = [at("d"), at("q")]
         self.speed, self.angle = at("w"), at("th")
+        if self.case.knob:
+            self.turning, self.place = at("kw"), at("kth")
         self.t += t
 
     def switch(self, legs):
@@ -376,7 +419,7 @@ class Motion:
 
 def main():
     print("# testbench/oracle/pmsm.py > testbench/record/pmsm.txt")
-    print("# case NAME; then: state PERIOD i_d i_q speed angle; change EDGE of 2^-43 s from 0, the first at or after")
+    print("# case NAME; then: state PERIOD i_d i_q speed angle, and a knob's angle; change EDGE of 2^-43 s from 0, the first at or after")
     only = sys.argv[1:]
     for case in CASES:
         if only and case.name not in only:
@@ -388,7 +431,8 @@ def main():
             while (shown + 1) * 20 * PERIOD <= edge:
                 shown += 1
                 motion.go(shown * 20 * PERIOD * EDGE)
-                numbers = " ".join(mp.nstr(v, 25) for v in [*motion.current, motion.speed, motion.angle])
+                knob = [motion.place] if case.knob else []
+                numbers = " ".join(mp.nstr(v, 25) for v in [*motion.current, motion.speed, motion.angle, *knob])
                 print("state", shown * 20, numbers)
             motion.go(edge * EDGE)
             if legs is not None:

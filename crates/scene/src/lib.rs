@@ -108,7 +108,7 @@ pub use axis::library::{NamedPart, parts};
 pub use axis::network::{Compound, Dac};
 pub use axis::parts::{Amplifier, Device, Encoder, Hand, Method, Motor, PathPoint, Push, Ramp, Wall};
 pub use axis::rows::{AnalogShaper, Mass};
-pub use axis::sensors::{Hall, MOST_SENSORS, Modulator, Phase, Reading, Sampled, Sensor, SensorKind};
+pub use axis::sensors::{Bus, Hall, MOST_SENSORS, Modulator, Phase, Reading, Sampled, Sensor, SensorKind};
 pub use axis::words::{COMMAND_BITS, LoopWords, Realised};
 pub use dut::{
     BesideFile, Connected, Connection, Driving, Dut, DutClock, DutReset, DutScene, Engine, Generic, Layout, Line, Part,
@@ -122,7 +122,7 @@ pub use experiment::resolved::{
 pub use experiment::shipped::shipped_file;
 pub use faults::{EncoderLine, Faults, Stuck, Switch, Times};
 pub use files::{read_plain, read_stdin, read_text, utf8};
-pub use foc::{FocMethod, FocModel, FocScene, FocWords};
+pub use foc::{FocFloats, FocMethod, FocModel, FocScene, FocWords};
 pub use gimbal::{
     Displacement, ForceSensor, GimbalMethod, GimbalModel, GimbalScene, GimbalWords, PositionGains, Posture, Probe,
     Servo, Shear, Target, TargetKind, Thresholds,

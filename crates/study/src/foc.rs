@@ -10,6 +10,7 @@ use crate::{accuracy, fit, map, widths};
 
 /// Keys that leave parts of the model out.
 const AVERAGED: (&str, &str) = ("model.bridge", "averaged");
+const FLOATS: (&str, &str) = ("model.datapath", "float64");
 const IDEAL: (&str, &str) = ("model.currents", "ideal");
 const FRICTIONLESS: (&str, &str) = ("model.friction", "none");
 
@@ -26,6 +27,8 @@ impl accuracy::Device for FocScene {
         let all = [
             (switches, Contestant::new("averaged", &[AVERAGED])),
             (has_loops, Contestant::new("ideal currents", &[AVERAGED, IDEAL])),
+            (!self.model.in_floats, Contestant::new("floats", &[FLOATS])),
+            (switches && !self.model.in_floats, Contestant::new("averaged floats", &[AVERAGED, FLOATS])),
             (rubs, Contestant::new("frictionless", &[FRICTIONLESS])),
         ];
         all.into_iter().filter(|(has, _)| *has).map(|(_, contestant)| contestant).collect()
@@ -50,6 +53,9 @@ impl fit::Device for FocScene {
         let averaged = switches.then(|| list.add("the bridge's switching", 6, &[AVERAGED], &[]));
         if has_loops {
             list.add("the current loops", 8, &[IDEAL], &[averaged]);
+        }
+        if !self.model.in_floats {
+            list.add("the words of the logic (rounding, latency)", 2, &[FLOATS], &[]);
         }
         if rubs {
             list.add("Coulomb friction", 4, &[FRICTIONLESS], &[]);

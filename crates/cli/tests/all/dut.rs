@@ -172,6 +172,29 @@ fn faults_of_a_design_around_three_phases_are_told() {
     assert!(number(&energy("low_side")["copper_j"]) > 1e-3);
 }
 
+/// The hand holds the rotor at 1 rad, 651.9 of 4096 words, and later at 1.5 rad, 977.8 of them.
+#[test]
+fn a_chip_on_i2c_is_read_by_a_design_of_the_interface_alone() {
+    let angle = |more: &[&str]| json(&run(&[&["run", "testbench/dut/angle.toml", "--json"][..], more].concat()));
+    let value = angle(&[]);
+    let frames = &value["frames"][0];
+    assert_eq!((&frames["wrong"], &frames["fast"]), (&0.into(), &0.into()), "{frames}");
+    let net = |value: &Value, name: &str| {
+        let nets = value["signals"].as_array().expect("nets");
+        let net = nets.iter().find(|net| net["name"] == name).expect("a net").clone();
+        (number(&net["min"]), number(&net["max"]))
+    };
+    assert_eq!((net(&value, "angle"), net(&value, "refused")), ((0.0, 977.0), (0.0, 0.0)));
+    let still = angle(&["--set", "hand.path=[[0, 1]]"]);
+    assert_eq!(net(&still, "angle"), (0.0, 651.0));
+    // At 200 MHz the bus has a clock of 1.6 MHz, and the chip's data sheet allows 1.
+    let fast = angle(&["--set", "clock.frequency=200 MHz"]);
+    assert_eq!(fast["frames"][0]["fast"], fast["frames"][0]["frames"]);
+    // Before its power-up the chip acknowledges nothing.
+    let late = angle(&["--set", "device.sensors.angle.power_up=1 ms"]);
+    assert!(net(&late, "refused").1 > 0.0);
+}
+
 /// A zero of the angle that is wrong by 45 electrical degrees leaves the cosine of the torque.
 #[test]
 #[ignore = "testbench/long.sh runs it"]

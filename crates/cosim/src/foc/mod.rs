@@ -1,7 +1,9 @@
 //! A scene of a motor with three phases behind field-oriented control, made ready.
 
-use hpu_datapath::Wiring as _;
-use hpu_datapath::foc::{FocKnobLoop, KnobIn};
+mod floats;
+
+use hpu_datapath::AnyWiring;
+use hpu_datapath::foc::{FocKnobLoop, KnobIn, ThreePhasePwm, ThreePhasePwmConfig};
 use hpu_signal::Ports;
 
 use crate::result::columns::CURRENTS;
@@ -15,12 +17,32 @@ use crate::world::faults::FaultPlan;
 use crate::world::plant::{Around, Plant};
 use hpu_scene::{BridgeModel, FocScene, FocWords, Mass, Push, Setup, Winding};
 
+use floats::FloatLogic;
+
+/// The loop of a scene.
+#[allow(clippy::large_enum_variant, reason = "one of them exists a run")]
+enum Closed {
+    /// In words.
+    Words(FocKnobLoop),
+    /// In floats.
+    Floats(FloatLogic),
+}
+
+impl Closed {
+    fn wiring(&self) -> &dyn AnyWiring {
+        match self {
+            Self::Words(wiring) => wiring,
+            Self::Floats(wiring) => wiring,
+        }
+    }
+}
+
 /// A scene behind field-oriented control made ready: its words, its wiring, its plant.
 pub struct FocSimulation<'s> {
     scene: &'s FocScene,
     plant: Plant,
     words: FocWords,
-    wiring: FocKnobLoop,
+    closed: Closed,
     outline: Outline,
 }
 
@@ -37,7 +59,12 @@ impl<'s> FocSimulation<'s> {
         let wall = scene.wall.is_some().then(|| (scene.wall_count() as f64 * words.count_rad, push(scene, &words)));
         let (has_wall, device) = (wall.is_some(), (&scene.device, scene.encoder.count_rad()));
         let commands = vec![("target", "wall_torque_nm", words.unit[1])];
-        let closed_by = (<FocKnobLoop as hpu_datapath::Block>::NAME, wiring.nets());
+        let closed = if scene.model.in_floats {
+            Closed::Floats(FloatLogic::new(words.floats, &wiring, modulator(&words)?))
+        } else {
+            Closed::Words(wiring)
+        };
+        let closed_by = (closed.wiring().name(), closed.wiring().nets());
         let outline = Outline::of_axis(scene, device, wall, closed_by, commands, true);
         let outline = outline.with_hand(scene.hand_path()).with_sensors(&scene.pmsm.sensors);
         let waves = Waves { groups: &[], curves: &CURVES };
@@ -45,7 +72,7 @@ impl<'s> FocSimulation<'s> {
         let columns = outline.columns.iter().filter(|column| !(scene.model.ideal && CURRENTS.contains(column)));
         let columns = columns.copied().collect();
         let outline = Outline { has_contact: has_wall, contact, waves, columns, ..outline };
-        Ok(Self { scene, plant, words, wiring, outline })
+        Ok(Self { scene, plant, words, closed, outline })
     }
 
     /// Returns the scene.
@@ -73,6 +100,20 @@ impl<'s> FocSimulation<'s> {
             ..KnobIn::build(|| 0)
         }
     }
+}
+
+/// Returns the modulator of the words.
+fn modulator(words: &FocWords) -> Result<ThreePhasePwm, SimulationError> {
+    let foc = words.config.foc;
+    let config = ThreePhasePwmConfig {
+        duty_width: foc.duty_width,
+        steps: foc.steps,
+        dead_time: foc.dead_time,
+        min_pulse: foc.min_pulse,
+        sample_delay: foc.sample_delay,
+        peak: foc.peak,
+    };
+    ThreePhasePwm::new(config).map_err(SimulationError::Config)
 }
 
 /// The nets that waveforms draw as curves.
@@ -142,7 +183,10 @@ impl Simulation for FocSimulation<'_> {
 
 impl Wired for FocSimulation<'_> {
     fn wiring(&self) -> TheLoop<'_> {
-        TheLoop::Device(&self.wiring)
+        match &self.closed {
+            Closed::Words(wiring) => TheLoop::Device(wiring),
+            Closed::Floats(wiring) => TheLoop::Floats(wiring),
+        }
     }
 
     fn gates_drive(&self) -> bool {
@@ -157,7 +201,11 @@ impl Wired for FocSimulation<'_> {
         let enabled_from = self.scene.clock.edges(method.enable_after_s);
         let world = AxisWorld::of_three_phases(&self.plant, command, read, enabled_from);
         let counter = if method.position.is_some() { "position" } else { "counted" };
-        visitor.visit(&self.wiring, world.counted_by(self.outline.net(counter)), self.input())
+        let world = world.counted_by(self.outline.net(counter));
+        match &self.closed {
+            Closed::Words(wiring) => visitor.visit(wiring, world, self.input()),
+            Closed::Floats(wiring) => visitor.visit(wiring, world, self.input()),
+        }
     }
 
     crate::run::simulation::wired_alike!();

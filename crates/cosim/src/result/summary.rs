@@ -106,7 +106,8 @@ pub struct Starts {
 pub struct Frames {
     /// All of them.
     pub all: u64,
-    /// Frames of another length, with a wrong parity or a command that the chip does not have.
+    /// Frames of another length, with a wrong parity, or with a command, an address or data that the chip does not
+    /// take.
     pub wrong: u64,
     /// Frames with a clock that is faster than the chip's data sheet allows.
     pub fast: u64,

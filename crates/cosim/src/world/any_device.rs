@@ -7,7 +7,7 @@ use hpu_plant::{Device, Drive, Energy, Event, Measured, Pace, Pulses, REALS, Sta
 use crate::world::encoder::side_of;
 use crate::world::plant::SMALL;
 use crate::world::stepped::Stepped;
-use hpu_scene::Reading;
+use hpu_scene::{Phase, Reading};
 
 /// Index of the angle in a state.
 const ANGLE: usize = 2;
@@ -36,11 +36,10 @@ pub(crate) enum Other<'p> {
     Pmsm(Phased<'p>),
 }
 
-/// A motor with three phases, and the bands of the angle that its further encoders watch, each with its reading.
+/// A motor with three phases.
 #[derive(Clone)]
 pub(crate) struct Phased<'p> {
     body: PmsmDevice<'p>,
-    watched: Vec<(usize, (f64, f64))>,
     /// A page has no design of a user's own, so it has no such motor, and loads no code for one.
     #[cfg(target_family = "wasm")]
     never: std::convert::Infallible,
@@ -50,13 +49,7 @@ impl<'p> Phased<'p> {
     /// Creates a motor that no further encoder watches.
     #[cfg(not(target_family = "wasm"))]
     pub(crate) fn new(body: PmsmDevice<'p>) -> Self {
-        Self { body, watched: Vec::new() }
-    }
-
-    /// Returns the first edge in (`from`, `to`] at which the motion changes its mode or the angle leaves a band.
-    fn next_event(&mut self, from: u64, to: u64, band: (f64, f64)) -> Option<Event> {
-        let (low, high) = self.watched.iter().fold(band, |(low, high), (_, own)| (low.max(own.0), high.min(own.1)));
-        self.body.next_event(from, to, (low, high))
+        Self { body }
     }
 }
 
@@ -106,7 +99,7 @@ impl Other<'_> {
             Self::Small(body) => body.next_event(from, to, band),
             Self::Large(body) => body.next_event(from, to, band),
             Self::Stepped(body) => body.next_event(from, to, band),
-            Self::Pmsm(body) => body.next_event(from, to, band),
+            Self::Pmsm(Phased { body, .. }) => body.next_event(from, to, band),
         }
     }
 
@@ -339,10 +332,8 @@ impl<'p> AnyDevice<'p> {
 
     /// Watches the reading of a further sensor. See [`NetworkDevice::watch`].
     pub(crate) fn watch(&mut self, sensor: usize, band: (f64, f64)) {
-        if let Some(Phased { watched, .. }) = self.phased() {
-            watched.retain(|(other, _)| *other != sensor);
-            watched.push((sensor, band));
-            return;
+        if let Some(Phased { body, .. }) = self.phased() {
+            return body.watch(sensor, band);
         }
         network!(self, body => body.watch(sensor, band));
     }
@@ -353,11 +344,10 @@ impl<'p> AnyDevice<'p> {
         if let Other::Pmsm(phased) = &mut **other { Some(phased) } else { None }
     }
 
-    /// Returns the reading of a further sensor at an edge that has not been left yet; of a motor with three phases its
-    /// angle.
+    /// Returns the reading of a further sensor at an edge that has not been left yet.
     pub(crate) fn reading(&mut self, sensor: usize, edge: u64) -> f64 {
         if let Some(Phased { body, .. }) = self.phased() {
-            return body.state(edge)[ANGLE];
+            return body.reading_of(sensor, edge);
         }
         network!(self, body => body.reading(sensor, edge))
     }
@@ -367,10 +357,25 @@ impl<'p> AnyDevice<'p> {
         let Self::Other(other) = self else { unreachable!("an axis has no further sensors") };
         match (&mut **other, reading) {
             (Other::Pmsm(Phased { body, .. }), Reading::Phase(phase)) => body.floor(Some(phase.leg), edge, scale),
-            // A shaft has one position.
-            (Other::Pmsm(Phased { body, .. }), _) => (body.state(edge)[ANGLE] * scale).floor() as i64,
+            (Other::Pmsm(Phased { body, .. }), Reading::Position(sensor)) => body.floor_of_reading(sensor, edge, scale),
             (_, Reading::Position(sensor)) => network!(self, body => body.floor(Some(sensor), edge, scale)),
             _ => network!(self, body => body.floor(None, edge, scale)),
+        }
+    }
+
+    /// Puts a first-order lag behind the current of a phase, and returns its index.
+    pub(crate) fn lag(&mut self, phase: Phase, corner_rad_per_s: f64) -> usize {
+        match self.phased() {
+            Some(Phased { body, .. }) => body.lag(phase.leg, phase.is_low_side, corner_rad_per_s),
+            None => unreachable!("a motor with three phases alone has such lags"),
+        }
+    }
+
+    /// Returns the greatest integer up to a multiple of the current behind a lag at an edge.
+    pub(crate) fn floor_of_lag(&mut self, lag: usize, edge: u64, scale: f64) -> i64 {
+        match self.phased() {
+            Some(Phased { body, .. }) => (scale * body.lagged(lag, edge)).floor() as i64,
+            None => unreachable!("a motor with three phases alone has such lags"),
         }
     }
 
@@ -393,7 +398,7 @@ impl<'p> AnyDevice<'p> {
     /// Returns on which side of a band the reading of a further sensor lies. See [`NetworkDevice::side_of_reading`].
     pub(crate) fn side_of_reading(&mut self, sensor: usize, edge: u64, value: f64, band: (f64, f64)) -> i8 {
         if let Some(Phased { body, .. }) = self.phased() {
-            return body.side_of_band(edge, value, band);
+            return body.side_of_reading(sensor, edge, band);
         }
         network!(self, body => body.side_of_reading(sensor, edge, value, band))
     }

@@ -12,6 +12,7 @@ pub(crate) mod axis_encoder;
 pub(crate) mod axis_world;
 pub(crate) mod encoder;
 pub(crate) mod faults;
+mod i2c_chip;
 pub(crate) mod integrator;
 pub(crate) mod plant;
 pub(crate) mod sensors;

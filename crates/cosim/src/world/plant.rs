@@ -57,6 +57,7 @@ pub(crate) enum Kind {
     Pmsm {
         laws: Box<Pmsm>,
         effort_per_a: f64,
+        grip_ratio: f64,
         start: [f64; 2],
         knots: Vec<Knot>,
         sensors: Vec<Sensor>,
@@ -194,13 +195,14 @@ impl Plant {
         };
         let rubs = friction != Friction::None;
         if let Some(motor) = around.pmsm.filter(|_| !cfg!(target_family = "wasm")) {
-            let laws = Box::new(pmsm(motor, bridge, (hand, rubs), edge_s)?);
+            let laws = Box::new(pmsm(motor, bridge, rubs, edge_s)?);
             let (sensors, seed) = (motor.sensors.clone(), around.seed);
             let kind = Kind::Pmsm {
                 laws,
                 effort_per_a: motor.torque_constant_nm_per_a(),
                 start: motor.start,
-                knots: knots(path, clock),
+                grip_ratio: motor.around.grip_ratio,
+                knots: knots(&motor.around.path, clock),
                 sensors,
                 seed,
             };
@@ -258,14 +260,14 @@ impl Plant {
             Kind::Axis { axis, .. } => Some((axis.torque_constant_nm_per_a(), 1.0)),
             Kind::Network { laws: AnyLaws::Small(laws), grip_ratio, .. } => Some((laws.effort_per_a(), *grip_ratio)),
             Kind::Network { laws: AnyLaws::Large(laws), grip_ratio, .. } => Some((laws.effort_per_a(), *grip_ratio)),
-            Kind::Pmsm { effort_per_a, .. } => Some((*effort_per_a, 1.0)),
+            Kind::Pmsm { effort_per_a, grip_ratio, .. } => Some((*effort_per_a, *grip_ratio)),
             Kind::Capture { .. } => None,
         }
     }
 }
 
 /// Returns the laws of a motor with three phases on its bridge, with or without friction.
-fn pmsm(motor: &hpu_scene::Pmsm, bridge: Bridge, (hand, rubs): (Hand, bool), edge_s: f64) -> Result<Pmsm, PlantError> {
+fn pmsm(motor: &hpu_scene::Pmsm, bridge: Bridge, rubs: bool, edge_s: f64) -> Result<Pmsm, PlantError> {
     let [direct_h, quadrature_h] = motor.inductance_h;
     let harmonic =
         |&[order, amplitude_nm, phase_rad]: &[f64; 3]| Harmonic { order: order as u32, amplitude_nm, phase_rad };
@@ -287,7 +289,14 @@ fn pmsm(motor: &hpu_scene::Pmsm, bridge: Bridge, (hand, rubs): (Hand, bool), edg
         on_resistance_ohm: bridge.on_resistance_ohm,
         diode_drop_v: bridge.diode_drop_v,
     };
-    Pmsm::new(laws, inverter, hand, edge_s).map_err(|error| PlantError(error.to_string()))
+    let mut network = motor.around.network.clone();
+    for body in network.bodies.iter_mut().filter(|_| !rubs) {
+        (body.coulomb, body.stiction) = (0.0, 0.0);
+    }
+    // The rotor's own inertia and friction are the motor's.
+    let rotor = &mut network.bodies[0];
+    (rotor.inertia, rotor.viscous, rotor.coulomb, rotor.stiction) = (0.0, 0.0, 0.0, 0.0);
+    Pmsm::around(laws, inverter, &network, edge_s).map_err(|error| PlantError(error.to_string()))
 }
 
 /// Returns the steps of the scene's solver.

@@ -3,11 +3,12 @@
 use std::collections::VecDeque;
 
 use hpu_plant::{Band, Leg};
-use hpu_scene::{Hall, MOST_SENSORS, Modulator, Phase, Reading, Sampled, Sensor, SensorKind, SplitMix64};
+use hpu_scene::{Bus, Hall, MOST_SENSORS, Modulator, Phase, Reading, Sampled, Sensor, SensorKind, SplitMix64};
 
 use crate::result::summary::{Frames, Starts};
 use crate::world::any_device::AnyDevice;
 use crate::world::encoder::Encoder;
+use crate::world::i2c_chip::I2cChip;
 use crate::world::spi_chip::{Lines, SpiChip};
 
 /// The sensors of a scene at one clock edge.
@@ -16,7 +17,7 @@ pub(crate) struct Sensors<'p> {
     encoders: Vec<FurtherEncoder>,
     samplers: Vec<Sampler<'p>>,
     /// The chips on a bus, each with the index of its sensor.
-    chips: Vec<(usize, SpiChip)>,
+    chips: Vec<(usize, Chip)>,
     /// Of each sensor the words of its pins: lines A and B, or a word or bit and whether it came at this edge; of a
     /// chip its line out; of Hall switches all three.
     pins: Vec<[i64; 3]>,
@@ -29,6 +30,38 @@ pub(crate) struct Sensors<'p> {
     told: i64,
     /// The sampler whose words an input shows at once, if there is one.
     converter: Option<usize>,
+}
+
+/// A chip on a bus.
+#[derive(Clone)]
+enum Chip {
+    Spi(SpiChip),
+    I2c(I2cChip),
+}
+
+macro_rules! each {
+    ($chip:expr, $it:ident => $call:expr) => {
+        match $chip {
+            Chip::Spi($it) => $call,
+            Chip::I2c($it) => $call,
+        }
+    };
+}
+
+impl Chip {
+    /// Takes the lines that the design drives, if they are others than before.
+    fn drive(&mut self, edge: u64, [first, second, third]: [bool; 3]) {
+        match self {
+            Self::Spi(chip) => {
+                let lines = Lines { csn: first, sck: second, mosi: third };
+                if chip.lines() != lines {
+                    chip.drive(edge, lines);
+                }
+            }
+            Self::I2c(chip) if chip.lines() != [first, second] => chip.drive(edge, [first, second]),
+            Self::I2c(_) => {}
+        }
+    }
 }
 
 /// An encoder that the device watches for it, or Hall switches, which are an encoder of six counts an electrical turn.
@@ -64,8 +97,8 @@ struct Sampler<'p> {
 /// How a sample is taken.
 #[derive(Clone)]
 enum Taking<'p> {
-    /// A word, with noise, and the mean of the readings without current.
-    Word(&'p Sampled, SplitMix64, i64),
+    /// A word, with noise, the mean of the readings without current, and the index of the lag of a phase's shunt.
+    Word(&'p Sampled, SplitMix64, i64, Option<usize>),
     /// A bit of a modulator of a phase, or of the drive's current, with bits of this charge, and the charge that the
     /// bits so far stand for, in 2^-24 of it.
     Bit(Option<usize>, f64, i64),
@@ -99,13 +132,24 @@ impl<'p> Sensors<'p> {
                     sensors.follow(sensor, (*reading, *sector_rad, true), device);
                 }
                 SensorKind::Sampled(of) => {
-                    let taking = Taking::word(of, sensor, seed);
+                    let mut taking = Taking::word(of, sensor, seed);
+                    if let (Reading::Phase(phase), Some(corner), Taking::Word(.., lag)) =
+                        (of.reading, of.lag_rad_per_s, &mut taking)
+                    {
+                        *lag = Some(device.lag(phase, corner));
+                    }
                     if current == Some(sensor) && of.latency == 0 && !of.triggered {
                         sensors.converter = Some(sensors.samplers.len());
                     }
                     #[cfg(not(target_family = "wasm"))]
-                    if let Some(least) = of.chip {
-                        sensors.chips.push((sensor, SpiChip::new(least)));
+                    if let Some((bus, least)) = of.chip {
+                        let chip = match bus {
+                            Bus::Spi => Chip::Spi(SpiChip::new(least)),
+                            Bus::I2c => Chip::I2c(I2cChip::new(least)),
+                        };
+                        // A free line is pulled up.
+                        sensors.pins[sensor][0] = i64::from(bus == Bus::I2c);
+                        sensors.chips.push((sensor, chip));
                     }
                     // A design sees no word at the edge at which it starts the sample.
                     let late = of.ready.saturating_sub(of.phase).div_ceil(of.period.max(1)) * of.period;
@@ -145,7 +189,7 @@ impl<'p> Sensors<'p> {
         let first = row.len();
         row.extend(self.pins.iter().map(|pins| pins[0] as f64));
         for (sensor, chip) in &self.chips {
-            row[first + sensor] = chip.word[0] as f64;
+            row[first + sensor] = each!(chip, it => it.word[0]) as f64;
         }
         for FurtherEncoder { sensor, encoder, .. } in &self.encoders {
             row[first + sensor] = encoder.count() as f64;
@@ -179,7 +223,7 @@ impl<'p> Sensors<'p> {
     pub(crate) fn next_apart(&self) -> u64 {
         let apart = |(place, _): &(usize, _)| Some(*place) != self.converter;
         let sampled = self.samplers.iter().enumerate().filter(apart).map(|(_, sampler)| sampler.due());
-        sampled.chain(self.chips.iter().map(|(_, chip)| chip.due())).min().unwrap_or(u64::MAX)
+        sampled.chain(self.chips.iter().map(|(_, chip)| each!(chip, it => it.due()))).min().unwrap_or(u64::MAX)
     }
 
     /// Returns the edge of the next sample of a current whose word an input shows at once, and the edges from one to
@@ -192,7 +236,7 @@ impl<'p> Sensors<'p> {
     pub(crate) fn convert(&mut self, count: u64, device: &mut AnyDevice, codes: &mut Vec<i64>) {
         let Some(place) = self.converter else { return };
         let Sampler { next, period, taking, sensor, .. } = &mut self.samplers[place];
-        if let Taking::Word(of, random, zero) = taking {
+        if let Taking::Word(of, random, zero, _) = taking {
             let word = |value| codes.push(of.word(value, *zero, |bound| random.below(bound)));
             device.floors((*next, *period), of.scale, count as usize, word);
         }
@@ -211,9 +255,9 @@ impl<'p> Sensors<'p> {
         let lines = bits >> MOST_SENSORS;
         for (place, (sensor, chip)) in self.chips.iter_mut().enumerate() {
             let level = |line: usize| lines >> (3 * place + line) & 1 != 0;
-            let lines = Lines { csn: level(0), sck: level(1), mosi: level(2) };
+            let lines = [level(0), level(1), level(2)];
             let is_up = || self.samplers.iter().all(|sampler| sampler.sensor != *sensor || edge >= sampler.ready);
-            if chip.lines() != lines && is_up() {
+            if is_up() {
                 chip.drive(edge, lines);
             }
         }
@@ -233,7 +277,7 @@ impl<'p> Sensors<'p> {
 
     /// Returns the frames of each chip, by the index of its sensor.
     pub(crate) fn frames(&self) -> Vec<(usize, Frames)> {
-        self.chips.iter().map(|(sensor, chip)| (*sensor, chip.frames())).collect()
+        self.chips.iter().map(|(sensor, chip)| (*sensor, each!(chip, it => it.frames()))).collect()
     }
 
     /// Returns how often a design has started samples, of each sensor by its index that waits for it.
@@ -246,7 +290,10 @@ impl<'p> Sensors<'p> {
     pub(crate) fn happen(&mut self, edge: u64, device: &mut AnyDevice) {
         for sampler in self.samplers.iter_mut().filter(|sampler| sampler.due() <= edge) {
             match self.chips.iter_mut().find(|(sensor, _)| *sensor == sampler.sensor) {
-                Some((_, chip)) => sampler.happen(edge, (device, self.legs), &mut chip.word, false),
+                Some((_, chip)) => {
+                    let word = each!(chip, it => &mut it.word);
+                    sampler.happen(edge, (device, self.legs), word, false);
+                }
                 None => {
                     let pins = &mut self.pins[sampler.sensor];
                     sampler.happen(edge, (device, self.legs), pins, self.tells_new);
@@ -254,7 +301,7 @@ impl<'p> Sensors<'p> {
             }
         }
         for (sensor, chip) in &mut self.chips {
-            if let Some(level) = chip.shown(edge) {
+            if let Some(level) = each!(chip, it => it.shown(edge)) {
                 self.pins[*sensor][0] = level;
             }
         }
@@ -277,13 +324,14 @@ impl<'p> Taking<'p> {
             let sum = (0..count).map(|_| of.word(0, 0, |bound| random.below(bound))).sum::<i64>();
             zero = (2 * sum + count).div_euclid(2 * count);
         }
-        Self::Word(of, random, zero)
+        Self::Word(of, random, zero, None)
     }
 
     fn take(&mut self, edge: u64, device: &mut AnyDevice, legs: [Leg; 3]) -> i64 {
         match self {
-            Self::Word(of, random, zero) => {
+            Self::Word(of, random, zero, lag) => {
                 let value = match of.reading {
+                    _ if let Some(lag) = *lag => device.floor_of_lag(lag, edge, of.scale),
                     Reading::Phase(Phase { leg, is_low_side: true }) if legs[leg] != Leg::Low => 0,
                     reading => device.floor(reading, edge, of.scale),
                 };

@@ -25,6 +25,9 @@ fn run(name: &str, sets: &[(&str, &str)], driver: Driver) -> (Summary, Trace) {
 /// A torque that is the wanted one.
 const IDEAL: (&str, &str) = ("model", "{ bridge = \"averaged\", currents = \"ideal\" }");
 
+/// The logic in floats.
+const FLOATS: (&str, &str) = ("model.datapath", "float64");
+
 /// A hand that pushes from the start.
 const PUSHED: (&str, &str) = ("hand", "{ kind = \"constant_torque\", torque = \"60 mN.m\" }");
 
@@ -37,6 +40,8 @@ fn events_and_clock_agree_to_the_bit_whatever_is_modelled() {
         ("foc-wall", ("model.bridge", "switching")),
         ("foc-wall", ("model.bridge", "averaged")),
         ("foc-wall", ("method.enable_after", "1 ms")),
+        ("foc-detents", FLOATS),
+        ("foc-wall", FLOATS),
     ] {
         let near = if name == "foc-wall" { ("wall.position", "1 mrad") } else { ("method.spacing", "8") };
         let sets = [model, PUSHED, near, ("expect", "{}"), ("run.duration", "5 ms")];
@@ -52,6 +57,82 @@ fn events_and_clock_agree_to_the_bit_whatever_is_modelled() {
         assert!(events.0.encoder_edges > 10, "{name} {model:?}: {}", events.0.encoder_edges);
         assert!(events.0.ticks < 40_000 && clock.0.ticks == 250_000, "{name} {model:?}: {}", events.0.ticks);
     }
+}
+
+/// The words are the floats but for their rounding: a scene's motion is the same within two counts of its position. Its
+/// torque at an instant depends on when a count falls, its mean error is a hundredth of its greatest at most.
+#[test]
+fn floats_are_the_words_without_their_rounding() {
+    for name in ["foc-detents", "foc-wall"] {
+        let sets = [PUSHED, ("expect", "{}"), ("run.duration", "60 ms")];
+        let mut floats = sets.to_vec();
+        floats.push(FLOATS);
+        let [(_, words), (_, floats)] = [run(name, &sets, Driver::Events), run(name, &floats, Driver::Events)];
+        let off = |column: usize| {
+            let pairs = words.real(column).iter().zip(floats.real(column));
+            pairs.map(|(one, other)| (one - other).abs()).collect::<Vec<f64>>()
+        };
+        let most = |all: &[f64]| all.iter().fold(0.0f64, |most, x| most.max(x.abs()));
+        let (far, strong) = (most(words.real(ANGLE)), most(words.real(TORQUE)));
+        let angle = most(&off(ANGLE));
+        let torque = off(TORQUE).iter().sum::<f64>() / words.real(TORQUE).len() as f64;
+        println!("{name}: {angle:e} of {far:e} rad, {torque:e} of {strong:e} N.m");
+        assert!(angle < 3e-3 && far > 0.05, "{name}: {angle:e} of {far:e}");
+        assert!(torque < 0.01 * strong && torque > 0.0, "{name}: {torque:e} of {strong:e}");
+    }
+}
+
+/// A knob on a compliant joint with an encoder and stops, and a shunt with a lag.
+const KNOB: [(&str, &str); 5] = [
+    ("device.bodies.rotor", "{ return_spring = \"10 mN.m/rad\" }"),
+    (
+        "device.bodies.knob",
+        "{ inertia = \"50 g.cm2\", coulomb_friction = \"0.5 mN.m\", \
+         stops = { low = -0.002, high = 0.002, stiffness = \"50 N.m/rad\", damping = \"2 mN.m.s/rad\" } }",
+    ),
+    ("device.joints.shaft", "{ from = \"rotor\", to = \"knob\", ratio = 2, stiffness = \"20 N.m/rad\" }"),
+    ("device.sensors.top", "{ kind = \"encoder\", on = \"knob\", lines = 20000 }"),
+    ("device.sensors.ia.corner", "100 kHz"),
+];
+
+#[test]
+fn events_and_clock_agree_to_the_bit_with_bodies_stops_and_an_imposed_motion() {
+    let pushed = "{ on = \"knob\", kind = \"constant_torque\", torque = \"60 mN.m\" }";
+    let swept = "{ kind = \"prescribed\", path = [[0, 0], [0.002, 0.01], [0.005, -0.01]] }";
+    let turned = "{ on = \"knob\", kind = \"prescribed\", path = [[0, 0], [0.002, 0.01], [0.005, -0.01]] }";
+    for (name, hand) in [("foc-detents", pushed), ("foc-wall", pushed), ("foc-detents", swept), ("foc-wall", turned)] {
+        for bridge in ["switching", "averaged"] {
+            let mut sets = vec![("hand", hand), ("expect", "{}"), ("run.duration", "5 ms"), ("model.bridge", bridge)];
+            sets.extend(KNOB);
+            let [events, clock] = [Driver::Events, Driver::Clock].map(|driver| run(name, &sets, driver));
+            for column in [CURRENT, ANGLE, TORQUE] {
+                assert_eq!(events.1.real(column), clock.1.real(column), "{name} {hand}");
+            }
+            assert_eq!(events.0.nets, clock.0.nets, "{name} {hand}");
+            assert_eq!((events.0.energy, events.0.encoder_edges), (clock.0.energy, clock.0.encoder_edges));
+            assert!(events.0.ticks < 40_000 && events.0.encoder_edges > 0, "{name} {hand}: {}", events.0.encoder_edges);
+        }
+    }
+}
+
+/// A rotor that nothing but a stop holds, against a torque: it rests where the stop's spring has it.
+#[test]
+fn a_knob_rests_in_its_stop() {
+    let stops = "{ stops = { low = -1, high = 0.01, stiffness = \"20 N.m/rad\", damping = \"20 mN.m.s/rad\" } }";
+    let hand = "{ kind = \"constant_torque\", torque = \"60 mN.m\" }";
+    let sets = [
+        ("device.bodies.rotor", stops),
+        ("hand", hand),
+        ("expect", "{}"),
+        ("run.duration", "200 ms"),
+        ("method.enable_after", "1 s"),
+        ("device.coulomb_friction", "0 N.m"),
+        ("device.stiction", "0 N.m"),
+    ];
+    let (summary, trace) = run("foc-wall", &sets, Driver::Events);
+    let angle = trace.real(ANGLE).last().copied().unwrap();
+    assert!((angle - (0.01 + 60e-3 / 20.0)).abs() < 1e-9, "{angle}");
+    assert!(summary.energy.residual_j.abs() < 1e-12 * summary.energy.exchanged_j, "{:?}", summary.energy);
 }
 
 #[test]

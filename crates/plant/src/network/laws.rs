@@ -26,8 +26,9 @@ pub(super) const GRIP: usize = 2;
 pub(super) const EMF: usize = 3;
 
 /// Where a pair of stops is.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) enum Touch {
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub(crate) enum Touch {
+    #[default]
     Out,
     /// The body is beyond a stop (-1 the low one, 1 the high one) that pushes it back.
     Pressed(i8),

@@ -30,6 +30,7 @@ use crate::{Bridge, Hand};
 pub use crate::flow::lanes::{Count, Size};
 pub use free::Free;
 pub use laws::NetworkLaws;
+pub(crate) use laws::Touch;
 pub use motion::NetworkDevice;
 
 /// The most states of a network.

@@ -1,8 +1,9 @@
 //! The energy audit: every flow integrated by itself, from the series of the motion.
 
+use super::around::Around;
 use super::circuit::{Circuit, Plane, dot};
 use super::series::{ALPHA, ANGLE, BETA, Hold, SHARES, SPEED, Series, Start};
-use super::{Grip, Pmsm};
+use super::{Grip, MOST_BODIES, Pmsm};
 use crate::energy::Energy;
 use crate::flow::double::{Product, versions};
 use crate::flow::lanes::Lanes as _;
@@ -66,10 +67,8 @@ impl Passed {
         }
         let mut states = (states * step).state();
         states[ANGLE] -= x[0][ANGLE] * t;
-        let count = powers / 2 + 1;
-        let first = count * (count - 1) / 2 - 3;
         let [mut heat, mut squared, mut across] = [0.0; 3];
-        for (node, weight) in &NODES[first..first + count] {
+        for (node, weight) in nodes(powers) {
             let step = P::all(node * t);
             let (mut point, mut speed) = (P::all(0.0), 0.0);
             for (turned, x) in turned.iter().zip(x).rev() {
@@ -91,44 +90,183 @@ pub(super) fn take(
     energy: &mut Energy,
     laws: &Pmsm,
     (circuit, hold): (&Circuit, Hold),
-    start: &Start,
+    (start, series): (&Start, &Series),
     passed: &Passed,
     (t, turned): (f64, f64),
 ) {
-    let (motor, inverter) = (&laws.motor, &laws.inverter);
+    let inverter = &laws.inverter;
+    let shaft = &laws.net.bodies[0];
     let charge: Plane = [passed.states[ALPHA], passed.states[BETA]];
     let source = inverter.supply_v * dot(circuit.rail, charge);
     let copper = 1.5 * passed.heat;
     let diodes = inverter.diode_drop_v * dot(circuit.diodes, charge);
     let squared = passed.squared;
-    let viscous = motor.viscous_nm_s_per_rad * squared;
-    let coulomb = if let Hold::Slip(sign) = hold { sign * motor.coulomb_nm * turned } else { 0.0 };
+    let mut viscous = shaft.viscous * squared;
+    let mut coulomb = if let Hold::Slip(sign) = hold { sign * shaft.coulomb * turned } else { 0.0 };
+    // Of the body at the grip, in its units: the integral of the square of its speed, its way, the integral of that.
+    let mut held = [squared, turned, passed.states[ANGLE]];
+    let mut bearing = 0.0;
+    if laws.is_around {
+        let around = Beside::of(laws, series, t, [passed.squared, turned, passed.states[ANGLE]]);
+        viscous += around.viscous;
+        coulomb += around.coulomb;
+        held = around.held;
+        bearing = around.borne(laws, (start, series), passed, (t, turned));
+    }
     let v = start.intent_rad_per_s;
-    let Grip { torque_nm, stiffness_nm_per_rad, damping_nm_s_per_rad } = laws.grip;
+    let Grip { torque_nm, stiffness_nm_per_rad, damping_nm_s_per_rad, units, .. } = laws.grip;
+    let [squared, moved, passed_by] = [units * units * held[0], units * held[1], units * held[2]];
     // With y = intent - angle and y' = v - ω: ∫ yω = v ∫ y - Δ(y²)/2.
     let y = start.twist_rad;
-    let stretch = y * t + 0.5 * v * t * t - passed.states[ANGLE];
-    let change = v * t - turned;
+    let stretch = y * t + 0.5 * v * t * t - passed_by;
+    let change = v * t - moved;
     let spring = v * stretch - 0.5 * change * (2.0 * y + change);
-    let hand = torque_nm * turned + stiffness_nm_per_rad * spring + damping_nm_s_per_rad * (v * turned - squared);
+    let mut hand = torque_nm * moved + stiffness_nm_per_rad * spring + damping_nm_s_per_rad * (v * moved - squared);
+    if laws.imposes(laws.grip.body) {
+        // The hand bears all torques on a body that keeps its speed.
+        let body = &laws.net.bodies[laws.grip.body];
+        let friction = body.coulomb * held[1].abs();
+        coulomb += friction;
+        hand = friction + body.viscous * held[0] - bearing;
+    }
     let angle = start.x[ANGLE] * t + passed.states[ANGLE];
-    let intent = (y + start.x[ANGLE]) * t + 0.5 * v * t * t;
+    let intent = laws.intended(start, &series.around) * t + 0.5 * v * t * t;
     let states: State = [passed.across_as, turned, angle, intent];
     energy.passed(&states, [source, hand, copper, diodes, viscous, coulomb]);
 }
 
+/// The nodes and weights for the product of two series of these powers.
+fn nodes(powers: usize) -> &'static [(f64, f64)] {
+    let count = powers / 2 + 1;
+    let first = count * (count - 1) / 2 - 3;
+    &NODES[first..first + count]
+}
+
+/// What is beside the rotor's own flows over a part of a segment.
+struct Beside {
+    /// Heat of the dampers of ties, and of bodies beside the rotor.
+    viscous: f64,
+    /// Heat of friction of bodies beside the rotor.
+    coulomb: f64,
+    /// Of each body its way and the integral of that.
+    ways: [[f64; 2]; MOST_BODIES],
+    /// Of the body at the grip the integral of the square of its speed, its way, and the integral of that.
+    held: [f64; 3],
+}
+
+impl Beside {
+    fn of(laws: &Pmsm, series: &Series, t: f64, [squared, turned, passed]: [f64; 3]) -> Self {
+        let Around { bodies, ties, .. } = &series.around;
+        let powers = series.powers;
+        let mut ways = [[turned, passed]; MOST_BODIES];
+        for (way, body) in ways[1..].iter_mut().zip(bodies) {
+            let (x, low) = body.at(t, powers);
+            let sum = (1..=powers).rev().fold(0.0, |sum, k| sum * t + body.terms[k][1] * SHARES[k + 1]);
+            *way = [(x[1] - body.x[1]) + (low[1] - body.low[1]), sum * t * t];
+        }
+        let mut squares = [squared; MOST_BODIES];
+        squares[1..].fill(0.0);
+        let mut viscous = 0.0;
+        for (node, weight) in nodes(powers) {
+            let (step, weight) = (node * t, weight * t);
+            let mut speeds = [0.0; MOST_BODIES];
+            speeds[0] = series.x[..=powers].iter().rev().fold(0.0, |sum, x| sum * step + x[SPEED]);
+            for ((speed, body), square) in speeds[1..].iter_mut().zip(bodies).zip(&mut squares[1..]) {
+                *speed = body.terms[..=powers].iter().rev().fold(0.0, |sum, term| sum * step + term[0]);
+                *square += weight * *speed * *speed;
+            }
+            for tie in ties.iter().filter(|tie| tie.damping != 0.0) {
+                let rate = tie.sum(|body| speeds[body]);
+                viscous += weight * tie.damping * rate * rate;
+            }
+        }
+        let mut coulomb = 0.0;
+        for (of, (body, further)) in laws.net.bodies[1..].iter().zip(bodies).enumerate() {
+            viscous += body.viscous * squares[of + 1];
+            if let Hold::Slip(sign) = further.hold {
+                coulomb += sign * body.coulomb * ways[of + 1][0];
+            }
+        }
+        let held = laws.grip.body;
+        Self { viscous, coulomb, ways, held: [squares[held], ways[held][0], ways[held][1]] }
+    }
+
+    /// Returns the work of all torques but friction on a body whose speed a hand imposes.
+    fn borne(&self, laws: &Pmsm, (start, series): (&Start, &Series), passed: &Passed, (t, turned): (f64, f64)) -> f64 {
+        let body = laws.grip.body;
+        if !laws.imposes(body) {
+            return 0.0;
+        }
+        let speed = series.around.terms(&series.x, body, 0)[0];
+        let mut impulse = laws.net.bodies[body].constant * t;
+        let Around { ties, stretches, .. } = &series.around;
+        for (tie, first) in ties.iter().zip(stretches) {
+            let [moved, integral] = [0, 1].map(|of| tie.sum(|body| self.ways[body][of]));
+            let force = tie.stiffness * (first * t + integral) + tie.damping * moved;
+            tie.ends.iter().filter(|(of, _)| *of == body).for_each(|(_, way)| impulse -= way * force);
+        }
+        if body > 0 {
+            return speed * impulse;
+        }
+        let motor = &laws.motor;
+        let salience = motor.direct_h - motor.quadrature_h;
+        let mut charge = motor.flux_vs * passed.across_as;
+        for (node, weight) in nodes(series.powers).iter().filter(|_| salience != 0.0) {
+            let terms = series.turned[..=series.powers].iter().rev();
+            let [sine, cosine, beta, alpha] =
+                terms.fold([0.0; 4], |sum, term| std::array::from_fn(|k| sum[k] * (node * t) + term[k]));
+            let (direct, across) = (cosine * alpha + sine * beta, cosine * beta - sine * alpha);
+            charge += weight * t * salience * direct * across;
+        }
+        let cogging = |angle: f64, low: f64| laws.cogging_j(angle, low);
+        let [angle, low] = [start.x[ANGLE], start.low[ANGLE]];
+        let cogged = cogging(angle, low) - cogging(angle, low + turned);
+        speed * (impulse + 1.5 * f64::from(motor.pole_pairs) * charge) + cogged
+    }
+}
+
 impl Pmsm {
-    /// Returns the energy, in J, of currents, motion and cogging.
-    pub(super) fn stored_j(&self, x: &Lanes, low: &Lanes) -> f64 {
+    /// Returns the hand's intention at the start of a segment.
+    fn intended(&self, start: &Start, around: &Around) -> f64 {
+        let [position, _] = around.position(start, self.grip.body);
+        start.twist_rad + self.grip.units * position
+    }
+
+    /// Returns the energy of the cogging, in J.
+    fn cogging_j(&self, angle: f64, low: f64) -> f64 {
+        let each = self.motor.cogging.iter().map(|harmonic| {
+            let (_, cosine) = self.wave(harmonic, angle, low);
+            harmonic.amplitude_nm / f64::from(harmonic.order) * cosine
+        });
+        -each.sum::<f64>()
+    }
+
+    /// Returns the energy, in J, of currents, motion, cogging and springs, where each body beside the rotor has these
+    /// speed and position, with low parts.
+    pub(super) fn stored_j(&self, x: &Lanes, low: &Lanes, others: &[([f64; 2], [f64; 2])], around: &Around) -> f64 {
         let motor = &self.motor;
         let [cosine, sine] = self.direction(x[ANGLE], low[ANGLE]);
         let direct = cosine * x[ALPHA] + sine * x[BETA];
         let across = cosine * x[BETA] - sine * x[ALPHA];
         let mut stored = 0.75 * (motor.direct_h * direct * direct + motor.quadrature_h * across * across);
-        stored += 0.5 * motor.inertia_kg_m2 * x[SPEED] * x[SPEED];
+        stored += 0.5 * self.net.bodies[0].inertia * x[SPEED] * x[SPEED];
         for harmonic in &motor.cogging {
             let (_, cosine) = self.wave(harmonic, x[ANGLE], low[ANGLE]);
             stored -= harmonic.amplitude_nm / f64::from(harmonic.order) * cosine;
+        }
+        if self.is_around {
+            let position = |body: usize| match body {
+                0 => [x[ANGLE], low[ANGLE]],
+                _ => [others[body - 1].0[1], others[body - 1].1[1]],
+            };
+            for (index, body) in self.net.bodies.iter().enumerate() {
+                let speed = if index == 0 { 0.0 } else { others[index - 1].0[0] };
+                stored += 0.5 * body.inertia * speed * speed - body.constant * position(index)[0];
+            }
+            for tie in &around.ties {
+                let stretch = tie.stretch(position);
+                stored += 0.5 * tie.stiffness * stretch * stretch;
+            }
         }
         stored
     }

@@ -8,6 +8,9 @@
 //! | `dθ/dt = ω` | mechanical angle |
 //! | `τ_h = τ` or `k_h (θ_h - θ) + b_h (dθ_h/dt - ω)` | hand: a torque, or a spring and damper to its intention |
 //!
+//! Around the rotor there may be the bodies, joints, stops and return springs of a [network](crate::network), with the
+//! hand on one of them; a hand may also impose the motion of its body. Rigid joints are removed as there.
+//!
 //! The frame of two axes has the size of the phases' amplitudes: `i = 2/3 Σ i_x u_x`, with `u_x` the directions of the
 //! phases at 0°, 120° and 240°. There is no neutral wire, so the phase currents sum to 0.
 //!
@@ -21,8 +24,10 @@
 //!
 //! Equations: Krause, Analysis of Electric Machinery, in the stator's frame.
 
+mod around;
 mod circuit;
 mod energy;
+mod lag;
 mod motion;
 mod room;
 mod series;
@@ -30,7 +35,9 @@ mod series;
 use std::fmt;
 use std::sync::OnceLock;
 
-use crate::Hand;
+use crate::network::{Body, Feed, FeedKind, MOST_STATES, Network, NetworkError, Reduced};
+use crate::{Bridge, Hand};
+use around::Tie;
 use circuit::Circuit;
 
 pub use motion::PmsmDevice;
@@ -102,13 +109,22 @@ impl fmt::Display for PmsmError {
 impl std::error::Error for PmsmError {}
 
 /// The immutable laws of a motor on its inverter, with a hand on the shaft, on a clock.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, Debug)]
 pub struct Pmsm {
     motor: PmsmMotor,
     inverter: Inverter,
+    /// The rotor, with all that is rigidly joined to it, and the other bodies after it.
+    net: Reduced,
+    /// The return springs and the joints, and of each pair of stops the low and the high one.
+    ties: Vec<Tie>,
+    stops: Vec<[Tie; 2]>,
+    /// Whether anything acts beside the rotor's own torques and a hand on it that does not impose its motion.
+    is_around: bool,
     /// Whether the hand pulls to its intention.
     is_sprung: bool,
     grip: Grip,
+    /// The part of the grip that acts on the rotor, in the rotor's units but for the intention.
+    pull: Grip,
     edge_s: f64,
     /// The harmonics of the cogging, two in each.
     waves: Vec<Waves>,
@@ -116,13 +132,42 @@ pub struct Pmsm {
     circuits: [OnceLock<Circuit>; CIRCUITS],
 }
 
-/// The hand's torque: `torque + stiffness (intention - angle) + damping (speed of the intention - speed)`.
+/// The hand's torque: `torque + stiffness (intention - angle) + damping (speed of the intention - speed)`, where angle
+/// and speed are `units` times those of a body.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 struct Grip {
+    body: usize,
+    units: f64,
     torque_nm: f64,
     stiffness_nm_per_rad: f64,
     damping_nm_s_per_rad: f64,
 }
+
+impl Grip {
+    /// Returns what acts on the body itself, in its own units but for stretch and speed of the intention.
+    fn on_body(self) -> Self {
+        Self {
+            torque_nm: self.units * self.torque_nm,
+            stiffness_nm_per_rad: self.units * self.stiffness_nm_per_rad,
+            damping_nm_s_per_rad: self.units * self.damping_nm_s_per_rad,
+            ..self
+        }
+    }
+}
+
+impl Network {
+    /// Returns the network of a rotor alone, whose inertia and friction are the motor's.
+    pub fn of_rotor(hand: Hand) -> Self {
+        let bridge = Bridge { supply_v: 0.0, on_resistance_ohm: 0.0, diode_drop_v: 0.0, dead_band_v: 0.0 };
+        let feed =
+            Feed { torque_constant: 0.0, resistance_ohm: 0.0, inductance_h: 0.0, kind: FeedKind::Bridge(bridge) };
+        let (bodies, joints, stops) = (vec![Body::default()], Vec::new(), Vec::new());
+        Self { bodies, joints, stops, feed, driven: 0, seen: 0, grip: 0, hand, sensed: Vec::new() }
+    }
+}
+
+/// The most bodies, the rotor among them, without those on rigid joints.
+const MOST_BODIES: usize = (MOST_STATES - 2) / 2;
 
 /// Two harmonics of the cogging; the second may have no amplitude.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -136,27 +181,48 @@ struct Waves {
 const CIRCUITS: usize = 125;
 
 impl Pmsm {
-    /// Creates the laws on a clock of period `edge_s`, in s.
+    /// Creates the laws of a rotor alone, with a hand on it, on a clock of period `edge_s`, in s.
     ///
     /// # Errors
     ///
     /// When a number is not finite or not positive where it must be, when stiction is below Coulomb friction, when pole
-    /// pairs or orders are 0 or too high, when there are too many harmonics, or when the hand prescribes the motion.
+    /// pairs or orders are 0 or too high, or when there are too many harmonics.
     pub fn new(motor: PmsmMotor, inverter: Inverter, hand: Hand, edge_s: f64) -> Result<Self, PmsmError> {
+        Self::around(motor, inverter, &Network::of_rotor(hand), edge_s)
+    }
+
+    /// Creates the laws of a rotor with what a network has around it: the rotor is the body that is `driven` and
+    /// `seen`. Its inertia and friction in the network are what is added to the motor's, and the network's drive is
+    /// not used.
+    ///
+    /// # Errors
+    ///
+    /// As [`new`](Self::new); when the network is refused, or the rotor is not the body that is driven and seen.
+    pub fn around(motor: PmsmMotor, inverter: Inverter, network: &Network, edge_s: f64) -> Result<Self, PmsmError> {
         let refuse = |reason: String| Err(PmsmError(reason));
-        let grip = match hand {
+        if network.driven != network.seen {
+            return refuse("the motor drives the body with the encoder, its rotor, and no other one".into());
+        }
+        let mut network = network.clone();
+        let rotor = &mut network.bodies[network.seen];
+        rotor.inertia += motor.inertia_kg_m2;
+        rotor.viscous += motor.viscous_nm_s_per_rad;
+        rotor.coulomb += motor.coulomb_nm;
+        rotor.stiction += motor.stiction_nm;
+        let net = network.reduced().map_err(|NetworkError { reason, .. }| PmsmError(reason))?;
+        let (body, units) = net.grip;
+        let grip = Grip { body, units, ..Grip::default() };
+        let grip = match net.hand {
             Hand::Spring(push) => Grip {
                 stiffness_nm_per_rad: push.stiffness_nm_per_rad,
                 damping_nm_s_per_rad: push.damping_nm_s_per_rad,
-                ..Grip::default()
+                ..grip
             },
             Hand::Torque(torque_nm) if !torque_nm.is_finite() => {
                 return refuse("the hand's torque must be finite".into());
             }
-            Hand::Torque(torque_nm) => Grip { torque_nm, ..Grip::default() },
-            Hand::Prescribed => {
-                return refuse("a hand on a motor of three phases is a torque, or a spring with a damper".into());
-            }
+            Hand::Torque(torque_nm) => Grip { torque_nm, ..grip },
+            Hand::Prescribed => grip,
         };
         for (name, value, positive) in [
             ("resistance", motor.resistance_ohm, false),
@@ -182,6 +248,12 @@ impl Pmsm {
         if !(motor.stiction_nm.is_finite() && motor.stiction_nm >= motor.coulomb_nm) {
             let (stiction, coulomb) = (motor.stiction_nm, motor.coulomb_nm);
             return refuse(format!("stiction is {stiction}; it must be the Coulomb friction, {coulomb}, or more"));
+        }
+        for body in &net.bodies {
+            let of = [body.inertia, body.viscous, body.coulomb, body.spring, body.constant, body.position, body.speed];
+            if of.iter().any(|of| !of.is_finite()) || body.inertia <= 0.0 || body.viscous < 0.0 || body.coulomb < 0.0 {
+                return refuse("a body has no positive inertia, or a number that is not finite or below 0".into());
+            }
         }
         let is_count = |count: u32| (1..=HIGHEST_ORDER).contains(&count);
         if !is_count(motor.pole_pairs) {
@@ -210,8 +282,15 @@ impl Pmsm {
             }
         });
         let waves = waves.collect();
-        let is_sprung = matches!(hand, Hand::Spring(_));
-        Ok(Self { motor, inverter, is_sprung, grip, edge_s, waves, circuits: [const { OnceLock::new() }; CIRCUITS] })
+        let is_sprung = matches!(net.hand, Hand::Spring(_));
+        let (ties, stops) = (Tie::of(&net), Tie::of_stops(&net));
+        let pull = if body == 0 { grip.on_body() } else { Grip { units, ..Grip::default() } };
+        let is_held = net.hand == Hand::Prescribed || net.bodies[0].constant != 0.0;
+        let is_around = net.bodies.len() > 1 || !ties.is_empty() || !stops.is_empty() || is_held;
+        let circuits = [const { OnceLock::new() }; CIRCUITS];
+        let laws =
+            Self { motor, inverter, net, ties, stops, is_around, is_sprung, grip, pull, edge_s, waves, circuits };
+        Ok(laws)
     }
 
     /// Returns the motor.
@@ -222,5 +301,10 @@ impl Pmsm {
     /// Returns the inverter.
     pub fn inverter(&self) -> &Inverter {
         &self.inverter
+    }
+
+    /// Returns whether a hand imposes the motion of a body.
+    fn imposes(&self, body: usize) -> bool {
+        self.net.hand == Hand::Prescribed && self.grip.body == body
     }
 }

@@ -8,18 +8,21 @@
 
 use std::borrow::Cow;
 
+use super::around::Tie;
 use super::circuit::{Affine, Change, Circuit, Freedom, PHASES, Path, Plane, dot, settled};
 use super::energy::{self, Passed};
+use super::lag::Lag;
 use super::room::Room;
 use super::series::{ALPHA, ANGLE, BETA, Driven, Hold, SPEED, Series, Start};
 use super::{Grip, Pmsm};
 use crate::Leg;
 use crate::device::{Drive, Event, REALS};
 use crate::energy::Energy;
-use crate::flow::double::two_sum;
+use crate::flow::double::{Double, two_sum};
 use crate::flow::gauge::{Extent, Gauge, Measured, Pace, Stretch};
 use crate::flow::matrix::State;
 use crate::flow::polynomial::{Bounds, Lanes, ORDER, Polynomial, Reach, value};
+use crate::network::{Body, Touch};
 
 /// The longest duration of a segment, unless all is at rest.
 const LONGEST_S: f64 = 1.0;
@@ -43,10 +46,12 @@ enum End {
     Short,
     /// The whole series is, or the hand intends something else.
     Worn,
-    /// The shaft comes to rest.
-    Stop,
-    /// Friction does not hold the shaft any longer; it moves in this direction.
-    Break(f64),
+    /// A body comes to rest.
+    Stop(usize),
+    /// Friction does not hold a body any longer; it moves in this direction.
+    Break(usize, f64),
+    /// A pair of stops is touched otherwise.
+    Touch(usize, Touch),
     /// The circuit changes by itself.
     Circuit(Change),
     /// Legs are switched.
@@ -66,6 +71,12 @@ pub struct PmsmDevice<'a> {
     /// The phase whose current is 0 at the anchor, because its diode begins to conduct there.
     begun: [bool; 3],
     hold: Hold,
+    /// The pair of stops whose force is 0 at the anchor, because it begins or ceases there.
+    freed: Option<usize>,
+    /// The bands that readings of sensors are in, each with its sensor.
+    watched: Vec<(usize, (f64, f64))>,
+    /// The currents behind the lags of shunts.
+    lags: Vec<Lag>,
     /// The hand's intention: an edge, the angle there, and the speed from there on.
     told: (u64, f64, f64),
     series: Series,
@@ -109,6 +120,9 @@ impl<'a> PmsmDevice<'a> {
             circuit: Cow::Owned(Circuit::averaged(laws, [0.0; 3])),
             begun: [false; 3],
             hold: Hold::Slip(0.0),
+            freed: None,
+            watched: Vec::new(),
+            lags: Vec::new(),
             told: (0, angle_rad, 0.0),
             series: Series::new(laws),
             room: Room::NONE,
@@ -121,7 +135,7 @@ impl<'a> PmsmDevice<'a> {
             end_edge: 0,
             energy: Energy::default(),
             charge: [[0.0; 2]; 2],
-            initial_j: laws.stored_j(&x, &[0.0; 4]),
+            initial_j: 0.0,
             mode_changes: 0,
             circuit_changes: 0,
             segments: 0,
@@ -129,9 +143,34 @@ impl<'a> PmsmDevice<'a> {
             crowded: 0,
             gauge: None,
         };
+        let grip = laws.grip;
+        device.told.1 = grip.units * device.place(grip.body, 0.0)[0];
+        device.initial_j = device.stored_at((&x, &[0.0; 4]), 0.0);
         device.begin(0, 0.0, (x, [0.0; 4]), End::Legs);
         device.mode_changes = 0;
         device
+    }
+
+    /// Returns position and speed of a body a time after the anchor.
+    fn place(&self, body: usize, t: f64) -> [f64; 2] {
+        let Series { around, powers, .. } = &self.series;
+        match body {
+            0 => {
+                let (x, _) = self.sum(t);
+                [x[ANGLE], x[SPEED]]
+            }
+            _ => {
+                let ([speed, position], _) = around.bodies[body - 1].at(t, *powers);
+                [position, speed]
+            }
+        }
+    }
+
+    /// Returns the energy stored a time after the anchor, where the rotor is in this state.
+    fn stored_at(&self, (x, low): (&Lanes, &Lanes), t: f64) -> f64 {
+        let Series { around, powers, .. } = &self.series;
+        let others: Vec<_> = around.bodies.iter().map(|body| body.at(t, *powers)).collect();
+        self.laws.stored_j(x, low, &others, around)
     }
 
     /// Returns the time from the anchor to an edge at or after it.
@@ -156,6 +195,18 @@ impl<'a> PmsmDevice<'a> {
             (sums.0[lane], sums.1[lane]) = (whole, (x[lane] - (whole - kept)) + (change - kept));
         }
         sums
+    }
+
+    /// Returns the angle of [`sum`](Self::sum) alone, with the part that rounding takes from it.
+    #[inline(always)]
+    fn angle(&self, t: f64) -> (f64, f64) {
+        let (x, low) = (self.start.x[ANGLE], self.start.low[ANGLE]);
+        let terms = self.series.x[1..=self.series.powers].iter().rev();
+        let rate = terms.fold(0.0, |sum, term| sum * t + term[ANGLE]) + self.start.low[SPEED];
+        let change = low + rate * t;
+        let whole = x + change;
+        let kept = whole - x;
+        (whole, (x - (whole - kept)) + (change - kept))
     }
 
     /// Returns the current a time after the anchor, in the stator's frame.
@@ -240,12 +291,41 @@ impl<'a> PmsmDevice<'a> {
         (self.end_edge == u64::MAX).then(|| self.reals(edge))
     }
 
-    /// Returns the hand's angle in rad and its torque in N·m at an edge.
+    /// Returns the hand's position and its torque or force at an edge, in the units of the body that it holds.
     pub fn felt(&self, edge: u64) -> [f64; 2] {
-        let [_, speed, angle, intent] = self.state(edge);
-        let Grip { torque_nm, stiffness_nm_per_rad, damping_nm_s_per_rad } = self.laws.grip;
-        let pull = stiffness_nm_per_rad * (intent - angle) + damping_nm_s_per_rad * (self.told.2 - speed);
-        [if self.laws.is_sprung { intent } else { angle }, torque_nm + pull]
+        let Grip { body, units, torque_nm, stiffness_nm_per_rad, damping_nm_s_per_rad } = self.laws.grip;
+        self.on(edge, |then, t| {
+            let [position, speed] = then.place(body, t).map(|of| units * of);
+            if then.laws.imposes(body) {
+                let Body { viscous, coulomb, .. } = then.laws.net.bodies[body];
+                let friction = if speed == 0.0 { 0.0 } else { coulomb * (speed * units).signum() };
+                return [position, (friction + viscous * speed / units - then.borne(body, t)) / units];
+            }
+            let intent = then.intent_rad(edge);
+            let pull = stiffness_nm_per_rad * (intent - position) + damping_nm_s_per_rad * (then.told.2 - speed);
+            [if then.laws.is_sprung { intent } else { position }, torque_nm + pull]
+        })
+    }
+
+    /// Returns what moves a body a time after the anchor, friction and hand apart.
+    fn borne(&self, body: usize, t: f64) -> f64 {
+        let (laws, around) = (self.laws, &self.series.around);
+        let mut force = laws.net.bodies[body].constant;
+        for (tie, first) in around.ties.iter().zip(&around.stretches) {
+            let moved = tie.sum(|of| self.place(of, t)[0] - self.place(of, 0.0)[0]);
+            let pull = tie.stiffness * (first + moved) + tie.damping * tie.sum(|of| self.place(of, t)[1]);
+            tie.ends.iter().filter(|(of, _)| *of == body).for_each(|(_, way)| force -= way * pull);
+        }
+        if body == 0 {
+            let ((x, low), motor) = (self.sum(t), &laws.motor);
+            let [direct, across] = self.rotated(t, &x);
+            let active = motor.flux_vs + (motor.direct_h - motor.quadrature_h) * direct;
+            force += 1.5 * f64::from(motor.pole_pairs) * active * across;
+            for harmonic in &motor.cogging {
+                force -= harmonic.amplitude_nm * laws.wave(harmonic, x[ANGLE], low[ANGLE]).0;
+            }
+        }
+        force
     }
 
     /// Returns the currents into the three phases at an edge, in A; they sum to 0, and that of a floating phase is 0.
@@ -292,6 +372,18 @@ impl<'a> PmsmDevice<'a> {
         self.phases(edge)[phase]
     }
 
+    /// Puts a first-order lag behind the current of phase 0, 1 or 2, whose shunt may be below the lower switch; its
+    /// output is 0 so far. Returns its index.
+    pub fn lag(&mut self, phase: usize, is_low_side: bool, corner_rad_per_s: f64) -> usize {
+        self.lags.push(Lag { leg: phase, is_low_side, corner_rad_per_s, output_a: 0.0 });
+        self.lags.len() - 1
+    }
+
+    /// Returns the output of a lag at an edge, in A.
+    pub fn lagged(&self, lag: usize, edge: u64) -> f64 {
+        self.on(edge, |then, t| then.lags[lag].at(&then.series, &then.circuit, then.drive, t))
+    }
+
     /// Returns the greatest integer up to `scale` times the current of a phase at an edge, or times `i_q` without a
     /// phase.
     pub fn floor(&self, phase: Option<usize>, edge: u64, scale: f64) -> i64 {
@@ -326,12 +418,36 @@ impl<'a> PmsmDevice<'a> {
         }
     }
 
-    /// Sets the hand's intended angle in rad and its speed in rad/s from `edge` on.
-    pub fn intend(&mut self, edge: u64, angle_rad: f64, speed_rad_per_s: f64) {
+    /// Sets the hand's intended position and its speed from `edge` on, in units of the body that it holds: rad and
+    /// rad/s, or m and m/s. A prescribing hand moves the body to them.
+    pub fn intend(&mut self, edge: u64, position: f64, speed: f64) {
         self.reach(edge);
         self.pass(edge, Some(edge));
-        let x = self.account(self.time_s(edge));
-        self.told = (edge, angle_rad, speed_rad_per_s);
+        let mut x = self.account(self.time_s(edge));
+        self.told = (edge, position, speed);
+        let Grip { body, units, .. } = self.laws.grip;
+        if self.laws.imposes(body) {
+            let stored_j = |device: &Self, (x, low): &(Lanes, Lanes)| {
+                let others = &device.series.around.bodies;
+                let others: Vec<_> = others.iter().map(|body| (body.x, body.low)).collect();
+                device.laws.stored_j(x, low, &others, &device.series.around)
+            };
+            let before = stored_j(self, &x);
+            match body {
+                0 => {
+                    (x.0[ANGLE], x.0[SPEED]) = (position / units, speed / units);
+                    (x.1[ANGLE], x.1[SPEED]) = (0.0, 0.0);
+                }
+                _ => {
+                    let body = &mut self.series.around.bodies[body - 1];
+                    (body.x, body.low) = ([speed / units, position / units], [0.0; 2]);
+                }
+            }
+            // The hand does the work of the jump.
+            let mut flows = [0.0; 6];
+            flows[1] = stored_j(self, &x) - before;
+            self.energy.take(flows);
+        }
         self.begin(edge, 0.0, x, End::Worn);
     }
 
@@ -366,7 +482,13 @@ impl<'a> PmsmDevice<'a> {
         let ended = self.end_edge <= to;
         // The last edge of this segment to be searched.
         let last = if ended { self.end_edge - 1 } else { to };
-        let left = if last > from { self.leaves(from, last, (low, high)) } else { None };
+        let mut left = if last > from { self.leaves(from, last, (low, high)) } else { None };
+        for (sensor, band) in &self.watched {
+            let last = left.map_or(last, |edge| edge - 1);
+            if last > from {
+                left = self.reads_beyond(*sensor, from, last, *band).or(left);
+            }
+        }
         left.or(ended.then_some(self.end_edge)).map(|edge| (edge, self.state_at(edge)))
     }
 
@@ -378,7 +500,7 @@ impl<'a> PmsmDevice<'a> {
         let t = self.time_s(last);
         let [.., speed, angle] = self.start.x;
         // Bounds of what the acceleration moves, and of the rounding of the angle's value and of its way.
-        let bend = 0.5 * self.room.acceleration * t * t;
+        let bend = 0.5 * self.room.accelerations[0] * t * t;
         let noise = 4.0 * f64::EPSILON * (angle.abs() + speed.abs() * t + bend);
         let (back, ahead) = ((speed * t).min(0.0) - bend - noise, (speed * t).max(0.0) + bend + noise);
         if angle + back > low && angle + ahead < high {
@@ -416,11 +538,94 @@ impl<'a> PmsmDevice<'a> {
         None
     }
 
+    /// Makes [`next_event`](Self::next_event) tell too where the reading of a sensor leaves `[low, high)`, in the place
+    /// of the band that it had.
+    pub fn watch(&mut self, sensor: usize, band: (f64, f64)) {
+        match self.watched.iter_mut().find(|(watched, _)| *watched == sensor) {
+            Some((_, known)) => *known = band,
+            None => self.watched.push((sensor, band)),
+        }
+    }
+
+    /// Returns the reading of a sensor at an edge, in units of its body.
+    pub fn reading_of(&self, sensor: usize, edge: u64) -> f64 {
+        self.on(edge, |then, t| then.read(sensor, t).hi)
+    }
+
+    /// Returns the reading of a sensor a time after the anchor.
+    fn read(&self, sensor: usize, t: f64) -> Double {
+        let (body, units, _) = self.laws.net.sensed[sensor];
+        let (high, low) = match body {
+            0 => self.angle(t),
+            _ => {
+                let (x, low) = self.series.around.bodies[body - 1].at(t, self.series.powers);
+                (x[1], low[1])
+            }
+        };
+        Double::product(units, high) + (units * low).into()
+    }
+
+    /// Returns where the reading of a sensor lies with respect to the band from `low`, inclusive, to `high` at an edge:
+    /// -1 below, 0 inside, 1 above.
+    pub fn side_of_reading(&self, sensor: usize, edge: u64, band: (f64, f64)) -> i8 {
+        self.on(edge, |then, t| side(then.read(sensor, t), band))
+    }
+
+    /// Returns the greatest integer up to `scale` times the reading of a sensor at an edge.
+    pub fn floor_of_reading(&self, sensor: usize, edge: u64, scale: f64) -> i64 {
+        let Double { hi, lo } = self.on(edge, |then, t| then.read(sensor, t)) * scale.into();
+        let whole = hi.floor();
+        whole as i64 - i64::from(whole == hi && lo < 0.0)
+    }
+
+    /// Returns the first edge in (`from`, `last`] at which the reading of a sensor is outside a band.
+    #[inline(never)]
+    fn reads_beyond(&self, sensor: usize, from: u64, last: u64, (low, high): (f64, f64)) -> Option<u64> {
+        let (body, units, _) = self.laws.net.sensed[sensor];
+        let (edge_s, powers) = (self.laws.edge_s, self.series.powers);
+        let t = self.time_s(last);
+        // What speed and acceleration can move at most, with more than its rounding.
+        let [speed, position] = self.series.around.terms(&self.series.x, body, 0).map(|of| units * of);
+        let most = (speed.abs() + 0.5 * (units * self.room.accelerations[body]).abs() * t) * t;
+        let most = most + 8.0 * f64::EPSILON * (position.abs() + most);
+        if position - most > low && position + most < high {
+            return None;
+        }
+        let mut terms = [0.0; ORDER + 1];
+        (0..=powers).for_each(|k| terms[k] = units * self.series.around.terms(&self.series.x, body, k)[1]);
+        let size = (0..=powers).rev().fold(0.0, |sum, k| sum * t + (2 * k + 6) as f64 * terms[k].abs());
+        let noise = f64::EPSILON * size;
+        let polynomial = Polynomial::of(terms, powers + 1, t);
+        let mut edge = from;
+        while edge < last {
+            let [x, slope, curvature] = polynomial.at(self.time_s(edge));
+            let mut safe_s = (last - edge) as f64 * edge_s;
+            for [room, slope, curvature] in
+                [[x - low - noise, slope, curvature], [high - x - noise, -slope, -curvature]]
+            {
+                safe_s = if room > 0.0 { polynomial.safe_for([room, slope, curvature], safe_s) } else { 0.0 };
+            }
+            let edges = (safe_s / edge_s) as u64;
+            if edges >= last - edge {
+                return None;
+            }
+            if edges > 1 {
+                edge += edges - 1;
+            } else {
+                edge += 1;
+                if side(self.read(sensor, self.time_s(edge)), (low, high)) != 0 {
+                    return Some(edge);
+                }
+            }
+        }
+        None
+    }
+
     /// Returns on which side of a band the angle, with its low part, lies at an edge of the segment.
     fn side(&self, edge: u64, (low, high): (f64, f64)) -> i8 {
-        let (x, part) = self.sum(self.time_s(edge));
+        let (angle, part) = self.angle(self.time_s(edge));
         // An angle rounded downward is below a limit exactly if the angle before rounding is.
-        let angle = if part[ANGLE] < 0.0 { x[ANGLE].next_down() } else { x[ANGLE] };
+        let angle = if part < 0.0 { angle.next_down() } else { angle };
         if angle < low { -1 } else { i8::from(angle >= high) }
     }
 
@@ -455,7 +660,8 @@ impl<'a> PmsmDevice<'a> {
         self.on(edge, |then, t| {
             let mut energy = then.energy;
             let (passed, turned, _) = then.passed(t);
-            energy::take(&mut energy, then.laws, (&then.circuit, then.hold), &then.start, &passed, (t, turned));
+            let of = (&then.start, &then.series);
+            energy::take(&mut energy, then.laws, (&then.circuit, then.hold), of, &passed, (t, turned));
             energy
         })
     }
@@ -475,7 +681,15 @@ impl<'a> PmsmDevice<'a> {
             return (self.start.x, self.start.low);
         }
         let (passed, turned, x) = self.passed(t);
-        energy::take(&mut self.energy, self.laws, (&self.circuit, self.hold), &self.start, &passed, (t, turned));
+        let of = (&self.start, &self.series);
+        energy::take(&mut self.energy, self.laws, (&self.circuit, self.hold), of, &passed, (t, turned));
+        let powers = self.series.powers;
+        for body in &mut self.series.around.bodies {
+            (body.x, body.low) = body.at(t, powers);
+        }
+        for lag in &mut self.lags {
+            lag.output_a = lag.at(&self.series, &self.circuit, self.drive, t);
+        }
         let [done, rest] = &mut self.charge;
         for axis in 0..2 {
             let (sum, error) = two_sum(done[axis], passed.states[axis]);
@@ -488,7 +702,7 @@ impl<'a> PmsmDevice<'a> {
     pub fn stored_j(&self, edge: u64) -> f64 {
         self.on(edge, |then, t| {
             let (x, low) = then.sum(t);
-            then.laws.stored_j(&x, &low) - then.initial_j
+            then.stored_at((&x, &low), t) - then.initial_j
         })
     }
 
@@ -523,8 +737,14 @@ impl<'a> PmsmDevice<'a> {
         }
         self.pass(self.end_edge, None);
         let (mut x, mut low) = self.account(self.end_s);
-        if self.end == End::Stop {
-            (x[SPEED], low[SPEED]) = (0.0, 0.0);
+        match self.end {
+            End::Stop(0) => (x[SPEED], low[SPEED]) = (0.0, 0.0),
+            End::Stop(body) => {
+                let body = &mut self.series.around.bodies[body - 1];
+                (body.x[0], body.low[0]) = (0.0, 0.0);
+            }
+            End::Touch(stop, touch) => self.touch(stop, touch, (&mut x, &mut low)),
+            _ => {}
         }
         let offset_s = (self.time_s(self.end_edge) - self.end_s).max(0.0);
         self.begin(self.end_edge, offset_s, (x, low), self.end);
@@ -544,6 +764,12 @@ impl<'a> PmsmDevice<'a> {
             twist_rad: (intent - x[ANGLE]) - low[ANGLE],
             intent_rad_per_s: speed_rad_per_s,
         };
+        let Grip { body, units, .. } = self.laws.grip;
+        if self.laws.is_around || units != 1.0 {
+            let [high, rest] = self.series.around.position(&self.start, body);
+            let held = Double::product(units, high) + (units * rest).into();
+            self.start.twist_rad = (Double::from(intent) - held).hi;
+        }
         self.begun = [false; 3];
         match cause {
             End::Legs => self.connect(None),
@@ -555,15 +781,22 @@ impl<'a> PmsmDevice<'a> {
             _ => {}
         }
         let before = self.hold;
-        self.hold = self.hold_at(cause);
+        self.hold = self.hold_at(0, self.start.x[SPEED], cause);
+        let mut further = Vec::new();
+        if self.laws.is_around {
+            further = self.look_around(cause);
+        }
         let [a, b, speed, _] = self.start.x;
         let stretch = if self.laws.is_sprung { [self.start.twist_rad.abs(), speed_rad_per_s.abs()] } else { [0.0; 2] };
         let bounds = [a.abs() + b.abs(), speed.abs(), stretch[0], stretch[1]];
         // The times between switchings are much as a period before.
         let (expected, passed) = (1.1 * self.lasted[self.turn] as f64, (edge - self.switched) as f64);
         let expected_s = (expected - passed).max(0.25 * expected.max(passed)) * self.laws.edge_s;
-        if self.room_lasts == 0 || !self.room.takes(bounds) {
-            self.room = Room::around(self.laws, bounds, expected_s);
+        let around = &self.series.around;
+        let is_around = self.laws.is_around;
+        let takes = self.room.takes(bounds) && (!is_around || self.room.takes_around(around, &further));
+        if self.room_lasts == 0 || !takes {
+            self.room = Room::made(self.laws, around, bounds, &further, expected_s);
             self.room_lasts = ROOM_LASTS;
         }
         self.room_lasts -= 1;
@@ -571,8 +804,17 @@ impl<'a> PmsmDevice<'a> {
         let powers = (FEWEST..ORDER).find(|&n| good_s[n] >= expected_s).unwrap_or(ORDER);
         self.write(0, powers);
         let torque = self.series.torque[0];
-        if self.hold == Hold::Stuck && torque.abs() > self.laws.motor.stiction_nm {
+        let mut slips = self.hold == Hold::Stuck && torque.abs() > self.laws.net.bodies[0].stiction;
+        if slips {
             self.hold = Hold::Slip(torque.signum());
+        }
+        for (body, of) in self.series.around.bodies.iter_mut().zip(&self.laws.net.bodies[1..]) {
+            if body.hold == Hold::Stuck && body.force[0].abs() > of.stiction {
+                (body.hold, slips) = (Hold::Slip(body.force[0].signum()), true);
+            }
+            self.mode_changes += u64::from(body.before != body.hold);
+        }
+        if slips {
             self.write(0, powers);
         }
         self.mode_changes += u64::from(before != self.hold);
@@ -617,23 +859,89 @@ impl<'a> PmsmDevice<'a> {
         self.begun = resting;
     }
 
-    /// Returns what friction does to the shaft from the anchor on.
+    /// Returns what friction does to a body, which has this speed, from the anchor on.
     #[inline(always)]
-    fn hold_at(&self, cause: End) -> Hold {
-        let speed = self.start.x[SPEED];
+    fn hold_at(&self, body: usize, speed: f64, cause: End) -> Hold {
         match cause {
-            _ if self.laws.motor.stiction_nm == 0.0 => Hold::Slip(0.0),
+            _ if self.laws.imposes(body) => Hold::Imposed,
+            _ if self.laws.net.bodies[body].stiction == 0.0 => Hold::Slip(0.0),
             _ if speed != 0.0 => Hold::Slip(speed.signum()),
-            End::Break(direction) => Hold::Slip(direction),
+            End::Break(broken, direction) if broken == body => Hold::Slip(direction),
             // Unless the torque is beyond the stiction; it is known with the series.
             _ => Hold::Stuck,
         }
     }
 
+    /// Finds what friction does to the bodies beside the rotor, and returns the sizes that a room bounds.
+    #[inline(never)]
+    fn look_around(&mut self, cause: End) -> Vec<f64> {
+        let mut bounds = Vec::new();
+        for index in 0..self.series.around.bodies.len() {
+            let speed = self.series.around.bodies[index].x[0];
+            let hold = self.hold_at(index + 1, speed, cause);
+            let body = &mut self.series.around.bodies[index];
+            body.before = std::mem::replace(&mut body.hold, hold);
+            bounds.push(speed.abs());
+        }
+        self.series.around.begin(&self.start);
+        bounds.extend(self.series.around.stretches.iter().map(|stretch| stretch.abs()));
+        self.freed = match cause {
+            End::Touch(stop, _) if self.freed.take() == Some(stop) => Some(stop),
+            _ => None,
+        };
+        bounds
+    }
+
+    /// Changes how a pair of stops is touched, where the segment ends.
+    #[inline(never)]
+    fn touch(&mut self, stop: usize, touch: Touch, (x, low): (&mut Lanes, &mut Lanes)) {
+        let (laws, before) = (self.laws, self.series.around.touches[stop]);
+        let body = laws.net.stops[stop].body;
+        // The body is where the stop is, without what rounding adds.
+        if let (Touch::Out, Touch::Pressed(side)) | (Touch::Pressed(side) | Touch::Lifted(side), Touch::Out) =
+            (before, touch)
+        {
+            let end = if side < 0 { laws.net.stops[stop].low } else { laws.net.stops[stop].high };
+            match body {
+                0 => (x[ANGLE], low[ANGLE]) = (end, 0.0),
+                _ => {
+                    let body = &mut self.series.around.bodies[body - 1];
+                    (body.x[1], body.low[1]) = (end, 0.0);
+                }
+            }
+        }
+        // The damper takes what the spring still holds where the body leaves it, and gives it back where the body is
+        // pressed again.
+        let position = match body {
+            0 => [x[ANGLE], low[ANGLE]],
+            _ => [self.series.around.bodies[body - 1].x[1], self.series.around.bodies[body - 1].low[1]],
+        };
+        let held_j = |touch: Touch| match touch {
+            Touch::Pressed(side) => {
+                let tie = &laws.stops[stop][usize::from(side > 0)];
+                let stretch = tie.stretch(|_| position);
+                0.5 * tie.stiffness * stretch * stretch
+            }
+            _ => 0.0,
+        };
+        let mut flows = [0.0; 6];
+        flows[4] = held_j(before) - held_j(touch);
+        self.energy.take(flows);
+        self.freed = (before != Touch::Out && touch != Touch::Out).then_some(stop);
+        self.series.around.touch(laws, stop, touch);
+        self.mode_changes += 1;
+    }
+
     /// Returns whether nothing moves on the segment, nor the torque that friction holds.
     fn is_still(&self) -> bool {
         let Series { x, torque, powers, .. } = &self.series;
-        x[1..=*powers].iter().all(|x| *x == [0.0; 4]) && torque[1..*powers].iter().all(|torque| *torque == 0.0)
+        let is_still =
+            x[1..=*powers].iter().all(|x| *x == [0.0; 4]) && torque[1..*powers].iter().all(|torque| *torque == 0.0);
+        let stays = |body: &super::around::Further| {
+            let terms = body.terms[1..=*powers].iter().all(|term| *term == [0.0; 2]);
+            terms && body.force[1..*powers].iter().all(|force| *force == 0.0)
+        };
+        is_still && self.series.around.bodies.iter().all(stays)
     }
 
     /// Finds the end of the segment, which lasts until `from` at least.
@@ -650,7 +958,10 @@ impl<'a> PmsmDevice<'a> {
             self.crowded += 1;
             (self.end_s, self.end) = (self.offset_s + self.laws.edge_s, End::Worn);
         } else {
-            self.watch_shaft(from);
+            self.watch_friction(0, from);
+            if self.laws.is_around {
+                self.watch_around(from);
+            }
             if let Cow::Borrowed(circuit) = self.circuit {
                 for (check, change) in &circuit.checks {
                     self.watch_circuit(check, *change, from);
@@ -664,36 +975,96 @@ impl<'a> PmsmDevice<'a> {
         }
     }
 
-    /// Ends the segment where friction begins to hold the shaft, or ceases to.
+    /// Ends the segment where friction begins to hold a body, or ceases to.
     #[inline(always)]
-    fn watch_shaft(&mut self, from: f64) {
-        let (motor, powers) = (&self.laws.motor, self.series.powers);
-        match self.hold {
+    fn watch_friction(&mut self, body: usize, from: f64) {
+        let powers = self.series.powers;
+        let hold = if body == 0 { self.hold } else { self.series.around.bodies[body - 1].hold };
+        match hold {
             Hold::Slip(sign) if sign != 0.0 => {
-                let first = self.series.x[0][SPEED];
-                let fall = self.room.acceleration * self.end_s;
+                let first = self.series.around.terms(&self.series.x, body, 0)[0];
+                let fall = self.room.accelerations[body] * self.end_s;
                 if sign * first > fall {
                     return;
                 }
                 // From rest, the first term only gives the direction of the start.
                 let skip = usize::from(first == 0.0);
-                let speed = Polynomial::new(&self.series.x[..=powers], SPEED, sign, skip, self.end_s);
-                self.shorten(speed.keeps(0.0, 1.0, from), End::Stop);
+                let mut terms = [0.0; ORDER + 1];
+                for (term, k) in terms.iter_mut().zip(skip..=powers) {
+                    *term = sign * self.series.around.terms(&self.series.x, body, k)[0];
+                }
+                let speed = Polynomial::of(terms, powers + 1 - skip, self.end_s);
+                self.shorten(speed.keeps(0.0, 1.0, from), End::Stop(body));
             }
             Hold::Stuck => {
                 let mut terms = [0.0; ORDER + 1];
-                terms[..powers].copy_from_slice(&self.series.torque[..powers]);
+                let force = if body == 0 { &self.series.torque } else { &self.series.around.bodies[body - 1].force };
+                terms[..powers].copy_from_slice(&force[..powers]);
                 let torque = Polynomial::of(terms, powers, self.end_s);
                 // Rounding may have put the torque beyond its limit already; the shaft then breaks away when the torque
                 // grows further.
                 let beyond = torque.start().abs() * (1.0 + 4.0 * f64::EPSILON);
-                let limit = motor.stiction_nm.max(beyond);
+                let limit = self.laws.net.bodies[body].stiction.max(beyond);
                 for direction in [1.0, -1.0] {
-                    self.shorten(torque.keeps(limit, -direction, from), End::Break(direction));
+                    self.shorten(torque.keeps(limit, -direction, from), End::Break(body, direction));
                 }
             }
-            Hold::Slip(_) => {}
+            Hold::Slip(_) | Hold::Imposed => {}
         }
+    }
+
+    /// Ends the segment where friction of a body beside the rotor changes, or a stop is touched otherwise.
+    #[inline(never)]
+    fn watch_around(&mut self, from: f64) {
+        for body in 1..self.laws.net.bodies.len() {
+            self.watch_friction(body, from);
+        }
+        for (index, pair) in self.laws.stops.iter().enumerate() {
+            let touch = self.series.around.touches[index];
+            let sides = match touch {
+                Touch::Out => &pair[..],
+                Touch::Pressed(side) | Touch::Lifted(side) => &pair[usize::from(side > 0)..][..1],
+            };
+            for tie in sides {
+                let side = tie.ends[0].1 as i8;
+                let gone = if tie.damping == 0.0 { Touch::Out } else { Touch::Lifted(side) };
+                match touch {
+                    Touch::Out => {
+                        self.watch_stop(tie, ([0.0, -1.0], false), from, End::Touch(index, Touch::Pressed(side)))
+                    }
+                    Touch::Pressed(_) => {
+                        let force = [tie.damping, tie.stiffness];
+                        self.watch_stop(tie, (force, self.freed == Some(index)), from, End::Touch(index, gone));
+                    }
+                    Touch::Lifted(_) => {
+                        let force = [-tie.damping, -tie.stiffness];
+                        let pressed = End::Touch(index, Touch::Pressed(side));
+                        self.watch_stop(tie, (force, self.freed == Some(index)), from, pressed);
+                        self.watch_stop(tie, ([0.0, 1.0], false), from, End::Touch(index, Touch::Out));
+                    }
+                }
+            }
+        }
+    }
+
+    /// Ends the segment where a sum of a stop's rate and stretch, with these factors, falls below 0. It `is_freed` if
+    /// it is 0 at the anchor and begins to grow there.
+    fn watch_stop(&mut self, tie: &Tie, ([rate, stretch], is_freed): ([f64; 2], bool), from: f64, end: End) {
+        let around = &self.series.around;
+        let first = tie.stretch(|body| around.position(&self.start, body));
+        let (mut terms, mut count) = ([0.0; ORDER + 1], self.series.powers + 1);
+        for (k, term) in terms[..count].iter_mut().enumerate() {
+            let of = around.tie(&self.series.x, tie, first, k);
+            *term = rate * of[0] + stretch * of[1];
+        }
+        if is_freed || terms[0] == 0.0 {
+            // From 0, the first term only gives the direction of the start; rounding must not turn it.
+            count -= 1;
+            terms.copy_within(1..=count, 0);
+            terms[0] = if is_freed { terms[0].max(0.0) } else { terms[0] };
+        }
+        let polynomial = Polynomial::of(terms, count, self.end_s);
+        self.shorten(polynomial.keeps(0.0, 1.0, from), end);
     }
 
     /// Ends the segment where a condition of the circuit ceases to hold.
@@ -730,6 +1101,14 @@ impl<'a> PmsmDevice<'a> {
             _ => {}
         }
     }
+}
+
+/// Returns on which side of a band from `low`, inclusive, to `high` a value lies.
+fn side(Double { hi, lo }: Double, (low, high): (f64, f64)) -> i8 {
+    if hi < low || hi == low && lo < 0.0 {
+        return -1;
+    }
+    i8::from(hi > high || hi == high && lo >= 0.0)
 }
 
 /// `i_q` and the speed along a segment.

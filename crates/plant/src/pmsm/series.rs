@@ -1,5 +1,6 @@
 //! The Taylor series of the motion from one start, term by term.
 
+use super::around::Around;
 use super::circuit::{Circuit, Plane, dot};
 use super::{Grip, Pmsm};
 use crate::flow::double::{Product, versions};
@@ -23,13 +24,15 @@ pub(super) const SHARES: [f64; ORDER + 2] = {
     shares
 };
 
-/// The state of the shaft under friction.
+/// The state of a body under friction.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) enum Hold {
-    /// Friction holds the shaft.
+    /// Friction holds the body.
     Stuck,
-    /// The shaft turns, or is about to, in this direction; 0 without friction.
+    /// The body moves, or is about to, in this direction; 0 without friction.
     Slip(f64),
+    /// A hand imposes its speed.
+    Imposed,
 }
 
 /// The start of a series.
@@ -41,7 +44,7 @@ pub(super) struct Start {
     pub low: Lanes,
     /// The rotor's electrical direction.
     pub e: Plane,
-    /// The hand's intention minus the angle, and the speed of the intention.
+    /// The hand's intention minus the position that it holds, and the speed of the intention.
     pub twist_rad: f64,
     pub intent_rad_per_s: f64,
 }
@@ -73,6 +76,8 @@ pub(super) struct Series {
     crossed: Coefficients,
     /// Sine and cosine of two harmonics of the cogging in each.
     waves: Vec<Coefficients>,
+    /// What is around the rotor.
+    pub around: Around,
     /// The torque on the shaft without friction.
     pub torque: [f64; ORDER + 1],
     /// Powers in use.
@@ -97,6 +102,7 @@ impl Series {
             along: ZERO,
             crossed: ZERO,
             waves,
+            around: Around::new(laws),
             torque: [0.0; ORDER + 1],
             powers: 0,
         }
@@ -124,11 +130,13 @@ impl Series {
         let salience = motor.direct_h - motor.quadrature_h;
         let e = start.e;
         let [aa, ab, bb] = circuit.gain(laws, e);
-        let per_inertia = if *hold == Hold::Stuck { 0.0 } else { 1.0 / motor.inertia_kg_m2 };
-        let Grip { torque_nm, stiffness_nm_per_rad: stiffness, damping_nm_s_per_rad: damping } = laws.grip;
-        let hand_nm = torque_nm + stiffness * start.twist_rad + damping * start.intent_rad_per_s;
-        let rub_nm = if let Hold::Slip(sign) = hold { sign * motor.coulomb_nm } else { 0.0 };
-        let Self { x, flux, turned, along, crossed, waves, torque, .. } = series;
+        let shaft = &laws.net.bodies[0];
+        let per_inertia = if let Hold::Slip(_) = hold { 1.0 / shaft.inertia } else { 0.0 };
+        let Grip { torque_nm, stiffness_nm_per_rad: stiffness, damping_nm_s_per_rad, units, .. } = laws.pull;
+        let hand_nm = torque_nm + stiffness * start.twist_rad + damping_nm_s_per_rad * start.intent_rad_per_s;
+        let damping = units * damping_nm_s_per_rad;
+        let rub_nm = if let Hold::Slip(sign) = hold { sign * shaft.coulomb } else { 0.0 };
+        let Self { x, flux, turned, along, crossed, waves, around, torque, .. } = series;
         let done = series.powers;
         if done == 0 {
             let i = start.current();
@@ -148,7 +156,7 @@ impl Series {
         }
         assert!(powers <= ORDER);
         let torque_per_flux = 1.5 * pairs;
-        let viscous = motor.viscous_nm_s_per_rad;
+        let viscous = shaft.viscous;
         // What the first powers alone have.
         let (mut given, mut pull_nm, mut against_nm) = ([0.0; 2], 0.0, 0.0);
         if done == 0 {
@@ -163,7 +171,10 @@ impl Series {
             let [alpha, beta, speed, angle] = x[k];
             let mut sum = torque_per_flux * (ahead - behind) + pull_nm - damping * speed;
             if stiffness != 0.0 && k > 0 {
-                sum -= stiffness * if k == 1 { angle - start.intent_rad_per_s } else { angle };
+                sum -= stiffness * if k == 1 { units * angle - start.intent_rad_per_s } else { units * angle };
+            }
+            if laws.is_around {
+                sum += around.write(laws, x, start, k);
             }
             for (wave, pair) in waves.iter_mut().zip(&laws.waves) {
                 let (mut turned, mut cogging) = (P::all(0.0), P::lanes(&pair.amplitudes_nm) * P::lanes(&wave[k]));

@@ -21,6 +21,7 @@ mod less_model;
 mod motor;
 mod network;
 mod pmsm;
+mod pmsm_around;
 mod pmsm_motion;
 mod pmsm_record;
 mod random;

@@ -1,5 +1,6 @@
 //! A motor of three phases against an integration with 40 digits, `testbench/record/pmsm.txt`.
 
+use hpu_plant::network::{Body, Joint, Network, Sensed, Stop};
 use hpu_plant::pmsm::{Harmonic, Inverter, Pmsm, PmsmDevice, PmsmMotor};
 use hpu_plant::{Drive, Hand, Leg, Push};
 
@@ -52,6 +53,25 @@ fn case(name: &str) -> (u64, Pmsm, [f64; 3]) {
             let inverter = Inverter { diode_drop_v: 0.5, on_resistance_ohm: 0.01, ..bare };
             let hand = Hand::Spring(Push { stiffness_nm_per_rad: 0.3, damping_nm_s_per_rad: 2e-4 });
             (4, laws(motor, inverter, hand), [0.5, -0.2, -0.1])
+        }
+        "knob" => {
+            let cogging = harmonics(&[(42, 1e-3, 0.5)]);
+            let motor = PmsmMotor {
+                direct_h: 0.3e-3,
+                coulomb_nm: 1e-3,
+                stiction_nm: 2e-3,
+                inertia_kg_m2: 4e-6,
+                cogging,
+                ..plain
+            };
+            let inverter = Inverter { diode_drop_v: 0.7, on_resistance_ohm: 0.02, supply_ohm: 0.05, ..bare };
+            let mut network = Network::of_rotor(Hand::Torque(2e-2));
+            network.bodies.push(Body { inertia: 8e-6, viscous: 1e-5, speed: 3.0, ..Body::default() });
+            network.joints.push(Joint { from: 0, to: 1, ratio: 0.5, compliance: Some((2.0, 1e-4)) });
+            network.stops.push(Stop { body: 1, low: -0.02, high: 0.02, stiffness: 15.0, damping: 5e-4 });
+            network.sensed.push(Sensed { body: 1, lag_rad_per_s: None });
+            network.grip = 1;
+            (5, Pmsm::around(motor, inverter, &network, edge_s).unwrap(), [6.0, 0.0, 0.0])
         }
         name => panic!("no case {name}"),
     }
@@ -113,8 +133,10 @@ fn motions_are_those_of_forty_digits() {
         for line in text.lines().skip(1) {
             let words: Vec<&str> = line.split(' ').collect();
             match words[0] {
-                "state" => states
-                    .push((words[1].parse::<u64>().unwrap(), [2, 3, 4, 5].map(|k| words[k].parse::<f64>().unwrap()))),
+                "state" => states.push((
+                    words[1].parse::<u64>().unwrap(),
+                    words[2..].iter().map(|x| x.parse().unwrap()).collect::<Vec<f64>>(),
+                )),
                 "change" => changes.push(words[1].parse::<u64>().unwrap()),
                 word => panic!("{word}"),
             }
@@ -148,8 +170,12 @@ fn motions_are_those_of_forty_digits() {
             let (period, expected) = shown.next().unwrap();
             let [direct, across] = device.dq(to);
             let [_, speed, angle, _] = device.state(to);
-            let sizes = [1.0f64, 1.0, 10.0, 1.0];
-            for (k, got) in [direct, across, speed, angle].into_iter().enumerate() {
+            let sizes = [1.0f64, 1.0, 10.0, 1.0, 1.0];
+            let mut states = vec![direct, across, speed, angle];
+            if expected.len() > 4 {
+                states.push(device.reading_of(0, to));
+            }
+            for (k, got) in states.into_iter().enumerate() {
                 let off = (got - expected[k]).abs() / sizes[k].max(expected[k].abs());
                 worst = worst.max(off);
                 assert!(off <= 1e-13, "{name}, period {period}, state {k}: {got} instead of {}", expected[k]);

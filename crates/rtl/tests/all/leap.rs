@@ -166,6 +166,17 @@ fn runs_of_three_phases_are_those_of_verilator_to_the_last_bit() {
     assert!(foc.energy.copper_j > 0.0 && hall.energy.copper_j > 0.0);
 }
 
+/// A chip on I2C: a frame of two bytes lasts for 29 bits of 124 clocks and the quarters of start and stop, 20 ms for
+/// some 270 of them after the one that sets the pointer.
+#[test]
+fn a_run_with_a_chip_on_i2c_is_that_of_verilator_to_the_last_bit() {
+    let angle = same_as_verilator("angle", &[], 10_000);
+    let [(0, frames)] = angle.frames[..] else { panic!("{:?}", angle.frames) };
+    assert_eq!((frames.wrong, frames.fast), (0, 0));
+    let clocks = 124 * (27 + 2);
+    assert_eq!(frames.all, 1 + (1_000_000 - 124 * 19) / clocks);
+}
+
 /// Returns a scene around Verilog of its own, with the clock `clk` and inputs at 0.
 fn around(verilog: &str, more: &str, engine: &str) -> DutScene {
     around_file(("t.v", verilog), ("t", "clk"), more, engine)

@@ -16,6 +16,7 @@ use crate::axis::rows::{Mass, encoder_part};
 use crate::axis::sensors::{ENCODER, Sensor, SensorKind, encoder, names_of, one_of, sensors};
 use crate::head::Units;
 use crate::method::is_paddle;
+use crate::pmsm::ROTOR;
 use crate::schema::quantity::{Axis, RAIL, SHAFT};
 use crate::schema::section::Section;
 use crate::schema::source::SceneError;
@@ -70,6 +71,12 @@ impl Compound {
     /// Returns the name of the body in whose units the wall is given.
     pub fn wall_name(&self) -> &str {
         &self.names[self.wall_body]
+    }
+
+    /// Returns whether there is more than one body that moves freely or that a hand moves.
+    pub fn is_more(&self) -> bool {
+        let Network { bodies, stops, .. } = &self.network;
+        bodies.len() > 1 || !stops.is_empty() || bodies[0].spring != 0.0 || bodies[0].constant != 0.0
     }
 
     /// Returns what a linear loop around the network leaves out beside Coulomb friction, each as text.
@@ -223,18 +230,12 @@ pub(crate) fn draft(root: &Section, clock: Clock) -> Result<Draft, SceneError> {
         }
         motors.push(part);
         let of = of.along(axis_of(is_slide)).with(part.map(NamedPart::gives));
-        if let Some(stop) = stop_of(&of, bodies.len())? {
-            stops.push(stop);
-        }
-        bodies.push(body(&of, is_slide)?);
+        let body = body(&of, is_slide)?;
+        stops.extend(stop_of(&of, bodies.len(), body.position)?);
+        bodies.push(body);
         slides.push(is_slide);
     }
-    let all = s.section("joints")?;
-    let joint_names = names_of(&all, "joint")?;
-    let mut joints = Vec::new();
-    for name in &joint_names {
-        joints.push(joint(&all.section(name)?, (&names, &slides, &bodies))?);
-    }
+    let (joint_names, joints) = joints(&s, (&names, &slides, &bodies))?;
     let (mut sensors, mut sensed) = sensors(&s, (&names, &slides), None, clock)?;
     let (mut encoder, on) = encoder_of(&root.section("encoder")?, (&names, &slides))?;
     let hand = root.section("hand")?;
@@ -257,6 +258,60 @@ pub(crate) fn draft(root: &Section, clock: Clock) -> Result<Draft, SceneError> {
     }
     let network = Network { bodies, joints, stops, feed, driven, seen, grip, hand, sensed };
     Ok(Draft { names, joint_names, slides, network, dac, units_at, encoder, sensors })
+}
+
+/// Reads the joints between bodies, with their names.
+fn joints(device: &Section, bodies: (&[String], &[bool], &[Body])) -> Result<(Vec<String>, Vec<Joint>), SceneError> {
+    let all = device.section("joints")?;
+    let names = names_of(&all, "joint")?;
+    let joints = names.iter().map(|name| joint(&all.section(name)?, bodies)).collect::<Result<_, _>>()?;
+    Ok((names, joints))
+}
+
+/// Reads what is around the rotor of a motor with three phases: `rotor` is its body without stops and return spring,
+/// `feed` its winding across the magnets' axis. Returns the sensors apart.
+pub(crate) fn around(
+    root: &Section,
+    (rotor, feed): (Body, Feed),
+    (encoder, pole_pairs): (Encoder, u32),
+    clock: Clock,
+) -> Result<(Draft, Vec<Sensor>), SceneError> {
+    let s = &root.section("device")?;
+    let all = s.section("bodies")?;
+    let further: Vec<String> = names_of(&all, "body")?.into_iter().filter(|name| name != ROTOR).collect();
+    let names: Vec<String> = [ROTOR.into()].into_iter().chain(further).collect();
+    let (mut bodies, mut stops, mut slides) = (vec![rotor], Vec::new(), vec![false]);
+    let own = all.section(ROTOR)?;
+    if let Some(key) = own.keys().find(|key| !["return_spring", "gravity", "stops"].contains(key)) {
+        let reason = "not of the rotor, whose inertia, friction and start stand in [device]; accepted here: \
+                      return_spring, gravity, stops";
+        return Err(own.key_error(key, reason));
+    }
+    if own.keys().next().is_some() {
+        (bodies[0].spring, bodies[0].constant) = spring(&own, false)?;
+        stops.extend(stop_of(&own, 0, rotor.position)?);
+    }
+    for name in &names[1..] {
+        let of = all.section(name)?;
+        of.accept_as("device.bodies.BODY", &[])?;
+        if of.has(keys::body::part.name) {
+            return Err(of.error(keys::body::part.name, "the rotor is that of the device; write inertia, or mass"));
+        }
+        let is_slide = of.has("mass");
+        let of = of.along(axis_of(is_slide));
+        let body = body(&of, is_slide)?;
+        stops.extend(stop_of(&of, bodies.len(), body.position)?);
+        bodies.push(body);
+        slides.push(is_slide);
+    }
+    let (joint_names, joints) = joints(s, (&names, &slides, &bodies))?;
+    let (sensors, sensed) = sensors(s, (&names, &slides), Some(pole_pairs), clock)?;
+    let units_at = if s.has("units_at") { body_of(s, &keys::network::units_at, &names)? } else { 0 };
+    let hand = hpu_plant::Hand::Torque(0.0);
+    let held = root.section("hand")?;
+    let grip = if held.has("on") { body_of(&held, &keys::hand_network::on, &names)? } else { 0 };
+    let network = Network { bodies, joints, stops, feed, driven: 0, seen: 0, grip, hand, sensed };
+    Ok((Draft { names, joint_names, slides, network, dac: None, units_at, encoder, sensors: Vec::new() }, sensors))
 }
 
 /// Reads the scene's own encoder. Returns it with its body.
@@ -296,7 +351,14 @@ fn body(s: &Section, slides: bool) -> Result<Body, SceneError> {
         );
         return Err(s.error("stiction", reason));
     }
-    let (mut spring, mut constant) = (s.read(&key::return_spring)?, 0.0);
+    let (spring, constant) = spring(s, slides)?;
+    let (position, speed) = (s.read(&key::initial_position)?, s.read(&key::initial_speed)?);
+    Ok(Body { inertia, viscous: s.read(&key::viscous_friction)?, coulomb, stiction, spring, constant, position, speed })
+}
+
+/// Reads the stiffness of a body's return spring, with that of gravity, and its constant torque.
+fn spring(s: &Section, slides: bool) -> Result<(f64, f64), SceneError> {
+    let (mut spring, mut constant) = (s.read(&keys::body::return_spring)?, 0.0);
     if s.has("gravity") {
         use keys::gravity as key;
         if slides {
@@ -309,16 +371,15 @@ fn body(s: &Section, slides: bool) -> Result<Body, SceneError> {
         spring += weight_nm * libm::cos(at);
         constant = -weight_nm * (libm::sin(at) - at * libm::cos(at));
     }
-    let (position, speed) = (s.read(&key::initial_position)?, s.read(&key::initial_speed)?);
-    Ok(Body { inertia, viscous: s.read(&key::viscous_friction)?, coulomb, stiction, spring, constant, position, speed })
+    Ok((spring, constant))
 }
 
-fn stop_of(s: &Section, body: usize) -> Result<Option<Stop>, SceneError> {
+/// Reads the stops of a body that starts at a position.
+fn stop_of(s: &Section, body: usize, position: f64) -> Result<Option<Stop>, SceneError> {
     use keys::stops as key;
     if !s.has("stops") {
         return Ok(None);
     }
-    let position = s.read(&keys::body::initial_position)?;
     let s = s.section("stops")?;
     s.accept_as("device.bodies.BODY.stops", &[])?;
     let (low, high) = (s.read(&key::low)?, s.read(&key::high)?);
@@ -580,7 +641,10 @@ impl Draft {
         let (root, units) = groups[self.network.grip];
         for (name, (of, _)) in self.names.iter().zip(&groups) {
             let body = s.section("bodies")?.section(name)?;
-            let start = ["initial_position", "initial_speed"].into_iter().find(|key| *of == root && body.has(key));
+            let is_rotor = name == ROTOR && s.has("pole_pairs");
+            let body = if is_rotor { s.alike(s.axis()) } else { body };
+            let starts = ["initial_position", "initial_angle", "initial_speed"];
+            let start = starts.into_iter().find(|key| *of == root && body.has(key));
             if let Some(key) = start {
                 let reason = "a prescribed hand imposes the motion from its first point on; leave this out";
                 return Err(body.error(key, reason));
@@ -617,9 +681,7 @@ impl Draft {
         let square = ratio * ratio;
         let path = match hand {
             Hand::Capture { .. } => {
-                return Err(
-                    s.error("kind", "a recording stands in for a motor or a mass; a network takes another hand")
-                );
+                return Err(s.error("kind", "a recording stands in for a motor or a mass; write another hand"));
             }
             Hand::None => Vec::new(),
             Hand::ConstantTorque { torque_nm } => {

@@ -1,6 +1,7 @@
 //! The keys of a device of bodies and joints.
 
 use crate::axis::library::{AMPLIFIERS, MOTORS, NamedPart, by_name};
+use crate::axis::sensors::Bus;
 use crate::schema::Otherwise::{Is, Required, Said};
 use crate::schema::quantity as q;
 use crate::schema::quantity::Sense::{Any, NotNegative, Positive, Within};
@@ -169,8 +170,9 @@ keys! { sensor: "device.sensors.SENSOR" of [];
     /// the place of `rate` and `phase`.
     trigger: Flag = Flag(false);
     /// Chip on a bus that brings the word of an absolute encoder in the place of the pin `word`: the AS5047P at the
-    /// pins `csn`, `sck`, `mosi` and `miso`, with 14 bits.
-    chip: Choice<f64> = Choice::new(|| vec![("as5047p", 100e-9)], Said("none"));
+    /// pins `csn`, `sck`, `mosi` and `miso`, with 14 bits, or the AS5600 at `scl`, `sda_out` and `sda`, with 12 bits.
+    chip: Choice<(Bus, u32, f64)> =
+        Choice::new(|| vec![("as5047p", (Bus::Spi, 14, 100e-9)), ("as5600", (Bus::I2c, 12, 1e-6))], Said("none"));
     /// Rate of the samples of a word, or of a modulator's bits, their period rounded to whole clock cycles; required
     /// but for an encoder, or where a design starts the samples.
     rate: Quantity = Quantity::new(&q::FREQUENCY, Positive, Said("none"));
@@ -184,7 +186,7 @@ keys! { sensor: "device.sensors.SENSOR" of [];
     bits: Whole<u32> = Whole::new(2, 24, Said("none"));
     /// Angle or length of all words of an absolute encoder, which begin anew beyond it; required on a body that slides.
     span: Quantity = Quantity::along(|axis| axis.position, Positive, Said("a turn"));
-    /// Corner of a first-order lag of an absolute encoder that is analog.
+    /// Corner of a first-order lag: of an absolute encoder that is analog, or of the amplifier of a phase's shunt.
     corner: Quantity = Quantity::new(&q::FREQUENCY, Positive, Said("none"));
     /// Volts at the converter for one ampere; required of a current. Below 0 where the shunt's amplifier inverts, or
     /// where the shunt sees the current out of the motor.
@@ -228,7 +230,7 @@ keys! { encoder_network: "encoder" of ["network"];
     resolution: Quantity = Quantity::new(&q::LENGTH, Within(1e-11, 1.0), Said("none"));
 }
 
-keys! { hand_network: "hand" of ["network"];
+keys! { hand_network: "hand" of ["network", "pmsm"];
     /// Body that the hand holds.
     on: Text = Text(BODY, Said("the encoder's"));
     /// Mass of the hand itself, on a body that slides: it moves between the grip and the path.

@@ -55,14 +55,13 @@ pub(crate) fn scene(file: &str, source: &Source, kind: Kind, load: Load) -> Resu
     let about = about(&root)?;
     let (device, axis) = device(&root.section("device")?, kind)?;
     let root = root.along(axis);
-    let count = || Ok(encoder(&root.section("encoder")?, (&device, kind), true)?.count_rad());
+    let count = || Ok(encoder(&root.section("encoder")?, kind, true)?.count_rad());
     let (hand, recorded) = hand(&root.section("hand")?, &[], load, &count)?;
     imposed(&root.section("device")?, &hand)?;
     let clock = clock(&root.section("clock")?)?;
     let model = model(&root.section("model")?, &device)?;
     let words = model.datapath != Datapath::Linear;
-    let (encoder, amplifier) =
-        (encoder(&root.section("encoder")?, (&device, kind), words)?, amplifier(&root, &device, words)?);
+    let (encoder, amplifier) = (encoder(&root.section("encoder")?, kind, words)?, amplifier(&root, &device, words)?);
     let bridge = bridge(&root.section("bridge")?)?;
     let method = method(&root.section("method")?, &[])?;
     let (wall, target) = if follows { followed(&root)? } else { (wall(&root.section("wall")?)?, None) };

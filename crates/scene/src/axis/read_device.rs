@@ -87,9 +87,9 @@ fn motor(s: &Section) -> Result<Motor, SceneError> {
 }
 
 /// Reads the encoder of a device; a mass needs none if no words are computed.
-pub(crate) fn encoder(s: &Section, (device, kind): (&Device, Kind), words: bool) -> Result<Encoder, SceneError> {
+pub(crate) fn encoder(s: &Section, kind: Kind, words: bool) -> Result<Encoder, SceneError> {
     s.accept(&[kind.name()])?;
-    if let Device::Motor(_) = device {
+    if !matches!(kind, Kind::Mass) {
         let part = s.given(&keys::encoder_part::part)?;
         let s = s.alike(s.axis()).with(part.map(NamedPart::gives));
         return Ok(Encoder::Rotary { lines: s.read(&keys::encoder_motor::lines)? });

@@ -121,8 +121,20 @@ pub struct Sampled {
     pub zero_of: u32,
     /// Whether the words of a current begin at 0, with no current in the middle.
     pub offset_binary: bool,
-    /// Of a chip on a bus the least clocks of a period of the bus; `None` if the design sees the word.
-    pub chip: Option<u64>,
+    /// The corner of a first-order lag between a phase's current and the converter, in rad/s; `None` without a lag.
+    pub lag_rad_per_s: Option<f64>,
+    /// Of a chip the bus that it is on, and the least clocks of a period of the bus; `None` if the design sees the
+    /// word.
+    pub chip: Option<(Bus, u64)>,
+}
+
+/// The bus of a chip.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Bus {
+    /// Four lines: `csn`, `sck` and `mosi` of the design, `miso` of the chip.
+    Spi,
+    /// Two lines: `scl` and `sda_out` of the design, which pulls SDA down by 0, and `sda`, the level of the line.
+    I2c,
 }
 
 /// The fraction of a count in which words are computed: 2^-16.
@@ -169,7 +181,8 @@ impl Sensor {
         match &self.kind {
             SensorKind::Encoder(..) => vec![("a", Format::BIT), ("b", Format::BIT)],
             SensorKind::Hall(_) => ["a", "b", "c"].map(|pin| (pin, Format::BIT)).into(),
-            SensorKind::Sampled(Sampled { chip: Some(_), .. }) => vec![("miso", Format::BIT)],
+            SensorKind::Sampled(Sampled { chip: Some((Bus::Spi, _)), .. }) => vec![("miso", Format::BIT)],
+            SensorKind::Sampled(Sampled { chip: Some((Bus::I2c, _)), .. }) => vec![("sda", Format::BIT)],
             SensorKind::Sampled(Sampled { reading, bits, offset_binary, .. }) => {
                 let word =
                     if reading.is_round() || *offset_binary { Format::unsigned(*bits) } else { Format::signed(*bits) };
@@ -186,7 +199,16 @@ impl Sensor {
 
     /// Returns whether it is a chip on a bus, whose lines the design drives.
     pub fn is_chip(&self) -> bool {
-        matches!(&self.kind, SensorKind::Sampled(Sampled { chip: Some(_), .. }))
+        !self.lines().is_empty()
+    }
+
+    /// Returns the names of the lines of a chip that the design drives, three at most.
+    pub fn lines(&self) -> &'static [&'static str] {
+        match &self.kind {
+            SensorKind::Sampled(Sampled { chip: Some((Bus::Spi, _)), .. }) => &["csn", "sck", "mosi"],
+            SensorKind::Sampled(Sampled { chip: Some((Bus::I2c, _)), .. }) => &["scl", "sda_out"],
+            _ => &[],
+        }
     }
 }
 
@@ -264,6 +286,7 @@ const KEYS: [(&str, &[&str]); 5] = [
             "bits",
             "gain",
             "range",
+            "corner",
             "offset",
             "calibrated_zero",
             "offset_binary",
@@ -336,8 +359,10 @@ fn sampled(s: &Section, reading: Reading, slides: bool, clock: Clock) -> Result<
     use keys::sensor as key;
     let is_round = reading.is_round();
     let (bits, triggered) = (s.read(&key::bits)?, s.read(&key::trigger)?);
-    if s.has("chip") && (bits != 14 || s.has("span") || s.has("bus")) {
-        return Err(s.error("chip", "its word is a turn in 14 bits; write bits = 14, and neither span nor bus"));
+    let chip = s.given(&key::chip)?;
+    if let Some((_, own, _)) = chip.filter(|(_, own, _)| *own != bits || s.has("span") || s.has("bus")) {
+        let reason = format!("its word is a turn in {own} bits; write bits = {own}, and neither span nor bus");
+        return Err(s.error("chip", reason));
     }
     if let Some(key) = ["rate", "phase"].into_iter().find(|key| triggered && s.has(key)) {
         return Err(s.error(key, "the design starts each sample, by trigger = true; write one of both"));
@@ -385,7 +410,8 @@ fn sampled(s: &Section, reading: Reading, slides: bool, clock: Clock) -> Result<
         noise: fine(noise * 3f64.sqrt()).unsigned_abs().max(1),
         zero_of: s.given(&key::calibrated_zero)?.unwrap_or(0),
         offset_binary: s.read(&key::offset_binary)?,
-        chip: s.given(&key::chip)?.map(|least_s| clock.first_edge_at((least_s * 1e12) as u64).0),
+        lag_rad_per_s: if is_round { None } else { s.given(&key::corner)?.map(|hz| 2.0 * PI * hz) },
+        chip: chip.map(|(bus, _, least_s)| (bus, clock.first_edge_at((least_s * 1e12) as u64).0)),
     })
 }
 
@@ -471,7 +497,8 @@ pub(crate) fn sensors(
             return Err(s.error(other, reason));
         }
         let of_current = ["current", "sigma_delta"].contains(&kind);
-        let is_alone = names.len() == 1 && !s.has(key::on.name);
+        // A motor with three phases has its rotor first.
+        let is_alone = (names.len() == 1 || phases) && !s.has(key::on.name);
         let body = if of_current {
             None
         } else if is_alone {
@@ -489,6 +516,7 @@ pub(crate) fn sensors(
                 let reading = if phases { Reading::Phase(phase(&s)?) } else { Reading::Current };
                 SensorKind::Sampled(sampled(&s, reading, false, clock)?)
             }
+            Some(1..) if kind == "hall" => return Err(s.error(key::on.name, "Hall switches are of the rotor")),
             Some(_) if kind == "hall" => match pole_pairs {
                 Some(pairs) => {
                     let sector_rad = 2.0 * PI / (6.0 * f64::from(pairs));
@@ -509,8 +537,11 @@ pub(crate) fn sensors(
             return Err(s.error("chip", format!("accepted: {MOST_CHIPS} chips on buses at most")));
         }
         let corner_hz = s.given(&key::corner)?;
-        if corner_hz.is_some() && phases {
+        if corner_hz.is_some() && phases && body.is_some() {
             return Err(s.error("corner", "an analog angle is one of a network; leave this out"));
+        }
+        if corner_hz.is_some() && !phases && body.is_none() {
+            return Err(s.error("corner", "of a phase's current, of a motor of kind \"pmsm\"; leave this out"));
         }
         if corner_hz.is_some_and(|hz| hz > clock.frequency_hz() as f64) {
             return Err(s.error("corner", "beyond the clock; leave the lag out"));

@@ -8,7 +8,7 @@ use toml_edit::{Array, Item, TableLike, Value};
 
 use crate::axis::network::Compound;
 use crate::axis::parts::{Amplifier, Device, Encoder, Hand};
-use crate::axis::read::{Built, axis_expect, built, host, imposed};
+use crate::axis::read::{axis_expect, built, host, imposed};
 use crate::axis::read_device::{Kind, agree_on_dead_band, amplifier, bridge, device, encoder};
 use crate::axis::read_hand::{Load, Recorded, hand};
 use crate::axis::read_model::friction;
@@ -22,7 +22,7 @@ use crate::dut::{
 use crate::faults::read::{Pins, agree_on_faults, faults};
 use crate::head::model::{BridgeModel, Datapath, EncoderModel, Friction, Model, Solver, Winding};
 use crate::head::{Own, about, clock};
-use crate::pmsm::Pmsm;
+use crate::pmsm::{Built, Pmsm};
 use crate::schema::identifier::{Identifier, Language};
 use crate::schema::parameter::{Origin, ParameterValue};
 use crate::schema::quantity::{Axis, SHAFT};
@@ -59,7 +59,8 @@ pub(crate) fn scene(file: &str, source: &Source, kind: Kind, load: Load) -> Resu
     wall.accept(&["dut"])?;
     let of_network = network.as_ref().map(|network| &network.sensors);
     let sensors = of_network.or(pmsm.as_ref().map(|pmsm| &pmsm.sensors)).map_or(&[][..], |sensors| sensors);
-    let wall_ratio = network.as_ref().map_or(1.0, |network| network.wall_ratio);
+    let around = network.as_ref().or(pmsm.as_ref().map(|pmsm| &pmsm.around));
+    let wall_ratio = around.map_or(1.0, |around| around.wall_ratio);
     let mut scene = DutScene {
         device,
         encoder,
@@ -130,7 +131,8 @@ fn around(root: &Section, kind: Kind, load: Load) -> Result<Around, SceneError> 
     let clock = || clock(&root.section("clock")?);
     if let Kind::Network = kind {
         let clock = clock()?;
-        let Built { device, compound, encoder, bridge, hand, recorded, seen, at_wall } = built(root, clock, load)?;
+        let found = built(root, clock, load)?;
+        let crate::axis::read::Built { device, compound, encoder, bridge, hand, recorded, seen, at_wall } = found;
         let gates = "a host hands on commands, and this design drives the gates of a bridge; leave this out";
         let refused = compound.dac.is_none().then_some(gates);
         let host_clocks = host(root, clock, None, (Kind::Network, refused))?;
@@ -150,31 +152,36 @@ fn around(root: &Section, kind: Kind, load: Load) -> Result<Around, SceneError> 
             at_wall,
         });
     }
-    let (mut pmsm, clock) = (None, clock()?);
-    let (device, axis) = match kind {
-        Kind::Pmsm => {
-            let motor = pmsm.insert(Arc::new(crate::pmsm::pmsm(&root.section("device")?, clock)?));
-            if root.has("amplifier") {
-                return Err(root.error("amplifier", "a pmsm hangs on a bridge with three legs; write [bridge]"));
-            }
-            (Device::Motor(motor.with_one_winding()), &SHAFT)
-        }
-        _ => device(&root.section("device")?, kind)?,
-    };
+    let clock = clock()?;
+    if let Kind::Pmsm = kind {
+        let Built { device, motor, encoder, bridge, hand, recorded, at_wall } = crate::pmsm::built(root, clock, load)?;
+        let pmsm = Some(Arc::new(motor));
+        return Ok(Around {
+            device,
+            clock,
+            amplifier: None,
+            encoder,
+            bridge,
+            hand,
+            recorded,
+            network: None,
+            pmsm,
+            host_clocks: 0,
+            seen: &SHAFT,
+            at_wall,
+        });
+    }
+    let (device, axis) = device(&root.section("device")?, kind)?;
     let of = |key: &str| root.section(key).map(|section| section.along(axis));
-    let encoder = || encoder(&of("encoder")?, (&device, kind), true);
+    let encoder = || encoder(&of("encoder")?, kind, true);
     let count = || Ok(encoder()?.count_rad());
     let (hand, recorded) = hand(&of("hand")?, &[], load, &count)?;
     imposed(&of("device")?, &hand)?;
-    if let (Some(_), Hand::Prescribed { .. }) = (&pmsm, &hand) {
-        let reason = "a pmsm moves by its torques; write \"spring_damper\", \"constant_torque\" or \"none\"";
-        return Err(root.section("hand")?.error("kind", reason));
-    }
     Ok(Around {
         clock,
         encoder: encoder()?,
-        amplifier: if pmsm.is_some() { None } else { amplifier(root, &device, true)? },
-        pmsm,
+        amplifier: amplifier(root, &device, true)?,
+        pmsm: None,
         device,
         bridge: bridge(&root.section("bridge")?)?,
         hand,
@@ -620,8 +627,8 @@ fn sensor_pin(name: &str, inverted: bool, sensors: &[Sensor]) -> Result<SensorPi
     let pins = |(index, sensor): (usize, &Sensor)| {
         let given = sensor.pins().into_iter().zip(0..);
         let start = sensor.is_triggered().then_some((("start", Format::BIT), SensorPin::START));
-        let lines = ["csn", "sck", "mosi"].map(|line| (line, Format::BIT)).into_iter().zip(SensorPin::LINES..);
-        let all = given.chain(start).chain(lines.filter(|_| sensor.is_chip()));
+        let lines = sensor.lines().iter().map(|line| (*line, Format::BIT)).zip(SensorPin::LINES..);
+        let all = given.chain(start).chain(lines);
         all.map(|((pin, format), place)| (format!("{}.{pin}", sensor.name), index, place, format)).collect::<Vec<_>>()
     };
     let together = sensors.iter().any(Sensor::is_triggered);

@@ -23,7 +23,7 @@ use crate::head::{Head, Units, has_head};
 use crate::method::table::TableMethod;
 use crate::pmsm::Pmsm;
 
-pub use words::FocWords;
+pub use words::{FocFloats, FocWords};
 
 /// The law and the current loops, in SI units.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -69,6 +69,8 @@ pub struct FocModel {
     pub ideal: bool,
     /// Time by which it is late then.
     pub delay_s: f64,
+    /// Whether the logic computes in `f64`, in the place of the words.
+    pub in_floats: bool,
 }
 
 /// A scene behind field-oriented control, validated, in SI units.
@@ -141,7 +143,11 @@ impl Setup for FocScene {
     }
 
     fn units(&self) -> Units {
-        self.device.units()
+        self.pmsm.around.wall_units
+    }
+
+    fn scale(&self) -> f64 {
+        self.pmsm.around.wall_ratio
     }
 
     fn outputs(&self) -> &'static [Output] {

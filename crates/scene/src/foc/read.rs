@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use crate::axis::parts::{Device, Hand, Wall};
-use crate::axis::read::{axis_expect, imposed};
-use crate::axis::read_device::{Kind, agree_on_dead_band, bridge, encoder};
-use crate::axis::read_hand::{Load, hand};
+use crate::axis::parts::Wall;
+use crate::axis::read::axis_expect;
+use crate::axis::read_device::agree_on_dead_band;
+use crate::axis::read_hand::Load;
 use crate::axis::read_model::friction;
 use crate::axis::sensors::{ENCODER, Phase, Reading, Sampled, SensorKind, one_of};
 use crate::faults::read::{Pins, agree_on_faults, faults};
@@ -16,7 +16,7 @@ use crate::head::model::{BridgeModel, Friction};
 use crate::head::{Own, about, clock};
 use crate::method::published::Published as _;
 use crate::method::table::TableMethod;
-use crate::pmsm::{Pmsm, pmsm};
+use crate::pmsm::{Built, Pmsm, built};
 use crate::schema::quantity::SHAFT;
 use crate::schema::section::Section;
 use crate::schema::source::{SceneError, Source};
@@ -35,18 +35,7 @@ pub(crate) fn scene(file: &str, source: &Source, load: Load) -> Result<FocScene,
     root.accept(&[FOC])?;
     let about = about(&root)?;
     let clock = clock(&root.section("clock")?)?;
-    if root.has("amplifier") {
-        return Err(root.error("amplifier", "a pmsm hangs on a bridge with three legs; write [bridge]"));
-    }
-    let motor = pmsm(&root.section("device")?, clock)?;
-    let device = Device::Motor(motor.with_one_winding());
-    let encoder = encoder(&root.section("encoder")?, (&device, Kind::Pmsm), true)?;
-    let (hand, recorded) = hand(&root.section("hand")?, &[], load, &|| Ok(encoder.count_rad()))?;
-    imposed(&root.section("device")?, &hand)?;
-    if let Hand::Prescribed { .. } | Hand::Capture { .. } = &hand {
-        let reason = "a pmsm moves by its torques; write \"spring_damper\", \"constant_torque\" or \"none\"";
-        return Err(root.section("hand")?.error("kind", reason));
-    }
+    let Built { device, motor, encoder, bridge, hand, recorded, at_wall } = built(&root, clock, load)?;
     let model = root.section("model")?;
     model.accept(&[FOC])?;
     let friction = friction(&model)?;
@@ -54,7 +43,9 @@ pub(crate) fn scene(file: &str, source: &Source, load: Load) -> Result<FocScene,
         return Err(model.error("friction", "not of a pmsm; write \"stick_slip\", or leave this out"));
     }
     let method = method(&root.section("method")?, &motor)?;
-    let wall = if root.has("wall") { Some(wall(&root.section("wall")?)?) } else { None };
+    let ratio = motor.around.wall_ratio;
+    let outside = root.alike(at_wall);
+    let wall = if root.has("wall") { Some(wall(&outside.section("wall")?)?.in_units_of(ratio)) } else { None };
     if wall.is_none() && method.table.is_none() {
         return Err(root.error("wall", "missing; write a [wall], or a table in method.torques, or both"));
     }
@@ -62,7 +53,7 @@ pub(crate) fn scene(file: &str, source: &Source, load: Load) -> Result<FocScene,
         device,
         pmsm: Arc::new(motor),
         encoder,
-        bridge: bridge(&root.section("bridge")?)?,
+        bridge,
         hand,
         method,
         wall,
@@ -73,8 +64,9 @@ pub(crate) fn scene(file: &str, source: &Source, load: Load) -> Result<FocScene,
             bridge: model.read(&keys::model_foc::bridge)?,
             ideal: model.read(&keys::model_foc::currents)?,
             delay_s: model.read(&keys::model_foc::current_delay)?,
+            in_floats: model.read(&keys::model_foc::datapath)?,
         },
-        head: OWN.head(file, source, &root, (about, clock))?,
+        head: OWN.head(file, source, &outside, (about, clock))?,
     };
     if let Some(faults) = &scene.faults {
         agree_on_faults(&scene.places, faults, Pins { lines: true, index: false, switches: false })?;
@@ -101,6 +93,9 @@ fn agree_on_model(scene: &FocScene) -> Result<(), SceneError> {
     }
     if scene.method.position.is_some() {
         return refused("model.currents", "\"ideal\" reads the encoder; write method.position = \"encoder\"");
+    }
+    if scene.pmsm.around.is_more() {
+        return refused("model.currents", "\"ideal\" has the rotor alone, without bodies, stops and springs around it");
     }
     if scene.method.enable_after_s > 0.0 {
         return refused("model.currents", "\"ideal\" currents flow from the start; leave method.enable_after out");

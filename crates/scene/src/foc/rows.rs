@@ -57,6 +57,8 @@ keys! { wall_foc: "wall" of [FOC];
 keys! { model_foc: "model" of [FOC];
     /// How the device is advanced: exactly from event to event, or exactly at every clock cycle.
     solver: Choice<Solver> = Choice::new(|| named(&[Solver::Events, Solver::Clock], Solver::name), Is(Solver::Events));
+    /// How law and current controllers are computed: by the blocks in fixed point, or by the same equations in floats.
+    datapath: Choice<bool> = Choice::new(|| vec![("words", false), ("float64", true)], Is(false));
     /// Models every switching of the bridge, or its mean voltages in each period of the modulator, without dead time
     /// and diodes.
     bridge: Choice<BridgeModel> =

@@ -39,6 +39,54 @@ pub struct FocWords {
     pub stiffness_miss: Option<Miss>,
     /// The least and the greatest count, from the position's 0, that the words hold.
     pub reach: [i64; 2],
+    /// The same numbers before they became words.
+    pub floats: FocFloats,
+}
+
+/// The numbers of the loop in `f64`: torques and currents in units of the words' currents, voltages in theirs.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct FocFloats {
+    /// Units of a code of the converters.
+    pub unit: f64,
+    /// Stiffness per count, and damping per count and sample, of the wall.
+    pub stiffness: f64,
+    /// The damping.
+    pub damping: f64,
+    /// The greatest torque.
+    pub top: f64,
+    /// The torques of the table towards smaller counts, of which so many are used.
+    pub torques: [f64; torque_table::MOST_TORQUES],
+    /// How many they are; 0 without a table.
+    pub length: usize,
+    /// Counts from one torque to the next.
+    pub spacing: u32,
+    /// Voltage for an error, and its change in a sample, of a current controller.
+    pub proportional: f64,
+    /// The latter.
+    pub integral: f64,
+    /// The greatest voltage of a controller.
+    pub limit: f64,
+    /// The voltage of the supply.
+    pub supply: f64,
+    /// Position at which the field's angle is taken for 0, and turns of the field in a count.
+    pub zero: i64,
+    /// The latter.
+    pub turns_per_count: f64,
+    /// Steps of a full duty.
+    pub steps: f64,
+}
+
+impl FocFloats {
+    /// Returns the torque of the table at a position.
+    pub fn texture(&self, position: i64) -> f64 {
+        if self.length == 0 {
+            return 0.0;
+        }
+        let place = position.rem_euclid(self.length as i64 * i64::from(self.spacing)) as usize;
+        let (index, part) = (place / self.spacing as usize, (place % self.spacing as usize) as f64);
+        let (from, to) = (self.torques[index], self.torques[(index + 1) % self.length]);
+        from + (to - from) * (part / f64::from(self.spacing))
+    }
 }
 
 impl FocScene {
@@ -78,7 +126,9 @@ impl FocScene {
         let period_s = 2.0 * f64::from(foc.steps) * edge_s;
         let of_current =
             |ohm: f64| gain("method.current_bandwidth", bandwidth_hz, unit_v / (TAU * ohm * unit_a), "Hz", foc.gain);
-        let current_gains = [of_current(motor.inductance_h[1])?, of_current(motor.resistance_ohm * period_s)?];
+        let ohms = [motor.inductance_h[1], motor.resistance_ohm * period_s];
+        let current_gains = [of_current(ohms[0])?, of_current(ohms[1])?];
+        let [proportional, integral] = ohms.map(|ohm| bandwidth_hz * TAU * ohm * unit_a / unit_v);
         let mut config = KnobConfig {
             foc,
             stiffness: method.stiffness_format,
@@ -122,6 +172,26 @@ impl FocScene {
         if (1i128 << method.position_bits) % turn != 0 {
             reach = [reach[0].max(zero.saturating_sub(half)), reach[1].min(zero.saturating_add(half - 1))];
         }
+        let mut floats = FocFloats {
+            unit: f64::from(1u32 << foc.frac),
+            stiffness: self.wall.map_or(0.0, |wall| wall.stiffness_nm_per_rad / stiffness_unit),
+            damping: self.wall.map_or(0.0, |wall| wall.damping_nm_s_per_rad / damping_unit),
+            top: ((1u64 << config.torque_width()) - 1) as f64,
+            torques: [0.0; torque_table::MOST_TORQUES],
+            length: 0,
+            spacing: 1,
+            proportional,
+            integral,
+            limit: foc.limit.into(),
+            supply: libm::exp2(f64::from(foc.voltage_width - 1)),
+            zero: width.wrap(zero.into()),
+            turns_per_count: f64::from(foc.pole_pairs) / f64::from(foc.counts),
+            steps: foc.steps.into(),
+        };
+        if let Some(table) = &method.table {
+            (floats.length, floats.spacing) = (table.length, table.spacing);
+            floats.torques = table.torques_nm.map(|torque_nm| -torque_nm / unit_nm);
+        }
         FocKnobLoop::new(config).map_err(|error| self.error("method.kind", error.to_string()))?;
         Ok(FocWords {
             config,
@@ -135,6 +205,7 @@ impl FocScene {
             realised,
             stiffness_miss,
             reach,
+            floats,
         })
     }
 

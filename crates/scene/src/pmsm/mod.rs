@@ -2,19 +2,26 @@
 
 pub(crate) mod rows;
 
+use std::sync::Arc;
+
+use hpu_plant::Bridge;
+use hpu_plant::network::{Body, Feed, FeedKind};
 use hpu_signal::Clock;
 use toml_edit::Item;
 
-use crate::axis::parts::Motor;
-use crate::axis::sensors::{Sensor, sensors};
+use crate::axis::network::{Compound, around};
+use crate::axis::parts::{Device, Encoder, Hand};
+use crate::axis::read_device::{Kind, bridge, encoder};
+use crate::axis::read_hand::{Load, Recorded, hand};
+use crate::axis::sensors::Sensor;
 use crate::pmsm::rows::{COGGING, pmsm as key};
 use crate::schema::parameter::{Origin, ParameterValue};
-use crate::schema::quantity::{ANGLE, Sense, TORQUE};
+use crate::schema::quantity::{ANGLE, Axis, Sense, TORQUE};
 use crate::schema::section::Section;
 use crate::schema::source::SceneError;
 use crate::text::message::number;
 
-/// The name of the one body of a three-phase motor, which sensors read.
+/// The name of a three-phase motor's own body.
 pub(crate) const ROTOR: &str = "rotor";
 
 /// The most harmonics of a cogging torque.
@@ -46,6 +53,8 @@ pub struct Pmsm {
     pub supply_ohm: f64,
     /// Angle and speed at the start.
     pub start: [f64; 2],
+    /// The rotor with the bodies, joints and stops around it, and with the hand.
+    pub around: Arc<Compound>,
     /// The sensors beside the encoder.
     pub sensors: Vec<Sensor>,
 }
@@ -55,51 +64,68 @@ impl Pmsm {
     pub fn torque_constant_nm_per_a(&self) -> f64 {
         1.5 * f64::from(self.pole_pairs) * self.flux_wb
     }
-
-    /// Returns the motor with one winding whose current is the one across the magnets' axis.
-    pub(crate) fn with_one_winding(&self) -> Motor {
-        let [initial_angle_rad, initial_speed_rad_per_s] = self.start;
-        Motor {
-            resistance_ohm: self.resistance_ohm,
-            inductance_h: self.inductance_h[1],
-            torque_constant_nm_per_a: self.torque_constant_nm_per_a(),
-            rotor_inertia_kg_m2: self.inertia_kg_m2,
-            viscous_friction_nm_s_per_rad: self.viscous_nm_s_per_rad,
-            coulomb_friction_nm: self.coulomb_nm,
-            wheel_ratio: 1.0,
-            wheel_inertia_kg_m2: 0.0,
-            initial_angle_rad,
-            initial_speed_rad_per_s,
-            initial_current_a: 0.0,
-        }
-    }
 }
 
-/// Reads a motor with its sensors.
-pub(crate) fn pmsm(s: &Section, clock: Clock) -> Result<Pmsm, SceneError> {
+/// A motor with all that a scene has around it, whatever closes its loop.
+pub(crate) struct Built {
+    /// The motor with one winding, whose current is the one across the magnets' axis, all joints taken as rigid.
+    pub device: Device,
+    pub motor: Pmsm,
+    pub encoder: Encoder,
+    pub bridge: Bridge,
+    pub hand: Hand,
+    pub recorded: Option<Recorded>,
+    /// The dimensions of the motion of the body in whose units the wall is.
+    pub at_wall: &'static Axis,
+}
+
+/// Reads a motor with its sensors, what is around it, its encoder, bridge and hand.
+pub(crate) fn built(root: &Section, clock: Clock, load: Load) -> Result<Built, SceneError> {
+    let s = &root.section("device")?;
     s.accept(&["pmsm"])?;
+    if root.has("amplifier") {
+        return Err(root.error("amplifier", "a pmsm hangs on a bridge with three legs; write [bridge]"));
+    }
     let pole_pairs = s.read(&key::pole_pairs)?;
-    let coulomb_nm = s.read(&key::coulomb_friction)?;
-    let stiction_nm = s.given(&key::stiction)?.unwrap_or(coulomb_nm);
-    if stiction_nm < coulomb_nm {
-        let reason = format!("less than coulomb_friction, {} N.m; write as much or more", number(coulomb_nm));
+    let coulomb = s.read(&key::coulomb_friction)?;
+    let stiction = s.given(&key::stiction)?.unwrap_or(coulomb);
+    if stiction < coulomb {
+        let reason = format!("less than coulomb_friction, {} N.m; write as much or more", number(coulomb));
         return Err(s.error(key::stiction.name, reason));
     }
-    let (sensors, _) = sensors(s, (&[ROTOR.into()], &[false]), Some(pole_pairs), clock)?;
-    Ok(Pmsm {
+    let (inertia, viscous) = (s.read(&key::rotor_inertia)?, s.read(&key::viscous_friction)?);
+    let (position, speed) = (s.read(&key::initial_angle)?, s.read(&key::initial_speed)?);
+    let rotor = Body { inertia, viscous, coulomb, stiction, position, speed, ..Body::default() };
+    let (resistance_ohm, inductance_h) = (s.read(&key::resistance)?, inductances(s)?);
+    let flux_wb = flux(s, pole_pairs)?;
+    let torque_constant = 1.5 * f64::from(pole_pairs) * flux_wb;
+    let nothing = Bridge { supply_v: 0.0, on_resistance_ohm: 0.0, diode_drop_v: 0.0, dead_band_v: 0.0 };
+    let feed = FeedKind::Bridge(nothing);
+    let feed = Feed { torque_constant, resistance_ohm, inductance_h: inductance_h[1], kind: feed };
+    let encoder = encoder(&root.section("encoder")?, Kind::Pmsm, true)?;
+    let (draft, sensors) = around(root, (rotor, feed), (encoder, pole_pairs), clock)?;
+    let [_, grip, at_wall] = draft.axes();
+    let count = || Ok(encoder.count_rad());
+    let (mut hand, recorded) = hand(&root.section("hand")?.along(grip), &["pmsm"], load, &count)?;
+    let bridge = bridge(&root.section("bridge")?)?;
+    let (device, around) = draft.finish(root, &mut hand, bridge, clock.frequency_hz() as f64)?;
+    let rotor = around.network.bodies[0];
+    let motor = Pmsm {
         pole_pairs,
-        resistance_ohm: s.read(&key::resistance)?,
-        inductance_h: inductances(s)?,
-        flux_wb: flux(s, pole_pairs)?,
-        inertia_kg_m2: s.read(&key::rotor_inertia)?,
-        viscous_nm_s_per_rad: s.read(&key::viscous_friction)?,
-        coulomb_nm,
-        stiction_nm,
+        resistance_ohm,
+        inductance_h,
+        flux_wb,
+        inertia_kg_m2: rotor.inertia,
+        viscous_nm_s_per_rad: rotor.viscous,
+        coulomb_nm: rotor.coulomb,
+        stiction_nm: rotor.stiction,
         cogging: cogging(s)?,
         supply_ohm: s.read(&key::supply_resistance)?,
-        start: [s.read(&key::initial_angle)?, s.read(&key::initial_speed)?],
+        start: [rotor.position, rotor.speed],
+        around,
         sensors,
-    })
+    };
+    Ok(Built { device, motor, encoder, bridge, hand, recorded, at_wall })
 }
 
 /// Reads one inductance for both axes, or one for each.

@@ -3,7 +3,7 @@
 use crate::schema::Otherwise::{Is, Required, Said};
 use crate::schema::quantity as q;
 use crate::schema::quantity::Sense::{Any, NotNegative, Positive};
-use crate::schema::{Group, Key, Own, Quantity, Shape, Takes, Whole, keys};
+use crate::schema::{Group, Key, Own, Quantity, Shape, Takes, Text, Whole, keys};
 
 /// The form of a cogging torque.
 pub(crate) const COGGING: &str = "a list of [order, amplitude, phase], as in [[42, \"1 mN.m\", 0]]";
@@ -39,6 +39,12 @@ keys! { pmsm: "device" of ["pmsm"];
     initial_angle: Quantity = Quantity::new(&q::ANGLE, Any, Is(0.0));
     /// Speed of the rotor at the start.
     initial_speed: Quantity = Quantity::new(&q::ANGULAR_SPEED, Any, Is(0.0));
+    /// Bodies around the rotor, each by its name; `rotor` is its own, with stops, a return spring and gravity alone.
+    bodies: Own = Own::section(Said("the rotor alone"));
+    /// Joints between bodies, each by its name.
+    joints: Own = Own::section(Said("none"));
+    /// Body in whose units the wall is given.
+    units_at: Text = Text("the name of a body", Said("rotor"));
     /// Sensors beside the encoder, each by its name.
     sensors: Own = Own::section(Said("none"));
 }

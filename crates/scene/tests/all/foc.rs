@@ -70,7 +70,19 @@ fn what_the_loop_cannot_have_is_refused_at_its_key() {
         ("foc-detents", vec![("method.current_bandwidth", "0.001 Hz")], ["method.current_bandwidth", "0"]),
         ("foc-detents", vec![("method.sample_rate", "1 Hz")], ["method.sample_rate", "or more"]),
         ("foc-detents", vec![("method.pwm", "{ bits = 10 }")], ["method.pwm", "unknown"]),
-        ("foc-detents", vec![("hand", "{ kind = \"prescribed\", path = [[0, 0]] }")], ["hand.kind", "its torques"]),
+        (
+            "foc-detents",
+            vec![("hand", "{ kind = \"prescribed\", path = [[0, 0]] }"), ("device.initial_speed", "1")],
+            ["device.initial_speed", "imposes the motion"],
+        ),
+        (
+            "foc-detents",
+            vec![
+                ("model", "{ bridge = \"averaged\", currents = \"ideal\" }"),
+                ("device.bodies.rotor.stops", "{ low = -1, high = 1, stiffness = 1 }"),
+            ],
+            ["model.currents", "the rotor alone"],
+        ),
         ("foc-detents", vec![("amplifier", "{ full_scale = 1 }")], ["amplifier", "three legs"]),
         ("foc-detents", vec![("bridge.dead_band", "1 V")], ["bridge.dead_band", "averaged"]),
         ("foc-wall", vec![("wall.position", "4 rad")], ["wall.position", "does not fit 14 bits"]),

@@ -2,7 +2,7 @@
 
 use hpu_signal::Format;
 
-use hpu_scene::{Connection, Driving, DutScene, Experiment, Phase, Reading, SensorKind, SensorPin};
+use hpu_scene::{Bus, Connection, Driving, DutScene, Experiment, Hand, Phase, Reading, SensorKind, SensorPin};
 
 const WHEEL: &str = r#"about = "A wheel behind field-oriented control."
 clock.frequency = "50 MHz"
@@ -143,11 +143,6 @@ fn what_is_no_motor_of_three_phases_is_refused_at_its_key() {
     let many = vec!["[6, 1e-3, 0]"; 17].join(", ");
     let list = "[[42, \"1 mN.m\", \"90 deg\"], [84, \"0.2 mN.m\", 0]]";
     refused(list, &format!("[{many}]"), "device.cogging: write a list of [order, amplitude, phase]");
-    refused(
-        "kind = \"constant_torque\"\ntorque",
-        "kind = \"prescribed\"\npath = [[0, 0]]\n#",
-        "hand.kind: a pmsm moves by",
-    );
     refused("[bridge]", "[amplifier]\nfull_scale = 1\n[bridge]", "amplifier: a pmsm hangs on a bridge with three legs");
     refused(
         "run.duration",
@@ -227,4 +222,108 @@ fn legs_and_sensors_that_cannot_be_are_refused_at_their_port() {
     );
     let network = WHEEL.replacen("kind = \"pmsm\"", "kind = \"network\"", 1);
     assert!(parse(&network).is_err());
+}
+
+/// A knob on a compliant joint, a wheel on a rigid one, stops of both, the hand on the knob, the wall in its units.
+const AROUND: &str = "units_at = 'knob'
+[device.bodies]
+rotor = { stops = { low = '-2 rad', high = '2 rad', stiffness = '5 N.m/rad', damping = '1 mN.m.s/rad' } }
+knob = { inertia = '40 g.cm2', viscous_friction = '10 uN.m.s/rad', return_spring = '10 mN.m/rad' }
+wheel = { inertia = '5 g.cm2', coulomb_friction = '1 mN.m' }
+[device.joints]
+shaft = { from = 'rotor', to = 'knob', ratio = 2, stiffness = '3 N.m/rad', damping = '0.2 mN.m.s/rad' }
+belt = { from = 'rotor', to = 'wheel', ratio = 0.5 }
+[device.sensors]
+top = { kind = 'encoder', on = 'knob', lines = 500 }
+";
+
+fn knob(from: &str, to: &str) -> Result<DutScene, String> {
+    assert!(AROUND.contains(from), "{from}");
+    let around = AROUND.replacen(from, to, 1);
+    let text = WHEEL.replacen("[device.sensors]\n", &around, 1).replacen("[hand]\n", "[hand]\non = \"knob\"\n", 1);
+    parse(&text)
+}
+
+#[test]
+fn bodies_joints_and_stops_stand_around_a_rotor_as_in_a_network() {
+    let scene = knob("units_at", "units_at").unwrap();
+    let motor = scene.pmsm.as_deref().unwrap();
+    let network = &motor.around.network;
+    assert_eq!(motor.around.names, ["rotor", "knob", "wheel"]);
+    let close = |got: f64, expected: f64| assert!((got / expected - 1.0).abs() < 1e-12, "{got} {expected}");
+    // The wheel turns twice as fast as the rotor: its inertia counts four times.
+    let reduced = network.reduced().unwrap();
+    assert_eq!(reduced.size(), 6);
+    close(network.seen_rigidly()[0], 300e-7 + 0.25 * 40e-7 + 4.0 * 5e-7);
+    close(motor.inertia_kg_m2, 300e-7);
+    assert_eq!((network.driven, network.seen, network.grip), (0, 0, 1));
+    assert_eq!((motor.around.grip_ratio, motor.around.wall_ratio), (0.5, 0.5));
+    // The wall stands at 0.3 rad of the knob.
+    close(scene.wall_rad.unwrap(), 0.6);
+    let body: Vec<usize> = network.sensed.iter().map(|sensed| sensed.body).collect();
+    // The sensors of the wheel stand on the rotor, which needs no name.
+    assert_eq!((body, network.stops[0].body), (vec![1, 0], 0));
+    assert_eq!(network.joints[0].compliance, Some((3.0, 0.2e-3)));
+    let held = knob("units_at", "units_at").unwrap().hand;
+    assert_eq!(held, Hand::ConstantTorque { torque_nm: 0.5 * 20e-3 });
+}
+
+#[test]
+fn what_cannot_stand_around_a_rotor_is_refused_at_its_key() {
+    let refused = |from: &str, to: &str, said: &str| {
+        let error = knob(from, to).unwrap_err();
+        assert!(error.contains(said), "{to}: {error}");
+    };
+    refused("rotor = { stops", "rotor = { inertia = 1e-6, stops", "device.bodies.rotor.inertia: not of the rotor");
+    refused("low = '-2 rad'", "low = '1 rad'", "low: the device starts at 0 rad, inside this stop");
+    refused("low = '-2 rad'", "low = '3 rad'", "high: not above low, 3");
+    refused("from = 'rotor', to = 'knob'", "from = 'rotor', to = 'kmob'", "no body \"kmob\"; there are rotor, knob");
+    refused("wheel = { inertia", "wheel = { part = 'vasudevan_2007', inertia", "wheel.part: the rotor is that of");
+    refused("belt = { from = 'rotor', to = 'wheel'", "belt = { from = 'knob', to = 'rotor'", "nothing joins it");
+    refused("units_at = 'knob'", "units_at = 'nob'", "device.units_at: no body \"nob\"");
+    refused("stiffness = '3 N.m/rad'", "stiffness = '3 N/m'", "shaft.stiffness");
+    let top = "top = { kind = 'encoder', on = 'knob', lines = 500 }";
+    refused(top, "top = { kind = 'hall', on = 'knob' }", "top.on: Hall switches are of the rotor");
+}
+
+#[test]
+fn a_hand_may_impose_the_motion_of_a_rotor_or_of_a_body_around_it() {
+    let prescribed = |text: &str| text.replacen("kind = \"constant_torque\"\ntorque = \"20 mN.m\"", PATH, 1);
+    const PATH: &str = "kind = \"prescribed\"\npath = [[0, 0.1], [0.05, 0.2]]";
+    let scene = parse(&prescribed(WHEEL)).unwrap();
+    assert_eq!(scene.pmsm.unwrap().start, [0.1, 0.0]);
+    let started = WHEEL.replacen("rotor_inertia", "initial_angle = 0.2\nrotor_inertia", 1);
+    assert!(parse(&prescribed(&started)).unwrap_err().contains("device.initial_angle: a prescribed hand imposes"));
+    let around = WHEEL.replacen("[device.sensors]\n", AROUND, 1).replacen("[hand]\n", "[hand]\non = \"knob\"\n", 1);
+    let scene = parse(&prescribed(&around)).unwrap();
+    let network = &scene.pmsm.unwrap().around.network;
+    assert_eq!((network.bodies[0].position, network.bodies[1].position), (0.0, 0.1));
+}
+
+#[test]
+fn the_shunt_of_a_phase_may_have_a_lag() {
+    let scene = changed("gain = \"100 mV/A\"", "corner = \"50 kHz\", gain = \"100 mV/A\"").unwrap();
+    let SensorKind::Sampled(ia) = &scene.sensors()[0].kind else { panic!("it samples") };
+    assert_eq!(ia.lag_rad_per_s, Some(std::f64::consts::TAU * 50e3));
+    let SensorKind::Sampled(ic) = &scene.sensors()[1].kind else { panic!("it samples") };
+    assert_eq!(ic.lag_rad_per_s, None);
+    refused("gain = \"100 mV/A\"", "corner = \"51 MHz\", gain = 1", "ia.corner: beyond the clock");
+    refused("gain = \"100 mV/A\"", "corner = 0, gain = 1", "ia.corner: `0` must be above zero");
+}
+
+#[test]
+fn a_chip_on_i2c_has_two_lines_of_the_design_and_the_level_of_one() {
+    let angle = "angle = { kind = \"absolute\", rate = \"100 kHz\", bits = 14 }";
+    let chip = "angle = { kind = \"absolute\", chip = \"as5600\", rate = \"6667 Hz\", bits = 12 }";
+    let ports = "ports]\nscl = \"sensor.angle.scl\"\nout = \"not sensor.angle.sda_out\"\nsda = \"sensor.angle.sda\"";
+    let text = WHEEL.replacen(angle, chip, 1).replacen("ports]", ports, 1);
+    let scene = parse(&text).unwrap();
+    assert_eq!(scene.sensors()[3].lines(), ["scl", "sda_out"]);
+    let SensorKind::Sampled(sampled) = &scene.sensors()[3].kind else { panic!("it samples") };
+    // A period of the bus has 1 us at the least.
+    assert_eq!((sampled.chip, sampled.bits), (Some((Bus::I2c, 50)), 12));
+    let error = parse(&text.replacen("angle.sda_out", "angle.mosi", 1)).unwrap_err();
+    assert!(error.contains("there are") && error.contains("sensor.angle.sda_out"), "{error}");
+    let error = parse(&text.replacen("Hz\", bits = 12", "Hz\", bits = 14", 1)).unwrap_err();
+    assert!(error.contains("angle.chip: its word is a turn in 12 bits"), "{error}");
 }
