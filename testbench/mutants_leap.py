@@ -206,8 +206,6 @@ MUTANTS = [
     # Clusters.
     (ENGINE, "cells that are thawed keep their words",
      "self.marked.extend(&self.frozen);\n                    self.frozen", "self.frozen"),
-    (ENGINE, "a period is leapt over although its cluster was thawed", "(None, true, 1)", "(None, true, bound)"),
-    (ENGINE, "what depends on counters is as before a thaw", "if self.is_thawed {", "if false {"),
     (CLUSTER, "a cluster is an edge ahead", "cluster.state as u64 + edges % length",
      "cluster.state as u64 + u64::from(edges > 0) + edges % length"),
     (CLUSTER, "words of a cluster are the same in each period", "if is_still { FOREVER } else { 1 }", "FOREVER"),
@@ -216,12 +214,10 @@ MUTANTS = [
     (CLUSTER, "words of a cluster bound nothing", "filter(|net| !is_seen(&nets[*net]))", "filter(|_| true)"),
     (CLUSTER, "words of a cluster last for ever at the orbit's end", "(0..2 * orbit.len()).rev()",
      "(0..orbit.len()).rev()"),
-    (CLUSTER, "an asynchronous reset by the cluster waits for an edge", "&& on[*net as usize] != 0)", "&& false)"),
     (CLUSTER, "counters may move what a cluster takes", "if self.frozen.iter().any(is_moved) {",
      "if false && self.frozen.iter().any(is_moved) {"),
     (CLUSTER, "cells that take other words too are frozen", "step.operands.iter().all(|net| needed[*net as usize]);",
      "step.operands.iter().any(|net| needed[*net as usize]);"),
-    (CLUSTER, "a cluster depends on others but one", "while all != before {", "if all != before {"),
     # The reader of Yosys' JSON.
     (CELLS, "operands have no sign", "let sign = bits.last().copied().filter(|_| is_signed)",
      "let sign = bits.last().copied().filter(|_| is_signed && width == 0)"),
