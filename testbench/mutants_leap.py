@@ -251,6 +251,8 @@ MUTANTS = [
     (WORDS, "registers of a slower clock take words at every edge", "        if edges == 1 {\n            return data;",
      "        if edges > 0 {\n            return data;"),
     (WORDS, "a falling edge is a rising one", "&& !register.is_set(\"CLK_POLARITY\") {", "&& false {"),
+    (WORDS, "a design may clock and reset its registers", ".find(by_design).filter(|_| is_made)",
+     ".find(by_design).filter(|_| false)"),
     (WORDS, "a bit may have several drivers", ".insert(*net, (driver, place)).is_some()",
      ".insert(*net, (driver, place)).is_some() && false"),
     (MODULE, "initial values begin at the top", "unwrap_or_default().chars().rev();", "unwrap_or_default().chars();"),

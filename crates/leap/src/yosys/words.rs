@@ -102,8 +102,8 @@ impl<'m> Reader<'m> {
     }
 
     /// Refuses a register whose clock is neither one of the scene nor a bit of a register on the fastest of these,
-    /// which an input may reset. No register may be reset by other words than inputs then. Verilog alone may make clocks: Verilator lets the logic before a register settle
-    /// before such a clock, and VHDL reads it as it was.
+    /// which an input may reset. No register may be reset by other words than inputs then. Verilog alone may make
+    /// clocks: Verilator lets the logic before a register settle before such a clock, and VHDL reads it as it was.
     fn check_clock(&self, register: &RawCell) -> Result<(), Unfit> {
         let (module, clock) = (self.module, register.port("CLK"));
         let name = |cell: &RawCell| module.name(cell.port("Q"));
