@@ -14,9 +14,9 @@
 //! difference at each of the `n` edges. So [`Leap`] takes the least horizon of all registers and outputs, and jumps
 //! there. A pass that finds no horizon costs time and never a wrong word: an ordinary edge follows.
 //!
-//! Two kinds of registers change at every edge and are no counters. Those that depend on nothing that changes run through
-//! a table of their states, and the edge at which one of their words changes next is its horizon. Where others wait for
-//! such registers, whole periods of edges are one jump.
+//! Registers that depend on nothing that changes, such as a divider, run through a table of their states, and the edge
+//! at which one of their words changes next is its horizon. Where others wait for such registers, whole periods of
+//! edges are one jump.
 //!
 //! [`yosys`] reads a [`Netlist`] from the JSON that Yosys writes.
 

@@ -2,10 +2,10 @@
 //! generator of random bits.
 //!
 //! While those words rest, a cluster runs through one and the same orbit of states, which is made once by ordinary
-//! steps: its registers and cells are then *frozen*, and their words are those of the orbit. The rest of the design sees
-//! words of the cluster only that a cell, a register or an output outside takes. Each of these is still until the edge
-//! at which the orbit changes it, so this is its horizon, whatever the cluster does. A cluster that matters to nobody now
-//! bounds no jump, because the rules of cells that it does not reach now take no horizon of its words.
+//! steps: its registers and cells are then *frozen*, and their words are those of the orbit. The rest of the design
+//! sees words of the cluster only that a cell, a register or an output outside takes. Each of these is still until the
+//! edge at which the orbit changes it, so this is its horizon, whatever the cluster does. A cluster that matters to
+//! nobody now bounds no jump: the rules of cells that it does not reach now take no horizon of its words.
 //!
 //! A word from outside that a frozen cell takes and that changes marks the cell. The cluster is thawed before anything
 //! frozen is evaluated: its registers have the words of now, and all of its cells are evaluated.
@@ -58,7 +58,7 @@ impl Leap {
         let Some(cluster) = &mut self.cluster else { return };
         let length = cluster.orbit.len() as u64;
         cluster.state = ((cluster.state as u64 + edges % length) % length) as usize;
-        let is_still = !PERIOD || self.periods.period % length == 0;
+        let is_still = !PERIOD || self.periods.period.is_multiple_of(length);
         for (net, (word, _)) in cluster.nets.iter().zip(&cluster.orbit[cluster.state]) {
             let made = Line { word: *word, slope: 0, horizon: if is_still { FOREVER } else { 1 } };
             let line = &mut self.lines[*net as usize];
@@ -132,13 +132,13 @@ impl Leap {
         let mut found: Option<(u64, (Cluster, IndexSet))> = None;
         for closure in closures {
             let before = found.as_ref().map_or(0, |found| found.0);
-            let is_regular =
-                (0..active.len()).any(|bit| closure >> bit & 1 != 0 && !movements[active[bit]].is_irregular);
-            let is_long = |all: u64, most: usize| self.cluster_of((all, &active, &on), most);
-            if closure & !before == 0 || is_long(closure, if is_regular { SHORT } else { LONGEST }).is_none() {
+            let is_in = |bit: &usize| closure >> bit & 1 != 0;
+            let is_regular = (0..active.len()).filter(is_in).any(|bit| !movements[active[bit]].is_irregular);
+            let of = |all: u64, most: usize| self.cluster_of((all, &active, &on), most);
+            if closure & !before == 0 || of(closure, if is_regular { SHORT } else { LONGEST }).is_none() {
                 continue;
             }
-            if let Some(cluster) = is_long(closure | before, LONGEST) {
+            if let Some(cluster) = of(closure | before, LONGEST) {
                 found = Some((closure | before, cluster));
             }
         }
@@ -155,12 +155,12 @@ impl Leap {
         self.cluster.is_some()
     }
 
-    /// Returns the cluster of all these registers and its marks, among the active ones on which each word depends, if its orbit from
-    /// the state of now on has at most `most` states and closes.
+    /// Returns the cluster of all these registers and its marks, if its orbit from the state of now on has at most
+    /// `most` states and closes. The registers are among the active ones, `on` which each word depends.
     fn cluster_of(&self, (all, active, on): (u64, &[usize], &[u64]), most: usize) -> Option<(Cluster, IndexSet)> {
         let is_in = |bit: &usize| all >> bit & 1 != 0;
         let flops: Vec<_> = (0..active.len()).filter(is_in).map(|bit| active[bit]).collect();
-        // An asynchronous reset by the cluster itself acts between two edges.
+        // An asynchronous reset by the cluster itself would thaw it again and again.
         if self.resets.iter().any(|(at, net, ..)| flops.contains(&(*at as usize)) && on[*net as usize] != 0) {
             return None;
         }
@@ -212,10 +212,9 @@ impl Leap {
         }
         // Twice around, from the last state on: the second time it is known when each word changes.
         for at in (0..2 * orbit.len()).rev() {
-            let (this, next) = (at % orbit.len(), (at + 1) % orbit.len());
-            for net in 0..nets.len() {
-                let (word, until) = orbit[next][net];
-                orbit[this][net].1 = if orbit[this][net].0 == word { (until + 1).min(FOREVER) } else { 1 };
+            let (this, next) = (at % orbit.len(), orbit[(at + 1) % orbit.len()].clone());
+            for ((word, until), (then, after)) in orbit[this].iter_mut().zip(next) {
+                *until = if *word == then { (after + 1).min(FOREVER) } else { 1 };
             }
         }
         // Words that only the cluster sees do not bound anything.

@@ -13,7 +13,7 @@ mod cluster;
 mod periods;
 
 use cluster::Cluster;
-use periods::Periods;
+use periods::{LASTING, Periods};
 
 use crate::index_set::{IndexSet, take_lowest};
 use crate::line::Line;
@@ -406,7 +406,7 @@ impl Leap {
             self.share.leapt += edges;
             // Jumps need no periods.
             if self.periods.period > 0 && edges > 2 * self.periods.period {
-                self.leave_periods();
+                self.leave_periods(LASTING);
             }
         } else {
             self.rest = self.rest.saturating_sub(1);

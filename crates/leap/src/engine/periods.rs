@@ -22,8 +22,9 @@ const SHORT: u64 = 32;
 /// The edges in which a period is looked for, and the longest one.
 const SEEN: usize = 256;
 const LONGEST: usize = 64;
-/// Edges between two searches that find a cluster after which it has lasted.
-const LASTING: u64 = 1 << 14;
+/// Edges between two searches that find a cluster after which it has lasted, and those for which no period is looked
+/// for after jumps needed none.
+pub(super) const LASTING: u64 = 1 << 14;
 /// Edges of macro-steps without a jump after which another period is tried.
 const CREDIT: u64 = 1024;
 /// The least and the most edges for which no period is looked for after none was found.
@@ -65,15 +66,17 @@ impl Leap {
     pub(super) fn look_at_steps(&mut self) {
         let before = self.periods.before;
         let (edges, steps) = (self.share.edges - before.0, self.share.steps - before.1);
-        self.leave_periods();
+        self.leave_periods(0);
         self.periods.is_looking = edges < SHORT * steps && self.share.edges >= self.periods.until;
         self.periods.hashes.clear();
         self.periods.movements = vec![Movement::default(); self.flops.len()];
     }
 
-    /// Leaves the period, if there is one. It is looked at the steps again after some more.
-    pub(super) fn leave_periods(&mut self) {
+    /// Leaves the period, if there is one. It is looked at the steps again after some more, and for a period after
+    /// `rest` edges at the earliest.
+    pub(super) fn leave_periods(&mut self, rest: u64) {
         let periods = &mut self.periods;
+        periods.until = periods.until.max(self.share.edges + rest);
         (periods.period, periods.is_looking) = (0, false);
         (periods.next, periods.before) = (self.share.steps + LOOK, (self.share.edges, self.share.steps));
     }
@@ -108,7 +111,7 @@ impl Leap {
                     }
                     self.periods.found = self.share.edges;
                     self.rest_from_periods();
-                    self.leave_periods();
+                    self.leave_periods(0);
                 } else {
                     self.find_period();
                 }

@@ -102,8 +102,8 @@ impl<'m> Reader<'m> {
     }
 
     /// Refuses a register whose clock is neither one of the scene nor a bit of a register on the fastest of these,
-    /// which an input may reset. Verilog alone may make clocks: Verilator lets the logic before a register settle
-    /// before such a clock, and VHDL reads it as it was.
+    /// which an input may reset. No register may be reset by other words than inputs then. Verilog alone may make
+    /// clocks: Verilator lets the logic before a register settle before such a clock, and VHDL reads it as it was.
     fn check_clock(&self, register: &RawCell) -> Result<(), Unfit> {
         let (module, clock) = (self.module, register.port("CLK"));
         let name = |cell: &RawCell| module.name(cell.port("Q"));
@@ -119,10 +119,17 @@ impl<'m> Reader<'m> {
         };
         let is_made =
             !module.is_vhdl && clock.first().and_then(|bit| self.driver(*bit)).is_some_and(|cell| makes(&cell));
-        if own(register).is_some() || is_made {
+        // Verilator lets a register that the design resets have its word of before at an edge of such a clock.
+        let by_design = |cell: &&RawCell| !cell.port("ARST").iter().all(|bit| self.is_input(*bit));
+        let is_reset = module.cells.iter().filter(|cell| cell.is_register()).find(by_design).filter(|_| is_made);
+        if own(register).is_some() || is_made && is_reset.is_none() {
             return Ok(());
         }
         let clock = module.name(clock);
+        if let Some(other) = is_reset {
+            let (own, other) = (name(register), name(other));
+            return Err(Unfit(format!("`{clock}` clocks register `{own}`, and the design resets `{other}`")));
+        }
         Err(Unfit(format!("`{clock}` clocks register `{}`, and is no clock of the scene", name(register))))
     }
 

@@ -404,6 +404,17 @@ fn what_is_no_netlist_is_refused_by_name() {
         )
     };
     let wide = format!("[{}]", vec!["3"; 65].join(","));
+    // A register that another one clocks, and one that an input or a register resets.
+    let made =
+        "\"m\":{\"type\":\"$dff\",\"parameters\":{\"CLK_POLARITY\":\"1\"},\"connections\":{\"CLK\":[2],\"D\":[3],\
+                \"Q\":[6]}},\"n\":{\"type\":\"$dff\",\"connections\":{\"CLK\":[6],\"D\":[4],\"Q\":[7]}},"
+            .to_string();
+    let reset = |by: &str| {
+        format!(
+            "\"r\":{{\"type\":\"$adff\",\"parameters\":{{\"CLK_POLARITY\":\"1\",\"ARST_POLARITY\":\"1\",\
+             \"ARST_VALUE\":\"0\"}},\"connections\":{{\"CLK\":[2],\"ARST\":[{by}],\"D\":[4],\"Q\":[5]}}}}"
+        )
+    };
     for (json, why) in [
         (module("", &cell("$xor", "[3]", "[4]", "5")), ""),
         (module("", &flop("2", 1, "3")), ""),
@@ -415,6 +426,8 @@ fn what_is_no_netlist_is_refused_by_name() {
         (module("", &flop("2", 0, "3")), "falling edge"),
         (module("", &flop("3", 1, "4")), "no clock of the scene"),
         (module("", &flop("2", 1, "\"x\"")), "may take a value x"),
+        (module("", &(made.clone() + &reset("3"))), ""),
+        (module("", &(made + &reset("6"))), "and the design resets `y`"),
         (module("", &cell("$lt", &wide, &wide, "5")), "in 65 bits"),
         (module("", &cell("$dlatch", "[3]", "[4]", "5")), "is a latch"),
         (module("", &cell("leg", "[3]", "[4]", "5")), "the module `leg`"),
