@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 """Writes the record of a motor of three phases on its inverter, integrated with 40 decimal places.
 
-Cases are the same as in crates/plant/tests/all/pmsm_record.rs, which holds the program against the record: random gate
-sequences with dead time, periods with one leg or all legs off, friction, cogging, salience and a hand. The equations
-are written here once more and in another form: in the rotor's frame with voltages of terminals where three phases
-conduct, as a loop of two phases where one floats. One case has a knob on a compliant joint, with stops. Which diodes conduct is found by opening the one whose terminal is
-farthest beyond its range, again and again. A segment is at most 6 us long; its series go on until their terms are
-below 10^-40.
+Cases are the same as in crates/plant/tests/all/pmsm_record.rs, which holds the program against the record: random
+gate sequences with dead time, periods with one leg or all legs off, friction, cogging, salience and a hand. The
+equations are written here once more and in another form: in the rotor's frame with voltages of terminals where three
+phases conduct, as a loop of two phases where one floats. One case has a knob on a compliant joint, with stops. Which
+diodes conduct is found by opening the one whose terminal is farthest beyond its range, again and again. A segment is
+at most 6 us long; its series go on until their terms are below 10^-40.
 
 Usage: testbench/oracle/pmsm.py [CASE...] > testbench/record/pmsm.txt. Needs mpmath. All cases take some 25 minutes.
 """
@@ -419,7 +419,8 @@ class Motion:
 
 def main():
     print("# testbench/oracle/pmsm.py > testbench/record/pmsm.txt")
-    print("# case NAME; then: state PERIOD i_d i_q speed angle, and a knob's angle; change EDGE of 2^-43 s from 0, the first at or after")
+    state = "state PERIOD i_d i_q speed angle, and a knob's angle"
+    print(f"# case NAME; then: {state}; change EDGE of 2^-43 s from 0, the first at or after")
     only = sys.argv[1:]
     for case in CASES:
         if only and case.name not in only:

@@ -106,9 +106,10 @@ mod transfer;
 pub use axis::Scene;
 pub use axis::library::{NamedPart, parts};
 pub use axis::network::{Compound, Dac};
+pub use axis::network_rows::Bus;
 pub use axis::parts::{Amplifier, Device, Encoder, Hand, Method, Motor, PathPoint, Push, Ramp, Wall};
 pub use axis::rows::{AnalogShaper, Mass};
-pub use axis::sensors::{Bus, Hall, MOST_SENSORS, Modulator, Phase, Reading, Sampled, Sensor, SensorKind};
+pub use axis::sensors::{Hall, MOST_SENSORS, Modulator, Phase, Reading, Sampled, Sensor, SensorKind};
 pub use axis::words::{COMMAND_BITS, LoopWords, Realised};
 pub use dut::{
     BesideFile, Connected, Connection, Driving, Dut, DutClock, DutReset, DutScene, Engine, Generic, Layout, Line, Part,

@@ -25,7 +25,8 @@ module I2cAngle #(
     reg [3:0] place;              // the bit of a byte; 8 is the acknowledgement
     reg [15:0] taken;
 
-    wire sent = place == 8 ? 1'b1 : byte_out[7 - place[2:0]];
+    wire [7:0] shifted = byte_out << place[2:0];
+    wire sent = place == 8 ? 1'b1 : shifted[7];
     wire answer = place == 8 ? step == 6 : 1'b1;
 
     always @(posedge clk) begin

@@ -2,7 +2,7 @@
 
 use std::array::from_fn;
 
-use super::series::{ANGLE, Hold, SHARES, SPEED, Start};
+use super::start::{ANGLE, Hold, SHARES, SPEED, Start};
 use super::{MOST_BODIES, Pmsm};
 use crate::flow::double::Double;
 use crate::flow::polynomial::{Coefficients, ORDER};

@@ -31,6 +31,7 @@ mod lag;
 mod motion;
 mod room;
 mod series;
+mod start;
 
 use std::fmt;
 use std::sync::OnceLock;

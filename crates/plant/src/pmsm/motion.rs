@@ -495,6 +495,9 @@ impl<'a> PmsmDevice<'a> {
     /// Returns the first edge in (`from`, `last`] at which the angle is outside a band.
     #[inline]
     fn leaves(&self, from: u64, last: u64, band: (f64, f64)) -> Option<u64> {
+        if self.hold == Hold::Stuck {
+            return None;
+        }
         let (low, high) = band;
         let edge_s = self.laws.edge_s;
         let t = self.time_s(last);

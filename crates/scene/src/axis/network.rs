@@ -16,12 +16,14 @@ use crate::axis::rows::{Mass, encoder_part};
 use crate::axis::sensors::{ENCODER, Sensor, SensorKind, encoder, names_of, one_of, sensors};
 use crate::head::Units;
 use crate::method::is_paddle;
-use crate::pmsm::ROTOR;
 use crate::schema::quantity::{Axis, RAIL, SHAFT};
 use crate::schema::section::Section;
 use crate::schema::source::SceneError;
 use crate::schema::{Key, Quantity, Text};
 use crate::text::message::{figure, number};
+
+/// The name of a three-phase motor's own body.
+const ROTOR: &str = "rotor";
 
 /// A device of bodies and joints.
 #[derive(Clone, PartialEq, Debug)]

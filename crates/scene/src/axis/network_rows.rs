@@ -1,7 +1,6 @@
 //! The keys of a device of bodies and joints.
 
 use crate::axis::library::{AMPLIFIERS, MOTORS, NamedPart, by_name};
-use crate::axis::sensors::Bus;
 use crate::schema::Otherwise::{Is, Required, Said};
 use crate::schema::quantity as q;
 use crate::schema::quantity::Sense::{Any, NotNegative, Positive, Within};
@@ -16,6 +15,15 @@ pub(crate) enum DriveKind {
     Bridge,
     Current,
     Pi,
+}
+
+/// The bus of a chip.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Bus {
+    /// Four lines: `csn`, `sck` and `mosi` of the design, `miso` of the chip.
+    Spi,
+    /// Two lines: `scl` and `sda_out` of the design, which pulls SDA down by 0, and `sda`, the level of the line.
+    I2c,
 }
 
 keys! { network: "device" of ["network"];

@@ -7,6 +7,7 @@ use hpu_signal::{Clock, Format};
 use toml_edit::Item;
 
 use crate::axis::network_rows as keys;
+use crate::axis::network_rows::Bus;
 use crate::axis::parts::Encoder;
 use crate::schema::parameter::{Origin, ParameterValue};
 use crate::schema::quantity as q;
@@ -126,15 +127,6 @@ pub struct Sampled {
     /// Of a chip the bus that it is on, and the least clocks of a period of the bus; `None` if the design sees the
     /// word.
     pub chip: Option<(Bus, u64)>,
-}
-
-/// The bus of a chip.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Bus {
-    /// Four lines: `csn`, `sck` and `mosi` of the design, `miso` of the chip.
-    Spi,
-    /// Two lines: `scl` and `sda_out` of the design, which pulls SDA down by 0, and `sda`, the level of the line.
-    I2c,
 }
 
 /// The fraction of a count in which words are computed: 2^-16.

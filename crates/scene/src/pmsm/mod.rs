@@ -21,9 +21,6 @@ use crate::schema::section::Section;
 use crate::schema::source::SceneError;
 use crate::text::message::number;
 
-/// The name of a three-phase motor's own body.
-pub(crate) const ROTOR: &str = "rotor";
-
 /// The most harmonics of a cogging torque.
 const MOST_HARMONICS: usize = hpu_plant::pmsm::MOST_HARMONICS;
 

@@ -324,6 +324,6 @@ fn a_chip_on_i2c_has_two_lines_of_the_design_and_the_level_of_one() {
     assert_eq!((sampled.chip, sampled.bits), (Some((Bus::I2c, 50)), 12));
     let error = parse(&text.replacen("angle.sda_out", "angle.mosi", 1)).unwrap_err();
     assert!(error.contains("there are") && error.contains("sensor.angle.sda_out"), "{error}");
-    let error = parse(&text.replacen("Hz\", bits = 12", "Hz\", bits = 14", 1)).unwrap_err();
+    let error = parse(&text.replacen("6667 Hz\", bits = 12", "6667 Hz\", bits = 14", 1)).unwrap_err();
     assert!(error.contains("angle.chip: its word is a turn in 12 bits"), "{error}");
 }
