@@ -1,8 +1,8 @@
 #!/bin/bash
 # What is too long for the test command: every test with checks of overflow and debug assertions, the tests marked
-# `ignore`, the whole `hpu check`, the explorer in Firefox, libhpu and the Python package under valgrind, stable sets of
-# 1000 random loops against numpy, the wheel and the archive of a release, words against APyTypes, networks against 60
-# decimal places, then commands at random, on all cores. Its record is record/long.txt.
+# `ignore`, the whole `hpu check`, the explorer in Chromium and Firefox, libhpu and the Python package under valgrind,
+# stable sets of 1000 random loops against numpy, the wheel and the archive of a release, words against APyTypes,
+# networks against 60 decimal places, then commands at random, on all cores. Its record is record/long.txt.
 # One command in five is given files of somebody else (crates/cli/tests/all/fuzz/foreign.rs).
 # Usage: testbench/long.sh [COMMANDS [SEED]]: so many commands [100000] of a seed [1]; --update writes the record.
 # Exit codes: 0 every test passed and every command ended as the contract says, 1 one did not.
@@ -43,7 +43,7 @@ tail -n 1 "$scratch/switched"
 "$checked/hpu" run "${gimbal[@]}" --set run.duration="6 s" --compare >"$scratch/compared" || failed=1
 tail -n 1 "$scratch/compared"
 
-# The explorer in a second browser.
+# The explorer in two browsers.
 testbench/browser.sh --firefox >"$scratch/browsers" || { failed=1 && cat "$scratch/browsers"; }
 firefox=$(tail -n 1 "$scratch/browsers")
 echo "$firefox"

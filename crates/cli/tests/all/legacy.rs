@@ -167,6 +167,7 @@ endmodule
 ";
 
 #[test]
+#[ignore = "testbench/long.sh runs it"]
 fn a_design_that_waits_does_what_icarus_does_and_is_told() {
     let dir = scratch("waiting_verilog");
     fs::write(dir.join("waits.v"), WAITS).expect("a design");
@@ -200,6 +201,7 @@ endmodule
 ";
 
 #[test]
+#[ignore = "testbench/long.sh runs it"]
 fn a_short_delay_stays_where_another_clock_than_the_ports_may_see_it() {
     let dir = scratch("divided_verilog");
     fs::write(dir.join("divided.v"), DIVIDED).expect("a design");

@@ -121,6 +121,7 @@ fn unpacked_arrays_of_systemverilog_are_connected_by_element() {
 }
 
 #[test]
+#[ignore = "testbench/long.sh runs it"]
 fn parts_of_packed_types_of_systemverilog_are_connected_by_their_names() {
     let dir = scratch("packed_ports");
     // Each output is a part of an input as SystemVerilog reads it.

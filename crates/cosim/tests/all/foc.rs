@@ -81,8 +81,8 @@ fn floats_are_the_words_without_their_rounding() {
         let torque = off(TORQUE).iter().sum::<f64>() / words.real(TORQUE).len() as f64;
         println!("{name}: {angle:e} of {far:e} rad, {torque:e} of {strong:e} N.m");
         assert!(angle < 3e-3 && far > 0.05, "{name}: {angle:e} of {far:e}");
-        // Both read the same codes: on average they are closer than one.
-        assert!(torque < CODE_NM && torque > 0.0 && strong > 20.0 * CODE_NM, "{name}: {torque:e} of {strong:e}");
+        // Both read the same codes. On average they are a few of them apart, where a whole torque is many.
+        assert!(torque < 4.0 * CODE_NM && torque > 0.0 && strong > 40.0 * CODE_NM, "{name}: {torque:e} of {strong:e}");
     }
 }
 

@@ -578,6 +578,20 @@ fn a_box_of_two_numbers_is_halved_and_its_certificate_is_accepted_as_it_is() {
 }
 
 #[test]
+fn what_moves_no_number_of_the_world_or_the_clock_too_is_no_range() {
+    let scene = known("hybrid-wall", &[]);
+    for (key, ends) in [
+        ("hand.stiffness", ["0.3 N.m/rad", "300 mN.m/rad"]),
+        ("clock.frequency", ["50 MHz", "51 MHz"]),
+        ("wall.stiffness", ["0.5", "0.6"]),
+    ] {
+        let over = Over { key: key.into(), ends: ends.map(str::to_string) };
+        let found = over.range(&scene, |key, value| Ok(known("hybrid-wall", &[(key, value)])));
+        assert!(found.expect_err(key).to_string().contains("is no range of one number"), "{key}");
+    }
+}
+
+#[test]
 fn a_word_that_is_not_proved_everywhere_is_told_by_parts_and_refuted_by_runs() {
     let scene = known("hybrid-wall", &[]);
     let over = Over { key: "hand.damping".into(), ends: ["0.05 mN.m.s/rad".into(), "0.3 mN.m.s/rad".into()] };

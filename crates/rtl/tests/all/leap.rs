@@ -142,6 +142,7 @@ fn same_as_verilator(name: &str, changes: &[(&str, &str)], least: usize) -> Summ
 
 /// The energies are those of Verilator 5.006 when the designs came into the repository.
 #[test]
+#[ignore = "testbench/long.sh runs it"]
 fn whole_runs_are_those_of_verilator_to_the_last_bit() {
     let energy = |summary: Summary| (summary.energy.source_j, summary.energy.copper_j);
     same_as_verilator("prescaled", &[], 1000);
