@@ -55,7 +55,7 @@ pub struct Confined {
     /// Outputs that samples of the run are proved to reach: one at most as great as the first number, and one at least
     /// as great as the second.
     pub reached: [f64; 2],
-    /// What the output comes as near to as all rounding lets it, and a bound of its distance at the samples in the end.
+    /// The rest that the output approaches as near as rounding lets it, and a bound of its distance at late samples.
     pub rest: f64,
     /// That bound, in the plant's unit.
     pub off: f64,
@@ -246,7 +246,7 @@ fn sum(row: &[f64], sizes: &[f64]) -> f64 {
 /// A row of a matrix.
 struct Row {
     at: Vec<f64>,
-    /// What a product with a point loses at most, by the sizes of its numbers: the row may be elsewhere, and rounding.
+    /// The most that a product with a point loses, by the sizes of its numbers, as the row is uncertain and rounded.
     lost: Vec<f64>,
     /// Size in the coordinates in which the loop shrinks.
     size: f64,
@@ -262,7 +262,7 @@ impl Row {
 struct Turned {
     map: Vec<Row>,
     rows: Vec<Row>,
-    /// What a step loses at most, in these coordinates, by the sizes of a point's numbers.
+    /// The most that a step loses, in these coordinates, by the sizes of a point's numbers.
     lost: Vec<Vec<f64>>,
     /// The proved shrinking, and the turn into these coordinates.
     shrinks: f64,
@@ -574,7 +574,7 @@ struct Follow<'f, 's> {
     off: &'f [f64],
     /// About the state that stays where it is. All balls are off it.
     rest: Vec<Interval>,
-    /// What moves the loop from there, and the rows there, before the reference has its last word and after.
+    /// Inputs that move the loop from there, and the rows there, before the reference has its last word and after.
     moved: [(Ball, Vec<Interval>); 2],
 }
 

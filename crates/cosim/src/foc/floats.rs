@@ -31,7 +31,7 @@ pub(crate) struct FloatLogic {
     meter: Meter<NETS>,
 }
 
-/// What the logic remembers.
+/// The state of the logic.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 struct State {
     /// Distance to the wall at the latest sample of the law.

@@ -80,7 +80,7 @@ pub(super) struct Further {
     /// Speed and position at the anchor, and what rounding takes from both.
     pub x: [f64; 2],
     pub low: [f64; 2],
-    /// What friction does to it, now and on the segment before.
+    /// Whether friction holds it, and which way it acts, now and on the segment before.
     pub hold: Hold,
     pub before: Hold,
     /// The terms of speed and position, by power.
@@ -105,7 +105,7 @@ impl Further {
     }
 }
 
-/// What is around the rotor on a segment.
+/// The bodies, ties and stops around the rotor on a segment.
 #[derive(Clone, Default)]
 pub(super) struct Around {
     pub bodies: Vec<Further>,

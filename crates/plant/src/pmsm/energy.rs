@@ -142,7 +142,7 @@ fn nodes(powers: usize) -> &'static [(f64, f64)] {
     &NODES[first..first + count]
 }
 
-/// What is beside the rotor's own flows over a part of a segment.
+/// Flows of energy over a part of a segment, beside the rotor's own.
 struct Beside {
     /// Heat of the dampers of ties, and of bodies beside the rotor.
     viscous: f64,

@@ -23,7 +23,7 @@ pub(super) struct Series {
     crossed: Coefficients,
     /// Sine and cosine of two harmonics of the cogging in each.
     waves: Vec<Coefficients>,
-    /// What is around the rotor.
+    /// The bodies around the rotor.
     pub around: Around,
     /// The torque on the shaft without friction.
     pub torque: [f64; ORDER + 1],

@@ -1,4 +1,4 @@
-//! What happens to an axis at edges known beforehand, and what its actuator makes of commands.
+//! Edges known beforehand at which something happens to an axis, and commands to its actuator.
 
 use hpu_datapath::LoopOut;
 use hpu_plant::{Drive, Leg};

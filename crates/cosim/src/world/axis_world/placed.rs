@@ -1,4 +1,4 @@
-//! What a wiring and the world of an axis give each other: input words, the gates or the command.
+//! The words between a wiring and the world of an axis: inputs, and the gates or the command.
 
 use hpu_datapath::foc::{FocOut, KnobIn};
 use hpu_datapath::paddle::PaddleIn;
