@@ -15,7 +15,6 @@ pub use crate::scene::{Named, first_sentence};
 pub use crate::shell::exit::Failure;
 pub use crate::shell::progress::Watch;
 pub use crate::waves::{Chosen, layout};
-pub use hpu_page::summary::energies;
 
 /// Maps a scene over two of its keys, as `hpu map`; `None` when stopped. `words` are the options.
 ///

@@ -56,7 +56,7 @@ pub fn give(
 
 /// Adds the files that were written.
 pub fn files(page: &mut Page, files: &[PathBuf]) {
-    page.data("files", json!(files));
+    page.data("files", files);
     for file in files {
         page.line("file", file.display().to_string());
     }

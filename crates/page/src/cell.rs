@@ -1,6 +1,7 @@
 //! The values of pages.
 
 use hpu_cosim::number;
+use serde::Serialize;
 use serde_json::Value as Json;
 
 /// A value as it goes to JSON, CSV and Parquet.
@@ -23,6 +24,15 @@ pub enum Value {
 }
 
 impl Value {
+    /// Returns a list, an object or any other value as serde writes it, for the JSON.
+    ///
+    /// # Panics
+    ///
+    /// Panics if a map of the value has keys that are no text.
+    pub fn of(value: impl Serialize) -> Self {
+        Self::Json(serde_json::to_value(value).expect("keys are text"))
+    }
+
     /// Returns the value as JSON; `None` for a value without a place.
     pub fn json(&self) -> Option<Json> {
         Some(match self {

@@ -60,6 +60,7 @@ mod table;
 #[cfg(not(target_family = "wasm"))]
 pub mod trace_table;
 
+use serde::Serialize;
 use serde_json::{Map, Value as Json};
 
 pub use cell::{Cell, Value, quoted};
@@ -106,9 +107,13 @@ impl Page {
         self.push(key, value.into(), label, Some(text.into()))
     }
 
-    /// Adds a fact for the JSON alone.
-    pub fn data(&mut self, key: &str, value: impl Into<Value>) -> &mut Self {
-        self.push(key, value.into(), "", None)
+    /// Adds a fact for the JSON alone, as serde writes it.
+    ///
+    /// # Panics
+    ///
+    /// Panics if a map of the value has keys that are no text.
+    pub fn data(&mut self, key: &str, value: impl Serialize) -> &mut Self {
+        self.push(key, Value::of(value), "", None)
     }
 
     /// Adds a line with a label for the text alone. An empty label goes on with the fact above.

@@ -2,8 +2,8 @@
 
 use hpu_cosim::scene::{OutcomeKind, Setup, Units};
 use hpu_cosim::{
-    ANGLE, AxisSimulation, EnergyAudit, Simulation, Summary, Trace, Unheld, Unseen, Verdict, displayed_stiffness,
-    product_wraps, unseen_contact, unseen_growth_per_s,
+    ANGLE, AxisSimulation, Simulation, Summary, Trace, Unheld, Unseen, Verdict, displayed_stiffness, product_wraps,
+    unseen_contact, unseen_growth_per_s,
 };
 use hpu_signal::Cycle;
 use serde_json::{Value, json};
@@ -11,95 +11,65 @@ use serde_json::{Value, json};
 use crate::quantities::{rounded_up, si};
 
 /// Returns an outcome as text and as JSON. `unit` is that of the positions; the window is the judged one, in s.
-pub fn outcome(verdict: Verdict, unit: &str, [from_s, to_s]: [f64; 2]) -> (String, Value) {
+///
+/// # Panics
+///
+/// Does not: a verdict is an object.
+pub fn outcome(verdict: Verdict, unit: &str, window_s: [f64; 2]) -> (String, Value) {
+    let growth_per_s = unseen_growth_per_s(window_s[1] - window_s[0]);
+    let mut told = serde_json::to_value(verdict).expect("numbers with names");
+    match verdict {
+        Verdict::Settled { .. } => told["growth_unseen_below_per_s"] = growth_per_s.into(),
+        Verdict::Tracking { rms_m, greatest_m } if unit == "rad" => {
+            told = json!({ "kind": "tracking", "rms_rad": rms_m, "greatest_rad": greatest_m });
+        }
+        _ => {}
+    }
+    (said(verdict, unit, window_s, growth_per_s), told)
+}
+
+/// Returns an outcome as text.
+fn said(verdict: Verdict, unit: &str, [from_s, to_s]: [f64; 2], growth_per_s: f64) -> String {
     let u = |value| si(value, unit);
     match verdict {
         Verdict::Settled { rms_rad } => {
-            let growth = unseen_growth_per_s(to_s - from_s);
-            let (rms, from, to, below) = (u(rms_rad), si(from_s, "s"), si(to_s, "s"), rounded_up(growth));
-            (
-                format!("settled: rms {rms} about the mean, {from} to {to}; growth below {below}/s would not be seen"),
-                json!({ "kind": "settled", "rms_rad": rms_rad, "growth_unseen_below_per_s": growth }),
-            )
+            let (rms, from, to, below) = (u(rms_rad), si(from_s, "s"), si(to_s, "s"), rounded_up(growth_per_s));
+            format!("settled: rms {rms} about the mean, {from} to {to}; growth below {below}/s would not be seen")
         }
         Verdict::LimitCycle { rms_rad, amplitude_rad, frequency_hz } => {
             let (rms, amplitude, frequency) = (u(rms_rad), u(amplitude_rad), si(frequency_hz, "Hz"));
-            let said = format!("limit cycle: amplitude {amplitude}, {frequency}, rms {rms}");
-            let numbers = json!({
-                "kind": "limit_cycle",
-                "rms_rad": rms_rad,
-                "amplitude_rad": amplitude_rad,
-                "frequency_hz": frequency_hz,
-            });
-            (said, numbers)
+            format!("limit cycle: amplitude {amplitude}, {frequency}, rms {rms}")
         }
         Verdict::NoWallTorque { effort, depth } => {
-            let effort_unit = if unit == "rad" { "N.m" } else { "N" };
-            (
-                format!(
-                    "inside the wall without its torque: {} deep, pushed out by {}",
-                    u(depth),
-                    si(effort, effort_unit)
-                ),
-                json!({ "kind": "no_wall_torque", "depth": depth, "effort": effort }),
-            )
+            let effort = si(effort, if unit == "rad" { "N.m" } else { "N" });
+            format!("inside the wall without its torque: {} deep, pushed out by {effort}", u(depth))
         }
-        Verdict::PositionLost { rms_rad, lost_share } => (
-            format!(
-                "position lost: at rest, rms {} about the mean, but for {} of the judged window the position counter \
-                 had wrapped",
-                u(rms_rad),
-                share(lost_share)
-            ),
-            json!({ "kind": "position_lost", "rms_rad": rms_rad, "lost_share": lost_share }),
+        Verdict::PositionLost { rms_rad, lost_share } => format!(
+            "position lost: at rest, rms {} about the mean, but for {} of the judged window the position counter had \
+             wrapped",
+            u(rms_rad),
+            share(lost_share)
         ),
-        Verdict::Diverged { at_s, amplitude_rad } => (
-            format!("diverged: amplitude {}, growing since {}", u(amplitude_rad), si(at_s, "s")),
-            json!({ "kind": "diverged", "at_s": at_s, "amplitude_rad": amplitude_rad }),
-        ),
-        Verdict::Passive { rms_m } => (
-            format!("passive: rms {} about the steady value at the end", si(rms_m, "m")),
-            json!({ "kind": "passive", "rms_m": rms_m }),
-        ),
-        Verdict::NonPassive { rms_m } => (
-            format!("non-passive: rms {} about the steady value at the end", si(rms_m, "m")),
-            json!({ "kind": "non_passive", "rms_m": rms_m }),
-        ),
-        Verdict::Tracking { rms_m, greatest_m } => (
-            format!("tracking: {} rms from the target, {} at most", u(rms_m), u(greatest_m)),
-            match unit {
-                "rad" => json!({ "kind": "tracking", "rms_rad": rms_m, "greatest_rad": greatest_m }),
-                _ => json!({ "kind": "tracking", "rms_m": rms_m, "greatest_m": greatest_m }),
-            },
-        ),
-        Verdict::NotTold { rms_rad, amplitude_rad, frequency_hz, telling_s } => {
-            let (range, rms) = (u(2.0 * amplitude_rad), u(rms_rad));
-            let telling = telling_by_decay(telling_s);
-            let numbers = json!({
-                "kind": "not_told",
-                "rms_rad": rms_rad,
-                "amplitude_rad": amplitude_rad,
-                "frequency_hz": frequency_hz,
-                "telling_duration_s": telling_s,
-            });
-            (format!("not told: moves over {range} at the end, rms {rms}, and may come to rest; {telling}"), numbers)
+        Verdict::Diverged { at_s, amplitude_rad } => {
+            format!("diverged: amplitude {}, growing since {}", u(amplitude_rad), si(at_s, "s"))
+        }
+        Verdict::Passive { rms_m } => format!("passive: rms {} about the steady value at the end", si(rms_m, "m")),
+        Verdict::NonPassive { rms_m } => {
+            format!("non-passive: rms {} about the steady value at the end", si(rms_m, "m"))
+        }
+        Verdict::Tracking { rms_m, greatest_m } => {
+            format!("tracking: {} rms from the target, {} at most", u(rms_m), u(greatest_m))
+        }
+        Verdict::NotTold { rms_rad, amplitude_rad, telling_s, .. } => {
+            let (range, rms, telling) = (u(2.0 * amplitude_rad), u(rms_rad), telling_by_decay(telling_s));
+            format!("not told: moves over {range} at the end, rms {rms}, and may come to rest; {telling}")
         }
         Verdict::HandMoves { until_s, rms_rad, greatest_rad, telling_s } => {
             let (until, rms, greatest) = (si(until_s, "s"), u(rms_rad), u(greatest_rad));
             let telling = telling(Some(telling_s));
-            let numbers = json!({
-                "kind": "hand_moves",
-                "until_s": until_s,
-                "rms_rad": rms_rad,
-                "greatest_rad": greatest_rad,
-                "telling_duration_s": telling_s,
-            });
-            (format!("the hand moves until {until}: {rms} rms from the hand, {greatest} at most; {telling}"), numbers)
+            format!("the hand moves until {until}: {rms} rms from the hand, {greatest} at most; {telling}")
         }
-        Verdict::HighlyUnstable { at_s } => (
-            format!("highly unstable: aborted at {}", si(at_s, "s")),
-            json!({ "kind": "highly_unstable", "at_s": at_s }),
-        ),
+        Verdict::HighlyUnstable { at_s } => format!("highly unstable: aborted at {}", si(at_s, "s")),
     }
 }
 
@@ -134,24 +104,6 @@ pub fn telling(telling_s: Option<f64>) -> String {
 pub fn telling_by_decay(telling_s: Option<f64>) -> String {
     let when = if telling_s.is_some() { " if the decay goes on so" } else { "" };
     format!("{}{when}", telling(telling_s))
-}
-
-/// Returns energies as JSON.
-pub fn energies(energy: &EnergyAudit) -> Value {
-    json!({
-        "supplied_j": energy.supplied_j,
-        "stored_j": energy.stored_j,
-        "dissipated_j": energy.dissipated_j,
-        "residual_j": energy.residual_j,
-        "exchanged_j": energy.exchanged_j,
-        "source_j": energy.source_j,
-        "hand_j": energy.hand_j,
-        "copper_j": energy.copper_j,
-        "diodes_j": energy.diodes_j,
-        "viscous_j": energy.viscous_j,
-        "coulomb_j": energy.coulomb_j,
-        "transmission_j": energy.transmission_j,
-    })
 }
 
 /// The contact of a run with its wall.

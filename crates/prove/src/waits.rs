@@ -5,6 +5,7 @@
 //! wait in a register, `method.settling` holds the command back, and a modulator waits for its period.
 
 use hpu_cosim::scene::{BridgeModel, Datapath, EncoderModel, Hand, Scene};
+use serde::Serialize;
 
 /// Clocks from the encoder's lines to the next register behind the counter.
 const LINES: u64 = 4;
@@ -144,7 +145,7 @@ fn own_duty(scene: &Scene) -> Option<f64> {
 }
 
 /// A time that the loop of a scene waits.
-#[derive(Clone, Copy, PartialEq, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct Wait {
     /// The part of the loop that waits.
     pub what: &'static str,

@@ -1,7 +1,6 @@
 //! `hpu.Loop`: the loop of a scene with its own blocks, moved on step by step.
 
 use hpu::Emulated;
-use hpu_cli::answers::energies;
 use hpu_cosim::Control;
 use hpu_signal::{Real, Signal};
 use pyo3::prelude::*;
@@ -112,7 +111,7 @@ impl Loop {
     #[getter]
     fn energy<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let energy = self.emulated.with(|emulated| Ok(emulated.summary().energy))?;
-        object(py, &energies(&energy))
+        object(py, &serde_json::json!(energy))
     }
 
     /// Closes the loop.

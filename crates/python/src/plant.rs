@@ -1,6 +1,5 @@
 //! `hpu.Plant`: the plant of a scene in the loop of the caller's logic.
 
-use hpu_cli::answers::energies;
 use hpu_signal::{Real, Signal};
 use pyo3::prelude::*;
 use pyo3::types::{PyAny, PyDict, PyTuple};
@@ -197,7 +196,7 @@ impl Plant {
     #[getter]
     fn energy<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let energy = self.plant.with(|driven| Ok(driven.plant.energy()))?;
-        object(py, &energies(&energy))
+        object(py, &serde_json::json!(energy))
     }
 
     /// Whether the wall is touched; None where no pin tells.

@@ -3,7 +3,7 @@
 use hpu_cosim::scene::Experiment;
 use hpu_cosim::{Control, Simulation, Summary, Trace, Verdict, Wired, WiredSimulation, judged_window_s};
 use hpu_page::quantities::{percent, si};
-use hpu_page::summary::{Touch, energies, outcome};
+use hpu_page::summary::{Touch, outcome};
 use hpu_signal::Cycle;
 use hpu_study::command::{quoted, set_options};
 use hpu_study::widths::idle_bits;
@@ -96,7 +96,7 @@ fn told(
         "aborted": summary.aborted.map(|abort| format!("at {}: {}", si(abort.at_s, "s"), abort.why)),
         "window_s": window_s,
         "wall": wall.map(|((position, _), units)| json!({ "position": position, "unit": units.position })),
-        "energy": energies(energy),
+        "energy": energy,
         "energy_text": format!(
             "supplied {} (source {}, hand {}) = stored {} + dissipated {}; residual {}",
             j(energy.supplied_j),

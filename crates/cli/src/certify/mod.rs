@@ -38,7 +38,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let text = read_text(&args.file)?;
     if is_of_run(&text) {
         let mut page = Page::default();
-        page.data("file", json!(args.file));
+        page.data("file", &args.file);
         let Some(is_so) = of_run::check(&args.file.display().to_string(), &text, &mut page)? else {
             return Ok(Exit::Interrupted);
         };
@@ -49,15 +49,15 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let found = certify(&text).map_err(|why| Failure::at(&args.file, why))?;
     let is_accepted = matches!(found, Checked::Accepted { .. });
     let mut page = Page::default();
-    page.data("file", json!(args.file)).data("accepted", is_accepted);
+    page.data("file", &args.file).data("accepted", is_accepted);
     match &found {
         Checked::Accepted { words, over } => {
             let ranges = over.iter().map(|over| json!({ "key": over.key, "ends": over.ends }));
-            page.data("over", json!(ranges.collect::<Vec<_>>()));
+            page.data("over", ranges.collect::<Vec<_>>());
             let all = words.iter().map(|(stiffness, bound)| {
                 json!({ "stiffness": stiffness, "rms_counts": bound.rms_counts, "duty": bound.duty })
             });
-            page.data("words", json!(all.collect::<Vec<_>>()));
+            page.data("words", all.collect::<Vec<_>>());
             let most = words.iter().fold(0.0, |most: f64, (_, bound)| most.max(bound.rms_counts));
             let ends = words.first().zip(words.last());
             let said = ends.map_or("it claims nothing".to_string(), |((from, _), (to, _))| {

@@ -94,7 +94,7 @@ impl Toured {
         }
         let refused = tour.refused.iter().map(|(who, why)| json!({ "name": who.name, "reason": why }));
         page.data("scene", &tour.race.written.name).data("command", command).data("complete", true);
-        page.data("cells", tour.map.layer()).data("refused", json!(refused.collect::<Vec<_>>()));
+        page.data("cells", tour.map.layer()).data("refused", refused.collect::<Vec<_>>());
         page::files(&mut page, files);
         page
     }

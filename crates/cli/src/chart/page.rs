@@ -91,8 +91,8 @@ pub fn page(charted: &Charted) -> Page {
         page.note(format!("not of this scene: {}{rest}: {why}", all[..all.len().min(3)].join(", ")));
     }
     page.data("scene", scene).data("command", command).data("complete", true);
-    page.data("outcome", outcome_name(Some(*outcome))).data("outputs", json!(names)).data("within", *within);
-    page.data("front", json!(chart.front().into_iter().map(name).collect::<Vec<_>>()));
+    page.data("outcome", outcome_name(Some(*outcome))).data("outputs", &names).data("within", *within);
+    page.data("front", chart.front().into_iter().map(name).collect::<Vec<_>>());
     page.data("fastest_within", fastest.map(name));
     page::files(&mut page, files);
     page

@@ -136,7 +136,9 @@ fn design(scene: &DutScene, cost: &DutCost) -> Page {
     let mut page = Page::default();
     page.table(table).data("scene", &scene.name).data("top", &*scene.dut.top);
     for field in counted([0; 7]).chain(judged()).filter(|field| field.column.is_in(Place::Json)) {
-        page.data(field.column.key(), field.cell(&row).value);
+        if let Some(value) = field.cell(&row).value.json() {
+            page.data(field.column.key(), value);
+        }
     }
     if cost.ecp5.is_some() {
         page.note(format!("  {}", too_large(cost.cells, cost.ice40.bram)));
@@ -158,7 +160,7 @@ fn design(scene: &DutScene, cost: &DutCost) -> Page {
         } else if fits {
             of_clock.note(format!("clock {}: no way from register to register was placed", clock.port));
         }
-        of_clock.data("port", &*clock.port).data("fmax_mhz", fmax_mhz).data("placed_mhz", json!(placed));
+        of_clock.data("port", &*clock.port).data("fmax_mhz", fmax_mhz).data("placed_mhz", placed);
         of_clock.data("asked_mhz", asked_mhz).data("in_time", fmax_mhz.map(|mhz| mhz >= asked_mhz));
         page.section("clocks", of_clock);
     }

@@ -218,7 +218,7 @@ pub fn model(found: &Fit) -> Page {
         Value::Object(errors.iter().map(|(output, error)| (output.name().to_string(), json!(error))).collect())
     };
     let judged = found.errors.iter().map(|(output, _)| output.name());
-    page.data("judged", json!(judged.collect::<Vec<_>>())).data("errors", errors(&found.errors));
+    page.data("judged", judged.collect::<Vec<_>>()).data("errors", errors(&found.errors));
     page.data("errors_not_judged", errors(&found.not_judged)).data("around", found.around);
     page.data("speedup", found.speedup.told()).data("speedup_between", between(found.speedup));
     page.data("wall_s", found.wall_s);

@@ -26,7 +26,7 @@ pub fn page(scene: &str, result: &Identification) -> Page {
         }
         page.table(table);
     }
-    page.data("correlations", json!(found.correlations));
+    page.data("correlations", &found.correlations);
     page.note("\nLogs, in counts");
     page.table(Table::of("logs", &logs_of(result), logs_fields()));
     for (run, (held, met)) in runs.iter().zip(&result.held) {

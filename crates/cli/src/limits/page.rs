@@ -1,13 +1,13 @@
 //! The page of the limits of a scene's wall.
 
 use hpu_cosim::figure;
-use hpu_page::{Cell, Column, Page, Table};
+use hpu_page::{Cell, Column, Page, Table, Value};
 use hpu_prove::Wait;
 use hpu_prove::criteria::{Assumption, Criterion, Figure, Region, Silent};
-use hpu_prove::linear::{BoxSet, DrivenSet, End, StableSet, Stretch};
+use hpu_prove::linear::{BoxSet, StableSet, Stretch};
 use hpu_prove::steady::{Outcome, Steady, SteadySet, Told};
 use hpu_study::limits::{Group, Limits, MOST_EVENTS, Seen, Unknown, WordsSet};
-use serde_json::{Value, json};
+use serde_json::json;
 
 use crate::parameters::{missed, missed_object};
 use crate::units::error_percent;
@@ -23,8 +23,8 @@ pub fn page(scene: &str, found: &Limits, over: &[Unknown]) -> Page {
     let said = format!("{scene}: at which {what} the wall settles, from {low} to {high} {unit}");
     let mut page = Page::labelled(LABEL);
     page.note(said.trim_end()).note("");
-    page.data("scene", scene).data("range", json!(found.range)).data("varied", found.varied.as_ref());
-    page.data("linear", found.linear.as_ref().ok().map(linear))
+    page.data("scene", scene).data("range", found.range).data("varied", found.varied.as_ref());
+    page.data("linear", found.linear.as_ref().ok())
         .data("linear_reason", found.linear.as_ref().err().map(ToString::to_string));
     match &found.linear {
         Ok(set) => {
@@ -38,7 +38,7 @@ pub fn page(scene: &str, found: &Limits, over: &[Unknown]) -> Page {
     driven(&mut page, found);
     left_out(&mut page, found);
     page.data("coulomb_friction_left_out", found.coulomb);
-    page.data("over", json!([]));
+    page.data("over", [(); 0]);
     for (index, unknown) in over.iter().enumerate() {
         let (label, range) = (if index == 0 { "over the box" } else { "" }, unknown.to_string());
         let mut part = Page::default();
@@ -46,20 +46,25 @@ pub fn page(scene: &str, found: &Limits, over: &[Unknown]) -> Page {
         page.section("over", part).line(label, range);
     }
     let in_box = found.in_box.as_ref();
-    page.data("linear_in_box", in_box.and_then(|set| set.as_ref().ok()).map(self::in_box));
+    page.data("linear_in_box", in_box.and_then(|set| set.as_ref().ok()));
     page.data("linear_in_box_reason", in_box.and_then(|set| set.as_ref().err()).map(ToString::to_string));
     if let Some(set) = in_box {
+        if let Ok(set) = set {
+            page.data("linear_in_box.unknown", set.unknown()).data("linear_in_box.share_proved", set.share());
+        }
         page.line("ideal drive, whole box", set.as_ref().map_or_else(ToString::to_string, BoxSet::said));
     }
     if let Some(set) = &found.steady {
         steady(&mut page, set);
     }
-    page.data("words", found.in_words.as_ref().ok().map(in_words))
-        .data("words_reason", found.in_words.as_ref().err().map(ToString::to_string));
+    page.data("words_reason", found.in_words.as_ref().err().map(ToString::to_string));
     match &found.in_words {
-        Ok(set) => words(&mut page, set),
+        Ok(set) => {
+            words_data(&mut page, set);
+            words(&mut page, set);
+        }
         Err(why) => {
-            page.line("in words", why.to_string());
+            page.data("words", ()).line("in words", why.to_string());
         }
     }
     page.data("damping_error", found.damping_error).data("wall_is_ramped", found.is_ramped);
@@ -76,8 +81,7 @@ pub fn page(scene: &str, found: &Limits, over: &[Unknown]) -> Page {
     if let Some(miss) = &found.stiffness_miss {
         page.line("warning", format!("wall.{}", missed(miss, Some("method.stiffness_format"))));
     }
-    let silent = found.silent.iter().map(|Silent { name, why }| json!({ "name": name, "reason": why }));
-    page.data("silent", Value::Array(silent.collect()));
+    page.data("silent", &found.silent);
     let assumptions = legend(&found.criteria);
     let mut table = criteria(found, &assumptions);
     page.data("criteria", table.json());
@@ -113,20 +117,17 @@ fn driven(page: &mut Page, found: &Limits) {
         let all: Vec<String> = waits.iter().map(|wait| format!("{} {}", wait.what, micro(wait.seconds))).collect();
         all.join(", ")
     };
-    let data = |waits: &[Wait]| {
-        json!(waits.iter().map(|wait| json!({ "what": wait.what, "seconds": wait.seconds })).collect::<Vec<_>>())
-    };
-    let set = found.driven.as_ref().ok();
+    page.data("as_driven", found.driven.as_ref().ok());
+    if let Ok(set) = &found.driven {
+        page.data("as_driven.range", set.set.range);
+    }
     let reason = found.driven.as_ref().err();
-    page.data("as_driven", set.map(|set| as_driven(set, data(&set.waits))));
     page.data("as_driven_reason", reason.map(|reason| &reason.why));
-    page.data("left_out", reason.map_or(json!([]), |reason| data(&reason.left_out)));
-    page.data(
-        "ripple",
-        found.ripple.as_ref().map(
-            |ripple| json!({ "unit": "count rms", "most": ripple.most_counts, "one_count_or_more": ripple.beyond }),
-        ),
-    );
+    page.data("left_out", reason.map_or(&[][..], |reason| &reason.left_out));
+    page.data("ripple", found.ripple.as_ref());
+    if found.ripple.is_some() {
+        page.data("ripple.unit", "count rms");
+    }
     match &found.driven {
         Ok(set) => {
             page.line("linear loop, as driven", set.said());
@@ -283,7 +284,7 @@ fn steady(page: &mut Page, set: &Result<SteadySet, hpu_study::Error>) {
 
 /// Adds the line about what linear loops around a network leave out.
 fn left_out(page: &mut Page, found: &Limits) {
-    page.data("network_left_out", json!(found.left_out));
+    page.data("network_left_out", &found.left_out);
     if !found.left_out.is_empty() && (found.linear.is_ok() || found.driven.is_ok()) {
         page.line("linear loops leave out", found.left_out.join("; "));
     }
@@ -356,15 +357,7 @@ fn criteria(found: &Limits, all: &[Assumption]) -> Table {
     };
     let texts = |criterion: &Criterion, only_missed: bool, text: fn(&Assumption) -> &str| {
         let told = criterion.assumptions.iter().filter(|assumption| !(only_missed && assumption.met));
-        json!(told.map(text).collect::<Vec<_>>())
-    };
-    let figures = |criterion: &Criterion| {
-        let figures = criterion.figures.iter();
-        json!(
-            figures
-                .map(|Figure { name, value, unit }| json!({ "name": name, "value": value, "unit": unit }))
-                .collect::<Vec<_>>()
-        )
+        Value::of(told.map(text).collect::<Vec<_>>())
     };
     let here = |criterion: &Criterion| {
         let figures = criterion
@@ -391,81 +384,28 @@ fn criteria(found: &Limits, all: &[Assumption]) -> Table {
         Column::text("assumptions", "").data().of(move |criterion: &Criterion| texts(criterion, false, |it| it.text)),
         Column::text("not_met", "").data().of(move |criterion: &Criterion| texts(criterion, true, |it| it.text)),
         Column::text("not_met_here", "").data().of(move |criterion: &Criterion| texts(criterion, true, |it| &it.here)),
-        Column::text("figures", "").data().of(figures),
+        Column::text("figures", "").data().of(|criterion: &Criterion| Value::of(&criterion.figures)),
         Column::text("region", "").data().of(|criterion: &Criterion| criterion.region.map(Region::name)),
         Column::text("", "").said().of(here),
     ];
     Table::of("", &found.criteria, fields)
 }
 
-fn linear(set: &StableSet) -> Value {
-    let end = |End { at, beyond }: End| json!({ "at": at, "beyond": beyond });
-    let stretch = |Stretch { from, to }: &Stretch| json!({ "from": end(*from), "to": end(*to) });
-    json!({
-        "unit": set.unit,
-        "stable": set.stable.iter().map(stretch).collect::<Vec<_>>(),
-        "open": set.open,
-    })
-}
-
-fn as_driven(set: &DrivenSet, waits: Value) -> Value {
-    let Value::Object(mut all) = linear(&set.set) else { unreachable!("an object") };
-    all.insert("range".into(), json!(set.set.range));
-    all.insert("duty_at_rest".into(), json!(set.duty));
-    all.insert("full_command_from".into(), json!(set.full_from));
-    all.insert("looked_at".into(), json!(set.looked));
-    all.insert("of_averaged_pulses".into(), json!(set.is_averaged));
-    all.insert("with_modulator_clock".into(), json!(set.with_modulator.as_ref().map(linear)));
-    all.insert("waits".into(), waits);
-    Value::Object(all)
-}
-
-fn in_box(set: &BoxSet) -> Value {
-    json!({
-        "unit": set.unit,
-        "stable": set.proved,
-        "unknown": set.unknown(),
-        "share_proved": set.share(),
-        "points": set.points,
-        "stable_at_points": set.at_points,
-    })
-}
-
-fn in_words(set: &WordsSet) -> Value {
-    let seen = |seen: &Seen| {
-        json!({
-            "word": seen.word as i64,
-            "stiffness": seen.stiffness,
-            "settled": seen.settled,
-            "not_told": seen.not_told,
-            "telling_duration_s": seen.telling_s,
-        })
-    };
-    let groups = set
-        .groups()
-        .into_iter()
-        .map(|(group, from, to)| json!({ "settle": group.name(), "from": from.stiffness, "to": to.stiffness }));
-    json!({
-        "unit": set.unit,
-        "word": set.step,
-        "words": set.words as i64,
-        "phases": set.phases / set.worlds,
-        "worlds": set.worlds,
-        "worlds_without_contact": set.untouched,
-        "runs": set.runs(),
-        "runs_cut_short": set.cut_short,
-        "runs_not_told": set.not_told(),
-        "telling_duration_s": set.telling_s(),
-        "runs_settled_but_wrapped": set.wrapped,
-        "runs_with_wrapped_position": set.unheld,
-        "runs_without_wall_torque": set.without_torque,
-        "groups": groups.collect::<Vec<_>>(),
-        "lowest_failed": set.lowest_failed().map(|seen| seen.stiffness),
-        "highest_settled": set.highest_settled().map(|seen| seen.stiffness),
-        "all_up_to": set.all_up_to().map(|seen| seen.stiffness),
-        "words_between_neighbours_that_differ": set.finest as i64,
-        "seen": set.seen.iter().map(seen).collect::<Vec<_>>(),
-    })
+/// Adds the data of the loop in words, each stiffness that was run among them.
+fn words_data(page: &mut Page, set: &WordsSet) {
+    let groups = set.groups().into_iter();
+    let groups =
+        groups.map(|(group, from, to)| json!({ "settle": group.name(), "from": from.stiffness, "to": to.stiffness }));
+    let stiffness = |seen: Option<Seen>| seen.map(|seen| seen.stiffness);
+    page.data("words", set)
+        .data("words.phases", set.phases / set.worlds)
+        .data("words.runs", set.runs())
+        .data("words.runs_not_told", set.not_told())
+        .data("words.telling_duration_s", set.telling_s())
+        .data("words.groups", set.groups().into_iter().map(group).collect::<Vec<_>>())
+        .data("words.lowest_failed", stiffness(set.lowest_failed()))
+        .data("words.highest_settled", stiffness(set.highest_settled()))
+        .data("words.all_up_to", stiffness(set.all_up_to()));
 }
 
 /// Returns a limit with nine decimals. If they would not show it, returns its first digits with a power of ten.

@@ -289,12 +289,9 @@ fn criteria(page: &mut Page, curves: &Result<Curves, hpu_study::Error>) {
             return;
         }
     };
-    let criteria = curves.iter().map(|Curve { name, assumptions, met, limits }| {
-        json!({ "name": name, "limits": limits, "assumptions": assumptions, "assumptions_met_at": met })
-    });
     let over = if *over_x { "y" } else { "x" };
     let met = curves.iter().map(|Curve { name, met, limits, .. }| format!("{name} ({met} of {})", limits.len()));
-    let data = json!({ "reason": null, "over": over, "criteria": criteria.collect::<Vec<_>>() });
+    let data = json!({ "reason": null, "over": over, "criteria": curves });
     page.fact("curves", "curves", data, met.collect::<Vec<_>>().join(", "));
 }
 

@@ -96,16 +96,9 @@ impl Price {
 
     /// Returns the price as JSON.
     pub fn json(&self) -> Value {
-        let counts = |found: &Counts| {
-            let Counts { lut4, ff, carry, bram, dsp } = found;
-            json!({ "lut4": lut4, "ff": ff, "carry": carry, "bram": bram, "dsp": dsp })
-        };
-        let part = |(label, entity, found): &(&str, &str, Counts)| {
-            let counts = counts(found);
-            json!({ "label": label, "block": entity, "counts": counts })
-        };
+        let part = |(label, entity, counts): &(&str, &str, Counts)| json!({ "label": label, "block": entity, "counts": counts });
         let other = |(name, found): &(String, Result<Counts, String>)| match found {
-            Ok(found) => json!({ "value": name, "counts": counts(found), "failure": null }),
+            Ok(found) => json!({ "value": name, "counts": found, "failure": null }),
             Err(why) => json!({ "value": name, "counts": null, "failure": why }),
         };
         let knob = |knob: &Knob| {
@@ -118,8 +111,8 @@ impl Price {
             "how": "measured",
             "tools": self.tools,
             "hdl": self.hdl.to_string(),
-            "ice40": counts(&self.cost.ice40),
-            "ecp5": self.cost.ecp5.as_ref().map(counts),
+            "ice40": self.cost.ice40,
+            "ecp5": self.cost.ecp5,
             "cells": self.cost.cells,
             "fits": self.cost.fits(),
             "fmax_mhz": self.cost.fmax_mhz(),

@@ -4,7 +4,7 @@
 use hpu_cosim::replay::Recording;
 use hpu_cosim::scene::{Metric, Units, figure};
 use hpu_cosim::{AnySimulation, Forever, Mark, NetUse, Quiet, SIGNS, Simulation, WiredSimulation};
-use hpu_page::summary::{energies, outcome};
+use hpu_page::summary::outcome;
 use hpu_page::trace_table::TraceColumns;
 use hpu_page::{Cell, Column, Page, Table, heard};
 use hpu_rtl::{CheckRow, Hdl, Mismatch};
@@ -61,7 +61,7 @@ pub fn page(ran: &Ran) -> Page {
     recurrence(&mut page, ran);
     for_ever(&mut page, ran);
     page.data("complete", summary.complete);
-    page.data("aborted", summary.aborted.map(|abort| json!({ "at_s": abort.at_s, "why": abort.why })));
+    page.data("aborted", summary.aborted);
     if let Some(abort) = summary.aborted {
         page.line("aborted", format!("at {}: {}", si(abort.at_s, "s"), abort.why));
     }
@@ -125,7 +125,7 @@ fn in_contact(page: &mut Page, ran: &Ran) {
     let contact = contact(ran);
     let displayed = contact.displayed();
     page.data("contact_share", ran.summary.contact_share);
-    page.data("device_contact_share", ran.summary.device_contact_share).data("judged_window_s", json!(ran.window_s));
+    page.data("device_contact_share", ran.summary.device_contact_share).data("judged_window_s", ran.window_s);
     page.data("displayed_stiffness", displayed.map(|(_, displayed, _)| displayed));
     page.data("displayed_ratio", displayed.and_then(|(.., ratio)| ratio)).data("product_wraps", contact.wraps());
     let unseen = contact.unseen();
@@ -247,7 +247,7 @@ fn outward(value: f64, sign: f64, digits: i32, size: f64) -> String {
 fn energy(page: &mut Page, ran: &Ran) {
     let energy = &ran.summary.energy;
     let j = |value| si(value, "J");
-    page.data("energy", energies(energy));
+    page.data("energy", energy);
     if energy.exchanged_j <= 0.0 {
         return;
     }

@@ -135,7 +135,7 @@ pub(super) fn run(args: &Args, scene: &DutScene) -> Result<Exit, Failure> {
         folder.write("widths.txt", page.text())?;
         folder.write("widths.csv", table.csv(&[] as &[&str]))?;
         let files: Vec<_> = folder.places().map(PathBuf::from).chain([folder.place("widths.json")]).collect();
-        page.data("files", json!(files));
+        page.data("files", &files);
         folder.write("widths.json", format!("{:#}\n", page.json()))?;
     }
     if let Some(folder) = folder {
@@ -177,9 +177,9 @@ fn page(args: &Args, simulation: &DutSimulation, summary: &Summary, table: &Tabl
     let mut page = Page::default();
     let (name, top, engine) = (&args.scenes[0], &scene.dut.top, simulation.engine());
     page.note(format!("{name}: {top} at {clock} by {engine}, {motion} in closed loop{found}\n$ {}", command(args)));
-    page.data("scenes", json!(args.scenes)).data("command", command(args)).data("design", &**top);
+    page.data("scenes", &args.scenes).data("command", command(args)).data("design", &**top);
     page.data("engine", engine).data("edges", summary.edges).data("motion_s", summary.motion_s);
-    page.data("outcomes", json!(outcome.into_iter().collect::<Vec<_>>()));
+    page.data("outcomes", outcome.into_iter().collect::<Vec<_>>());
     page.note("").table(table.clone());
     if left_out > 0 {
         page.note(format!("not shown: {left_out} words that were constant"));

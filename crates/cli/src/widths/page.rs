@@ -26,11 +26,11 @@ pub fn page(of: &Widths) -> Page {
     let mut page = Page::default();
     let outcomes = measured.outcomes.iter().map(|kind| outcome_name(Some(*kind))).collect::<Vec<_>>();
     page.note(format!("{}\n$ {}", head(of, &outcomes), of.command));
-    page.data("scenes", json!(of.scenes)).data("command", &of.command).data("wiring", measured.wiring);
+    page.data("scenes", &of.scenes).data("command", &of.command).data("wiring", measured.wiring);
     page.data("edges", measured.edges).data("motion_s", measured.motion_s);
     page.data("random", of.random.map(|(seconds, seed)| json!({ "motion_s": seconds, "seed": seed })));
-    page.data("outcomes", json!(outcomes)).data("contact_shares", json!(measured.contact_shares));
-    page.data("stiffness_missed", json!(of.missed));
+    page.data("outcomes", &outcomes).data("contact_shares", &measured.contact_shares);
+    page.data("stiffness_missed", &of.missed);
     for said in &of.missed {
         page.note(format!("warning: {said}"));
     }
@@ -60,7 +60,7 @@ pub fn page(of: &Widths) -> Page {
         }
     }
     page.data("proved", of.proved.as_ref().ok().map(Proved::json)).data("not_proved", of.proved.as_ref().err());
-    page.data("files", json!(of.files));
+    page.data("files", &of.files);
     page
 }
 
@@ -242,7 +242,7 @@ fn widths(page: &mut Page, of: &Widths, found: &Recommended) {
          needs, together: hold for {motion} alone; another hand or wall may need more bits",
         outputs.join(", ")
     ));
-    page.data("widths.within", found.within).data("widths.outputs", json!(outputs));
+    page.data("widths.within", found.within).data("widths.outputs", &outputs);
     page.data("widths.error_together", found.error).data("widths.runs", runs);
 }
 

@@ -2,6 +2,7 @@
 
 use hpu_plant::Energy;
 use hpu_signal::{Signal, SignalUse};
+use serde::Serialize;
 
 use crate::result::forever::{Forever, NotTold, Recurrence};
 use crate::result::heard::Heard;
@@ -35,7 +36,7 @@ impl Mark {
 }
 
 /// The energies supplied, stored and dissipated, in J.
-#[derive(Clone, Copy, PartialEq, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize)]
 pub struct EnergyAudit {
     /// Supplied by the source, or by motors that are driven as torques.
     pub source_j: f64,

@@ -72,9 +72,11 @@
 use crate::result::trace::Trace;
 use crate::result::window::{PARTS, Streamed, part, passage, range, turns};
 use hpu_scene::{AxisTarget, OutcomeKind, Push, positions_along};
+use serde::Serialize;
 
 /// The verdict on a motion, with the numbers it was decided on.
-#[derive(Clone, Copy, PartialEq, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Verdict {
     /// At rest within one encoder count, without growth that could be seen.
     Settled {
@@ -142,6 +144,7 @@ pub enum Verdict {
         /// Passages of the mean per second; 0 without a period in the window.
         frequency_hz: f64,
         /// The duration of a run that would tell, if one is known.
+        #[serde(rename = "telling_duration_s")]
         telling_s: Option<f64>,
     },
     /// Follows a hand that moves nearly to the end.
@@ -154,6 +157,7 @@ pub enum Verdict {
         greatest_rad: f64,
         /// The duration of a run whose whole window comes after that time, and after the device has come to rest if its
         /// slowest pole is known.
+        #[serde(rename = "telling_duration_s")]
         telling_s: f64,
     },
 }
@@ -216,7 +220,7 @@ impl Verdict {
 }
 
 /// A run that the world ended early.
-#[derive(Clone, Copy, PartialEq, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct Abort {
     /// The time of the end.
     pub at_s: f64,

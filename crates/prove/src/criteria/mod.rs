@@ -14,6 +14,7 @@ pub use rigid::{Balance, Region, Rigid};
 
 use hpu_cosim::figure;
 use hpu_cosim::scene::{Datapath, Device, Hand, Loop, Scene, Units};
+use serde::Serialize;
 
 use crate::Error;
 use crate::linear::{Damping, StableSet, Stretch, usual_range};
@@ -88,7 +89,7 @@ impl Assumption {
 }
 
 /// A number beside a limit.
-#[derive(Clone, Copy, PartialEq, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct Figure {
     /// Name of the number.
     pub name: &'static str,
@@ -99,11 +100,12 @@ pub struct Figure {
 }
 
 /// A criterion that has no limit for a scene.
-#[derive(Clone, PartialEq, Eq, Debug)]
+#[derive(Clone, PartialEq, Eq, Debug, Serialize)]
 pub struct Silent {
     /// Name of the criterion.
     pub name: &'static str,
     /// Why the criterion has no limit.
+    #[serde(rename = "reason")]
     pub why: String,
 }
 

@@ -8,6 +8,7 @@
 
 use hpu_cosim::figure;
 use hpu_cosim::scene::{BridgeModel, Device, Scene, Winding};
+use serde::Serialize;
 
 use super::controller::Damping;
 use super::open_loop::OpenLoop;
@@ -28,22 +29,28 @@ const FIRST: f64 = 2.0;
 const LEAST: f64 = 1e-3;
 
 /// The stiffnesses at which the linear loop settles as it is driven, with the duty at rest.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct DrivenSet {
     /// The stretches that are proved to settle; `open` are those that were computed to settle and are not proved.
+    #[serde(flatten)]
     pub set: StableSet,
     /// Number of stiffnesses at which the growth was computed: between two of them a stretch may be missed. `None` if
     /// no crossing of a pole is missed.
+    #[serde(rename = "looked_at")]
     pub looked: Option<usize>,
     /// The stiffness from which on the command at rest is a full one, if it is in the range: there the loop is open.
+    #[serde(rename = "full_command_from")]
     pub full_from: Option<f64>,
     /// Duties at rest at the softest and at the stiffest wall of the range, as shares of a full command; `None` if the
     /// drive does not depend on them.
+    #[serde(rename = "duty_at_rest")]
     pub duty: Option<[f64; 2]>,
     /// Whether the pulses are those in whose place the scene has their mean, in area and first moment.
+    #[serde(rename = "of_averaged_pulses")]
     pub is_averaged: bool,
     /// The set with one clock more, in which a modulator takes a command, if the scene's averaged bridge leaves this
     /// clock out.
+    #[serde(rename = "with_modulator_clock")]
     pub with_modulator: Option<StableSet>,
     /// The times that the loop waits, on the scene's own wall.
     pub waits: Vec<Wait>,

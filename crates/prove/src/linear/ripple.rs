@@ -7,6 +7,7 @@
 use std::array::from_fn;
 
 use hpu_cosim::scene::{BridgeModel, Device, LawMethod, Loop, Scene, Winding};
+use serde::Serialize;
 
 use crate::sampled::{Matrix, exponential, product, scaled, solution};
 use crate::waits::{Drive, Rest};
@@ -16,11 +17,13 @@ const LOOKS: usize = 200;
 
 /// The ripple of a scene's modulator over a range of stiffnesses, at the duty at rest of each. Coulomb friction, which
 /// lets a device move less or not at all, is left out.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Ripple {
     /// Greatest rms about the mean, in encoder counts.
+    #[serde(rename = "most")]
     pub most_counts: f64,
     /// The stretches of stiffness at which the ripple alone has one count rms or more.
+    #[serde(rename = "one_count_or_more")]
     pub beyond: Vec<[f64; 2]>,
 }
 

@@ -10,6 +10,7 @@ use std::collections::HashMap;
 
 use hpu_cosim::figure;
 use hpu_cosim::scene::Scene;
+use serde::Serialize;
 
 use super::characteristic::{Characteristic, Of, OnArc};
 use super::crossings::{BOXES_A_RANGE, Place, joined};
@@ -57,17 +58,20 @@ const STRAIGHT: [&str; 5] =
     ["device.viscous_friction", "device.damping", "hand.stiffness", "hand.damping", "device.coulomb_friction"];
 
 /// The stable set of a box of linear loops.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct BoxSet {
     /// The range of stiffnesses that was examined, in SI units.
+    #[serde(skip)]
     pub range: [f64; 2],
     /// Unit of the stiffness.
     pub unit: &'static str,
     /// Number of worlds whose own stable sets were computed.
     pub points: usize,
     /// The stiffnesses at which all of these worlds settle, the softest first.
+    #[serde(rename = "stable_at_points")]
     pub at_points: Vec<[f64; 2]>,
     /// The stiffnesses at which every world of the box settles, proved.
+    #[serde(rename = "stable")]
     pub proved: Vec<[f64; 2]>,
 }
 

@@ -2,6 +2,7 @@
 
 use hpu_cosim::figure;
 use hpu_cosim::scene::Scene;
+use serde::Serialize;
 
 use super::controller::Damping;
 use super::crossings::{Crossings, MOST_ARCS, crossings, first_crossings, settles};
@@ -11,9 +12,10 @@ use crate::Error;
 /// The stiffnesses of a range at which all poles of the linear loop are within the unit circle.
 ///
 /// The contact is bilateral and without Coulomb friction. Of the hand, only its spring and damper count.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct StableSet {
     /// The range of stiffnesses that was examined, in SI units.
+    #[serde(skip)]
     pub range: [f64; 2],
     /// Unit of the stiffness.
     pub unit: &'static str,
@@ -23,11 +25,12 @@ pub struct StableSet {
     /// more than the numbers' precision shows, or the search ended before.
     pub open: Vec<[f64; 2]>,
     /// Whether the search ended before all of the range was examined.
+    #[serde(skip)]
     pub ended: bool,
 }
 
 /// A closed interval of stiffnesses, each of which settles.
-#[derive(Clone, Copy, PartialEq, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct Stretch {
     /// The softest end.
     pub from: End,
@@ -36,7 +39,7 @@ pub struct Stretch {
 }
 
 /// An end of a stretch.
-#[derive(Clone, Copy, PartialEq, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct End {
     /// The outermost stiffness that settles.
     pub at: f64,

@@ -28,6 +28,7 @@ use std::time::Duration;
 use hpu_cosim::script;
 use hpu_cosim::script::{Fixed, Script, Yosys};
 use hpu_datapath::AnyBlock;
+use serde::Serialize;
 
 use crate::engines::error::Error;
 use crate::engines::ghdl::Library;
@@ -48,7 +49,7 @@ pub const HX8K_BRAM: u64 = 32;
 pub const SEEDS: [u32; 3] = [1, 2, 3];
 
 /// Primitives of a netlist.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
 pub struct Counts {
     /// Lookup tables of four inputs.
     pub lut4: u64,

@@ -1,9 +1,10 @@
 //! The set of stiffnesses at which a scene in fixed-point words settles, as `looks` found it.
 
 use hpu_page::summary::telling_by_decay;
+use serde::Serialize;
 
 /// A stiffness that was run.
-#[derive(Clone, Copy, PartialEq, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct Seen {
     /// The stiffness word.
     pub word: i128,
@@ -14,6 +15,7 @@ pub struct Seen {
     /// Number of phases at which the run was too short to tell.
     pub not_told: u32,
     /// The longest duration of a run that would tell at such a phase; `None` if none is known.
+    #[serde(rename = "telling_duration_s")]
     pub telling_s: Option<f64>,
 }
 
@@ -45,34 +47,42 @@ hpu_signal::named! {
 }
 
 /// The behaviour of a scene in fixed-point words, over stiffnesses and phases of its contact.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct WordsSet {
     /// Unit of the stiffnesses.
     pub unit: &'static str,
     /// Stiffness of one word, in SI units.
+    #[serde(rename = "word")]
     pub step: f64,
     /// Number of words in the range.
     pub words: i128,
     /// Number of phases at each stiffness, over all worlds.
+    #[serde(skip)]
     pub phases: u32,
     /// Number of worlds that each stiffness was run in; 1 if only the scene's own.
     pub worlds: u32,
     /// Number of worlds that were left out because their hand is not at the wall in the judged window.
+    #[serde(rename = "worlds_without_contact")]
     pub untouched: u32,
     /// The stiffnesses that were run, the softest first.
     pub seen: Vec<Seen>,
     /// Greatest distance, in words, between two neighbours that differ; 1 if every word between such neighbours was
     /// run.
+    #[serde(rename = "words_between_neighbours_that_differ")]
     pub finest: i128,
     /// Number of runs that exceeded the limit of events ([`MOST_EVENTS`](super::MOST_EVENTS)); they count as not
     /// settled.
+    #[serde(rename = "runs_cut_short")]
     pub cut_short: u32,
     /// Number of runs that settled although a product without its upper bits wrapped on the way: their hand may have
     /// come to rest beyond the wall.
+    #[serde(rename = "runs_settled_but_wrapped")]
     pub wrapped: u32,
     /// Number of runs whose position counter wrapped under the device, settled or not: their loop read another place.
+    #[serde(rename = "runs_with_wrapped_position")]
     pub unheld: u32,
     /// Number of runs whose device was inside a wall that gave no torque; they count as not settled.
+    #[serde(rename = "runs_without_wall_torque")]
     pub without_torque: u32,
 }
 

@@ -9,6 +9,7 @@ use hpu_cosim::scene::{Experiment, Scene};
 use super::{Axis, CellIndex, Map};
 use crate::Error;
 use hpu_prove::criteria::{self, Criterion};
+use serde::Serialize;
 
 /// The key that the criteria limit.
 pub const KEY: &str = "wall.stiffness";
@@ -23,13 +24,14 @@ pub struct Curves {
 }
 
 /// The limit of a criterion along the other axis.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Curve {
     /// Name of the criterion.
     pub name: &'static str,
     /// Assumptions of the criterion.
     pub assumptions: String,
     /// Number of points at which the assumptions are met.
+    #[serde(rename = "assumptions_met_at")]
     pub met: usize,
     /// The limit at each cell of the other axis, in the unit of the axis of stiffness; `None` where there is none.
     pub limits: Vec<Option<f64>>,

@@ -8,7 +8,6 @@ use hpu_cosim::scene::Log;
 use hpu_cosim::{AnySimulation, LogBeside, LogHeld, Summary, figure, read_plain};
 use hpu_page::Page;
 use hpu_signal::Cycle;
-use serde_json::json;
 
 use crate::scene::Loaded;
 use crate::shell::{Failure, verdict};
@@ -94,9 +93,9 @@ impl Held {
     pub fn page(&self) -> Page {
         let Self { held, most, file, taken, unit, count } = self;
         let mut page = Page::default();
-        page.data("file", file).data("columns", json!(taken.columns)).data("notes", json!(taken.notes));
+        page.data("file", file).data("columns", &taken.columns).data("notes", &taken.notes);
         page.data("column", held.column).data("rows", held.rows.len()).data("left_out", held.left_out);
-        page.data("shift", held.shift).data("step_s", held.step_s).data("shift_of_halves", json!(held.halves));
+        page.data("shift", held.shift).data("step_s", held.step_s).data("shift_of_halves", held.halves);
         page.data("rms", held.rms).data("mean", held.mean).data("greatest", held.greatest);
         page.data("rms_counts", held.rms / count);
         page.data("unit", *unit).data("most", *most).data("met", most.map(|_| self.ok()));

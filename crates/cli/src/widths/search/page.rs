@@ -31,7 +31,7 @@ pub fn page(searched: &Searched) -> Page {
     page.note(format!("{}: which widths buy what", searched.scene));
 
     let knobs: Vec<String> = searched.knobs.iter().map(ToString::to_string).collect();
-    page.data("varied", json!(knobs));
+    page.data("varied", &knobs);
     labelled(&mut page, "varied", knobs.chunks(3).map(|knobs| knobs.join("  ")));
     let refused: usize = found.refused.iter().map(|(_, count)| count).sum();
     let designs = format!("{}, of which {refused} are refused; {} kinds differ in a run", found.designs, found.kinds);
@@ -50,12 +50,12 @@ pub fn page(searched: &Searched) -> Page {
         ),
     };
     page.fact("runs", "runs", found.runs, runs).data("grid_runs_at_least", found.grid_runs);
-    page.data("failed", json!(found.failed));
+    page.data("failed", &found.failed);
     for why in found.failed.iter().take(2) {
         page.line("failed", cut(why, 98));
     }
     let outputs: Vec<_> = found.outputs().iter().map(|output| output.name()).collect();
-    page.data("outputs", json!(outputs)).data("within", searched.within).data("estimate_error", found.estimate_error);
+    page.data("outputs", &outputs).data("within", searched.within).data("estimate_error", found.estimate_error);
     page.line("reference", reference);
     lines.into_iter().for_each(|(label, said)| _ = page.line(label, said));
     data.into_iter().for_each(|(key, value)| _ = page.data(key, value));
