@@ -393,9 +393,7 @@ fn criteria(found: &Limits, all: &[Assumption]) -> Table {
 
 /// Adds the data of the loop in words, each stiffness that was run among them.
 fn words_data(page: &mut Page, set: &WordsSet) {
-    let groups = set.groups().into_iter();
-    let groups =
-        groups.map(|(group, from, to)| json!({ "settle": group.name(), "from": from.stiffness, "to": to.stiffness }));
+    let group = |(group, from, to): (Group, Seen, Seen)| json!({ "settle": group.name(), "from": from.stiffness, "to": to.stiffness });
     let stiffness = |seen: Option<Seen>| seen.map(|seen| seen.stiffness);
     page.data("words", set)
         .data("words.phases", set.phases / set.worlds)

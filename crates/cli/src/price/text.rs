@@ -96,7 +96,8 @@ impl Price {
 
     /// Returns the price as JSON.
     pub fn json(&self) -> Value {
-        let part = |(label, entity, counts): &(&str, &str, Counts)| json!({ "label": label, "block": entity, "counts": counts });
+        let part =
+            |(label, block, counts): &(&str, &str, Counts)| json!({ "label": label, "block": block, "counts": counts });
         let other = |(name, found): &(String, Result<Counts, String>)| match found {
             Ok(found) => json!({ "value": name, "counts": found, "failure": null }),
             Err(why) => json!({ "value": name, "counts": null, "failure": why }),
