@@ -393,14 +393,17 @@ fn criteria(found: &Limits, all: &[Assumption]) -> Table {
 
 /// Adds the data of the loop in words, each stiffness that was run among them.
 fn words_data(page: &mut Page, set: &WordsSet) {
-    let group = |(group, from, to): (Group, Seen, Seen)| json!({ "settle": group.name(), "from": from.stiffness, "to": to.stiffness });
+    let groups = set.groups().into_iter().map(|(group, from, to)| {
+        let [from, to] = [from, to].map(|seen| seen.stiffness);
+        json!({ "settle": group.name(), "from": from, "to": to })
+    });
     let stiffness = |seen: Option<Seen>| seen.map(|seen| seen.stiffness);
     page.data("words", set)
         .data("words.phases", set.phases / set.worlds)
         .data("words.runs", set.runs())
         .data("words.runs_not_told", set.not_told())
         .data("words.telling_duration_s", set.telling_s())
-        .data("words.groups", set.groups().into_iter().map(group).collect::<Vec<_>>())
+        .data("words.groups", groups.collect::<Vec<_>>())
         .data("words.lowest_failed", stiffness(set.lowest_failed()))
         .data("words.highest_settled", stiffness(set.highest_settled()))
         .data("words.all_up_to", stiffness(set.all_up_to()));
