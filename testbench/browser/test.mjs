@@ -267,6 +267,20 @@ beside("a method is chosen from the list, and its own keys become controls", asy
   await page.waitForFunction(() => document.getElementById("command").textContent === "hpu run hybrid-wall");
 });
 
+beside(
+  "a device of bodies and joints is drawn, and no other is",
+  async (page) => {
+    await rest(page);
+    const drawn = page.locator("#device svg");
+    assert.deepEqual(await drawn.locator(".head").allTextContents(), ["motor", "load"]);
+    await page.locator("#scene").selectOption("hybrid-wall");
+    await page.waitForFunction(() => document.getElementById("command").textContent === "hpu run hybrid-wall");
+    await rest(page);
+    assert.equal(await drawn.count(), 0);
+  },
+  { path: "#scene=two-encoder-joint" },
+);
+
 beside("every control is reached by the Tab key, and has a name", async (page) => {
   await rest(page, ["rippled"]);
   await page.evaluate(() =>

@@ -36,7 +36,6 @@ pub use devices::foc::{FOC_NETS, foc_pictures};
 pub use devices::paddle::{PADDLE_NETS, paddle_pictures};
 pub use devices::transfer::{TRANSFER_NETS, transfer_pictures};
 pub use diagram::Diagram;
-pub use drawing::network::network;
 pub use drop::drop_pictures;
 pub use error_by_width::error_by_width;
 pub use fit::fit;

@@ -1,4 +1,14 @@
 #![doc = include_str!("../README.md")]
+// What such parts alone use stands there unused.
+#![cfg_attr(
+    target_family = "wasm",
+    allow(
+        dead_code,
+        unused_imports,
+        unused_variables,
+        reason = "a page leaves out designs of one's own, three phases, the paddle, transfer functions, looking on"
+    )
+)]
 
 mod any_simulation;
 pub mod dut;

@@ -50,6 +50,7 @@
 //! ```
 
 mod cell;
+pub mod device;
 pub mod heard;
 mod html;
 #[cfg(not(target_family = "wasm"))]

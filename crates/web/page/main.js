@@ -173,6 +173,8 @@ function show(answer, seen) {
     (result.aborted ? `; ended ${result.aborted}` : "");
   find("command").textContent = result.command;
   find("about").textContent = result.about;
+  const drawn = result.device && new DOMParser().parseFromString(result.device, "image/svg+xml").documentElement;
+  find("device").replaceChildren(...(drawn ? [drawn] : []));
   signals(result.nets);
   picture.nets = nets;
   picture.show(withRipple(answer, seen));

@@ -131,7 +131,7 @@ fn drawing(simulation: &AnySimulation, keys: &[Resolved]) -> String {
     let the_loop =
         Diagram { nets: &nets, inputs, outputs, instances: &instances, name, device: &device, notation }.svg();
     let AnySimulation::Ours(WiredSimulation::Axis(axis)) = simulation else { return the_loop };
-    the_loop + &axis.scene().network.as_deref().map_or(String::new(), hpu_chart::network)
+    the_loop + &axis.scene().network.as_deref().map_or(String::new(), hpu_page::device::drawing)
 }
 
 /// Returns the report of these scenes, with the parts that were asked for.

@@ -18,7 +18,7 @@ const MAY_KNOW: [(&str, &[&str]); 21] = [
     ("leap", &[]),
     ("rtl", &["assets", "signal", "datapath", "plant", "cosim", "wave", "vhpi", "leap"]),
     ("prove", &["signal", "datapath", "plant", "cosim"]),
-    ("page", &["signal", "cosim"]),
+    ("page", &["signal", "plant", "cosim"]),
     ("farm", &["cosim", "page"]),
     ("study", &["assets", "signal", "datapath", "plant", "cosim", "prove", "page", "farm"]),
     ("papers", &["assets", "signal", "datapath", "plant", "cosim", "prove", "page", "farm", "study"]),

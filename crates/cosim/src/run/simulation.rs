@@ -493,7 +493,6 @@ struct Run<'a> {
     clock: Clock,
     observer: (Judged<'a>, Option<&'a mut dyn Observe>),
     control: &'a Control,
-    #[cfg_attr(target_family = "wasm", allow(dead_code, reason = "a page does not look on after the end"))]
     beyond: Option<&'a Beyond<'a>>,
 }
 

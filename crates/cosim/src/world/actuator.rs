@@ -18,12 +18,10 @@ pub(crate) enum Actuator {
     /// A bridge with three legs. A command has a bit for each switch, the high and the low one of legs a, b and c from
     /// the lowest bit on, then one for each of [`MOST_SENSORS`](hpu_scene::MOST_SENSORS) sensors, at whose rise that
     /// sensor takes a sample, then the lines `csn`, `sck` and `mosi` of each chip on a bus.
-    #[cfg_attr(target_family = "wasm", allow(dead_code, reason = "a page has no design of a user's own"))]
     ThreeLegs,
     /// The mean voltages of a bridge with three legs, in each period of a modulator. A command has the duties of legs
     /// a, b and c, 16 bits each from the lowest bit on, all ones while the switches are open; then a bit for each
     /// sensor as [`ThreeLegs`](Self::ThreeLegs) has it.
-    #[cfg_attr(target_family = "wasm", allow(dead_code, reason = "a page has no motor with three phases"))]
     AveragedLegs {
         /// The greatest duty.
         steps: u32,
@@ -38,7 +36,6 @@ pub(crate) enum Actuator {
         latch: Option<Latch>,
     },
     /// The bridge's mean voltage in each period of a modulator that takes a command at its beginning.
-    #[cfg_attr(target_family = "wasm", allow(dead_code, reason = "a page has not the loop of the paddle"))]
     Preloaded {
         /// Steps of a period.
         steps: u32,

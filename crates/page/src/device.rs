@@ -3,13 +3,13 @@
 use std::fmt::Write as _;
 
 use hpu_cosim::scene::{Compound, figure};
-use hpu_page::escaped;
-use hpu_page::quantities::si;
 use hpu_plant::network::{FeedKind, Joint};
 
-use crate::drawing::canvas::text_width;
+use crate::escaped;
+use crate::quantities::si;
 
-const SIZE: i32 = 11;
+/// Width of a letter at 11 pixels, with room for wider fonts.
+const LETTER: i32 = 7;
 const LINE: i32 = 14;
 /// Space between bodies beside each other, which holds the text of their joint.
 const GAP: i32 = 150;
@@ -17,14 +17,14 @@ const GAP: i32 = 150;
 const ROOM: i32 = 84;
 const MARGIN: i32 = 12;
 
-/// Returns the drawing as SVG. Its colours are those of the page's style sheet.
-pub fn network(compound: &Compound) -> String {
+/// Returns the drawing as SVG. Its colours are those of the page's style sheet, by the classes of a loop's drawing.
+pub fn drawing(compound: &Compound) -> String {
     let order = order(compound);
     let texts: Vec<Vec<String>> = order.iter().map(|&body| body_lines(compound, body)).collect();
     let width = |(lines, &body): (&Vec<String>, &usize)| {
         let [above, below] = attached(compound, body);
         let all = lines.iter().chain(&above).chain(&below);
-        all.map(|line| text_width(line, SIZE) * 9 / 8).max().unwrap_or(0) + 2 * MARGIN
+        all.map(|line| LETTER * line.chars().count() as i32).max().unwrap_or(0) + 2 * MARGIN
     };
     let widths: Vec<i32> = texts.iter().zip(&order).map(width).collect();
     let mut lefts = Vec::new();
@@ -63,7 +63,7 @@ pub fn network(compound: &Compound) -> String {
             if texts.is_empty() {
                 continue;
             }
-            let _ = writeln!(svg, "<g class=\"net\"><path class=\"arrow\" d=\"M{middle},{from}V{to}\"/></g>");
+            let _ = writeln!(svg, "<g class=\"net\"><path d=\"M{middle},{from}V{to}m-3,-7l3,7l3,-7\"/></g>");
             for (line, text) in texts.iter().enumerate() {
                 let step = LINE * line as i32;
                 let y = if first < ROOM { first - step } else { first + step };
@@ -71,7 +71,6 @@ pub fn network(compound: &Compound) -> String {
             }
         }
     }
-    // The marker of arrows is that of the loop's drawing on the same page.
     format!(
         "<svg class=\"diagram\" xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {wide} {high}\" width=\"{wide}\" \
          role=\"img\" aria-label=\"{0}\">\n<title>{0}</title>\n{svg}</svg>\n",
