@@ -21,6 +21,8 @@ const AIR: i32 = 18;
 /// Distance between the lanes of signals that return.
 const LANE: i32 = 9;
 const MARGIN: i32 = 12;
+/// Height of a box.
+const TALL: i32 = HEAD + 2 * PORT;
 
 /// A loop to be drawn.
 pub struct Diagram<'a> {
@@ -66,6 +68,29 @@ enum Item {
 
 /// A thing in a row, and the left edge of its place.
 type Placed = (Item, i32);
+
+/// The places of all boxes.
+struct Layout<'d> {
+    blocks: &'d [Block],
+    /// The things of each row with their left ends.
+    items: &'d [Vec<Placed>],
+    /// The row of each block.
+    rows: &'d [usize],
+}
+
+impl Layout<'_> {
+    /// Returns the top of a row.
+    fn top(row: usize) -> i32 {
+        MARGIN + GAP / 2 + row as i32 * (TALL + GAP)
+    }
+
+    /// Returns the left upper corner of a block.
+    fn corner(&self, block: usize) -> (i32, i32) {
+        let row = self.rows[block];
+        let here = self.items[row].iter().find(|(other, _)| *other == Item::Block(block));
+        (here.expect("a thing in its row").1, Self::top(row))
+    }
+}
 
 impl Diagram<'_> {
     /// Returns the drawing as SVG. Its colours are those of the page's style sheet.
@@ -143,75 +168,24 @@ impl Diagram<'_> {
     }
 
     fn drawn(&self, blocks: &[Block], items: &[Vec<Placed>], driver: &[usize], rows: &[usize], far: &[bool]) -> String {
-        let tall = HEAD + 2 * PORT;
-        let top_of = |row: usize| MARGIN + GAP / 2 + row as i32 * (tall + GAP);
-        let place =
-            |item: Item, row: usize| items[row].iter().find(|(other, _)| *other == item).expect("a thing in its row").1;
+        let placed = Layout { blocks, items, rows };
         let leftmost = items.iter().flatten().map(|(_, left)| *left).min().unwrap_or(0);
         let mut lanes = 0;
         let (mut wires, mut boxes) = (String::new(), String::new());
-        for (net, signal) in self.nets.iter().enumerate() {
-            let from = driver[net];
-            if far[net] || from == usize::MAX {
-                continue;
-            }
-            let out = blocks[from].outputs.iter().find(|port| port.net == net).expect("its driver drives it");
-            let (x, y) = (place(Item::Block(from), rows[from]) + out.at, top_of(rows[from]) + tall);
-            let mut path = String::new();
-            let mut arrows = String::new();
-            let mut arrow = |path: &str| {
-                let _ = write!(arrows, "<path class=\"arrow\" d=\"{path}\"/>");
-            };
-            // The way down past boxes, as far as the lowest reader.
-            let mut points = vec![(rows[from], x, y)];
-            for (row, things) in items.iter().enumerate().skip(rows[from] + 1) {
-                if let Some((_, left)) = things.iter().find(|(item, _)| *item == Item::Way(net)) {
-                    let (x0, y0) = (points[points.len() - 1].1, points[points.len() - 1].2);
-                    let (x1, y1) = (left + AIR / 2, top_of(row));
-                    let _ = write!(path, "{}V{}", curve((x0, y0), (x1, y1)), y1 + tall);
-                    points.push((row, x1, y1 + tall));
-                }
-            }
-            let mut readers = 0;
-            for (b, block) in blocks.iter().enumerate() {
-                for port in block.inputs.iter().filter(|port| port.net == net) {
-                    readers += 1;
-                    let to = (place(Item::Block(b), rows[b]) + port.at, top_of(rows[b]));
-                    if rows[b] > rows[from] {
-                        let start = points.iter().rfind(|(row, ..)| *row < rows[b]).expect("it begins above");
-                        arrow(&curve((start.1, start.2), to));
-                    } else {
-                        lanes += 1;
-                        let lane = leftmost - LANE * (lanes + 1);
-                        let (down, up) = (y + 8 + 3 * (lanes % 4), to.1 - 8 - 3 * (lanes % 4));
-                        arrow(&format!("M{x},{y}V{down}H{lane}V{up}H{}V{}", to.0, to.1));
-                    }
-                }
-            }
-            if readers == 0 {
-                let _ = write!(path, "M{x},{y}v14");
-            }
-            let title = format!("{}: {}{}", self.label(net), signal.doc, unit(signal));
-            let _ = writeln!(
-                wires,
-                "<g class=\"net\"><title>{}</title><path d=\"{path}\"/>{arrows}<text x=\"{}\" y=\"{}\">{}</text></g>",
-                escaped(&title),
-                x + 4,
-                y + 12,
-                escaped(&self.label(net))
-            );
+        for net in (0..self.nets.len()).filter(|net| !far[*net] && driver[*net] != usize::MAX) {
+            wires += &self.wire(&placed, (net, driver[net]), leftmost, &mut lanes);
         }
         for (b, block) in blocks.iter().enumerate() {
-            let (x, y) = (place(Item::Block(b), rows[b]), top_of(rows[b]));
-            self.block(&mut boxes, block, (x, y), far);
+            self.block(&mut boxes, block, placed.corner(b), far);
         }
         let right = items.iter().flatten().map(|(item, left)| left + width(blocks, *item)).max().unwrap_or(0);
         let left = leftmost - LANE * (lanes + 1);
         // The device closes the loop, from the lowest box to the highest.
-        let (first, last) = (0, blocks.len() - 1);
         let (lane, middle) = (right + 2 * LANE, HEAD / 2 + PORT);
-        let below = (place(Item::Block(last), rows[last]) + blocks[last].width, top_of(rows[last]) + middle);
-        let above = (place(Item::Block(first), rows[first]) + blocks[first].width, top_of(rows[first]) + middle);
+        let [above, below] = [0, blocks.len() - 1].map(|of| {
+            let (x, y) = placed.corner(of);
+            (x + blocks[of].width, y + middle)
+        });
         let _ = writeln!(
             wires,
             "<g class=\"net device\"><title>The device</title><path class=\"arrow\" d=\"M{},{}H{lane}V{}H{}\"/></g>",
@@ -221,7 +195,7 @@ impl Diagram<'_> {
             above.0 + 2
         );
         let (x, wide) = (left - MARGIN, lane + 2 * MARGIN - left);
-        let high = top_of(items.len() - 1) + tall + MARGIN;
+        let high = Layout::top(items.len() - 1) + TALL + MARGIN;
         let title = format!("{}: blocks and signals with their formats", self.name);
         format!(
             "<svg class=\"diagram\" xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"{x} 0 {wide} {high}\" \
@@ -229,6 +203,57 @@ impl Diagram<'_> {
              <marker id=\"arrow\" viewBox=\"0 0 8 8\" refX=\"7\" refY=\"4\" markerWidth=\"7\" markerHeight=\"7\" \
              orient=\"auto\"><path d=\"M0,0L8,4L0,8Z\"/></marker></defs>\n{wires}{boxes}</svg>\n",
             escaped(&title)
+        )
+    }
+
+    /// Returns a net with its arrows, from the block that drives it to its readers. One that leads back up takes the
+    /// next lane on the left.
+    fn wire(&self, placed: &Layout, (net, from): (usize, usize), leftmost: i32, lanes: &mut i32) -> String {
+        let (blocks, rows) = (placed.blocks, placed.rows);
+        let out = blocks[from].outputs.iter().find(|port| port.net == net).expect("its driver drives it");
+        let (left, top) = placed.corner(from);
+        let (x, y) = (left + out.at, top + TALL);
+        let (mut path, mut arrows) = (String::new(), String::new());
+        let mut arrow = |path: &str| {
+            let _ = write!(arrows, "<path class=\"arrow\" d=\"{path}\"/>");
+        };
+        // The way down past boxes, as far as the lowest reader.
+        let mut points = vec![(rows[from], x, y)];
+        for (row, things) in placed.items.iter().enumerate().skip(rows[from] + 1) {
+            if let Some((_, left)) = things.iter().find(|(item, _)| *item == Item::Way(net)) {
+                let (x0, y0) = (points[points.len() - 1].1, points[points.len() - 1].2);
+                let (x1, y1) = (left + AIR / 2, Layout::top(row));
+                let _ = write!(path, "{}V{}", curve((x0, y0), (x1, y1)), y1 + TALL);
+                points.push((row, x1, y1 + TALL));
+            }
+        }
+        let mut readers = 0;
+        for (b, block) in blocks.iter().enumerate() {
+            for port in block.inputs.iter().filter(|port| port.net == net) {
+                readers += 1;
+                let (left, top) = placed.corner(b);
+                let to = (left + port.at, top);
+                if rows[b] > rows[from] {
+                    let start = points.iter().rfind(|(row, ..)| *row < rows[b]).expect("it begins above");
+                    arrow(&curve((start.1, start.2), to));
+                } else {
+                    *lanes += 1;
+                    let lane = leftmost - LANE * (*lanes + 1);
+                    let (down, up) = (y + 8 + 3 * (*lanes % 4), to.1 - 8 - 3 * (*lanes % 4));
+                    arrow(&format!("M{x},{y}V{down}H{lane}V{up}H{}V{}", to.0, to.1));
+                }
+            }
+        }
+        if readers == 0 {
+            let _ = write!(path, "M{x},{y}v14");
+        }
+        let title = format!("{}: {}{}", self.label(net), self.nets[net].doc, unit(&self.nets[net]));
+        format!(
+            "<g class=\"net\"><title>{}</title><path d=\"{path}\"/>{arrows}<text x=\"{}\" y=\"{}\">{}</text></g>\n",
+            escaped(&title),
+            x + 4,
+            y + 12,
+            escaped(&self.label(net))
         )
     }
 

@@ -75,7 +75,7 @@ fn every_network_is_drawn_with_its_bodies_and_what_they_have() {
         let Experiment::Axis(axis) = scene.parse(&[]).expect("a shipped scene") else { continue };
         let Some(compound) = axis.network.as_deref() else { continue };
         drawn += 1;
-        let svg = hpu_chart::network(compound);
+        let svg = hpu_page::device::drawing(compound);
         for text in compound.names.iter().map(String::as_str).chain(["hand", "encoder", "wall"]) {
             assert!(svg.contains(&format!(">{text}</text>")), "{}: {text}", scene.name);
         }

@@ -67,6 +67,13 @@ pub fn page(scene: &str, found: &Limits, over: &[Unknown]) -> Page {
             page.data("words", ()).line("in words", why.to_string());
         }
     }
+    warnings(&mut page, found);
+    criteria_beside(&mut page, found);
+    page
+}
+
+/// Adds what the words of the wall miss, and that a wall is ramped.
+fn warnings(page: &mut Page, found: &Limits) {
     page.data("damping_error", found.damping_error).data("wall_is_ramped", found.is_ramped);
     if let Some(error) = found.damping_error {
         let said = "the runs in words have that, linear loops and criteria what is asked for; a finer \
@@ -81,6 +88,10 @@ pub fn page(scene: &str, found: &Limits, over: &[Unknown]) -> Page {
     if let Some(miss) = &found.stiffness_miss {
         page.line("warning", format!("wall.{}", missed(miss, Some("method.stiffness_format"))));
     }
+}
+
+/// Adds the criteria with their assumptions, and those that have no limit.
+fn criteria_beside(page: &mut Page, found: &Limits) {
     page.data("silent", &found.silent);
     let assumptions = legend(&found.criteria);
     let mut table = criteria(found, &assumptions);
@@ -92,14 +103,11 @@ pub fn page(scene: &str, found: &Limits, over: &[Unknown]) -> Page {
     }
     if found.varied.is_none() {
         page.note("").table(table).note("");
-    }
-    if found.varied.is_none() {
         for (Assumption { text: words, met, here }, letter) in assumptions.iter().zip('a'..) {
             let (mark, here) = if *met { (' ', String::new()) } else { ('!', format!("; here: {here}")) };
             page.note(format!("{mark}{letter}  {words}{here}"));
         }
     }
-    page
 }
 
 /// Adds a line for each end of a set at which a pole crosses.

@@ -59,173 +59,289 @@ impl Room {
     /// Makes a room for segments that start so and are to last for a time. `further` are the speeds of the bodies
     /// beside the rotor, then the stretches of the ties that act.
     pub fn made(laws: &Pmsm, around: &Around, start: [f64; 4], further: &[f64], expected_s: f64) -> Self {
-        let motor = &laws.motor;
-        let [shaft, others @ ..] = &laws.net.bodies[..] else { return Self::NONE };
-        let [current, speed, twist, intent] = start;
-        let pairs = f64::from(motor.pole_pairs);
-        let Grip { torque_nm, stiffness_nm_per_rad: pull, damping_nm_s_per_rad: resist, units, .. } = laws.pull;
-        let units = units.abs();
-        let (pull, resist) = (pull.abs(), resist.abs());
-        let (stiffness, damping) = (units * pull, units * resist);
-        let hand = torque_nm.abs() + shaft.constant.abs();
-        let least = motor.direct_h.min(motor.quadrature_h);
-        let salience = (motor.direct_h - motor.quadrature_h).abs();
-        let inverter = &laws.inverter;
-        let ohm = motor.resistance_ohm + inverter.on_resistance_ohm + inverter.supply_ohm * (2.0 / 3.0);
-        // Of two terminals at one rail and one at the other.
-        let volts = (2.0 / 3.0) * (inverter.supply_v + 2.0 * inverter.diode_drop_v);
-        let drag = shaft.viscous + damping;
-        let cogging: f64 = motor.cogging.iter().map(|harmonic| harmonic.amplitude_nm.abs()).sum();
-        let constant = cogging + shaft.coulomb + hand + resist * intent;
-        let inertia = shaft.inertia;
-        // A time in which the motion changes little, and what it changes by then.
-        let order = motor.cogging.iter().map(|harmonic| harmonic.order).fold(motor.pole_pairs, u32::max);
-        let mut rate = ohm / least + drag / inertia + (stiffness / inertia).sqrt() + f64::from(order) * speed;
-        let (speeds, stretches) = further.split_at(others.len());
-        for tie in &around.ties {
-            let per_inertia = tie.most(|body| tie.way(body) / laws.net.bodies[body].inertia);
-            rate += (tie.stiffness * per_inertia).sqrt() + tie.damping * per_inertia;
-        }
-        let held = laws.grip;
-        let (held_units, held_body) = (held.units.abs(), held.body);
-        let [held_nm, held_stiffness, held_damping] =
-            [held.torque_nm, held.stiffness_nm_per_rad, held.damping_nm_s_per_rad].map(|of| held_units * of.abs());
-        if held_body > 0 {
-            let per_inertia = held_units / laws.net.bodies[held_body].inertia;
-            rate += (held_stiffness * per_inertia).sqrt() + held_damping * per_inertia;
-        }
-        // Bounds of the term of some power of what acts on each body beside the rotor's own torques, from those of the
-        // speeds, of the stretches, and of the hand's stretch with the speed of its intention.
-        let forces = |speed: &dyn Fn(usize) -> f64, stretch: &dyn Fn(usize) -> f64, hand: f64| {
-            let mut forces = [0.0; MOST_BODIES];
-            for (index, tie) in around.ties.iter().enumerate() {
-                let force = tie.stiffness * stretch(index) + tie.damping * tie.most(speed);
-                tie.ends.iter().for_each(|(body, way)| forces[*body] += way.abs() * force);
-            }
-            for (body, of) in others.iter().zip(1..) {
-                forces[of] += body.viscous * speed(of);
-            }
-            if held_body > 0 {
-                forces[held_body] += held_stiffness * hand + held_damping * held_units * speed(held_body);
-            }
-            forces
-        };
-        let first = |of: usize| {
-            let body = &laws.net.bodies[of];
-            let own = if of == held_body { held_nm + held_damping * intent } else { 0.0 };
-            body.coulomb + body.constant.abs() + own
-        };
-        let (mut change_s, long) = ((4.0 * expected_s * (rate + 1.0)).clamp(0.25, 1.0) / (rate + 1.0), 1.5);
-        let (mut starts, mut more);
-        loop {
-            let change = (volts + ohm * current + motor.flux_vs * pairs * speed) / least * change_s;
-            let current = current + change;
-            let tied = forces(&|of| if of == 0 { speed } else { speeds[of - 1] }, &|tie| stretches[tie], twist);
-            let torque =
-                1.5 * pairs * (motor.flux_vs + salience * current) * current + constant + drag * speed + tied[0];
-            let speed = speed + torque / inertia * change_s;
-            let grown = |of: usize| match of {
-                0 => speed,
-                _ => speeds[of - 1] + (tied[of] + first(of)) / laws.net.bodies[of].inertia * change_s,
-            };
-            starts = [current, speed, twist + (held_units * grown(held_body) + intent) * change_s, intent];
-            let stretched = |(tie, at): (&Tie, &f64)| at + tie.most(grown) * change_s;
-            let stretches = around.ties.iter().zip(stretches).map(stretched);
-            more = (1..=others.len()).map(grown).chain(stretches).collect::<Vec<f64>>();
+        let Some(sizes) = Sizes::new(laws, around) else { return Self::NONE };
+        let (rate, [.., intent]) = (sizes.rate(start[1]), start);
+        let mut change_s = (4.0 * expected_s * (rate + 1.0)).clamp(0.25, 1.0) / (rate + 1.0);
+        let (starts, more) = loop {
+            let grown = sizes.grown(start, further, change_s);
             // A rotor that may turn by more than that makes the series short; a smaller room is better.
-            if f64::from(order) * speed * change_s <= 1.5 || change_s < 1e-12 {
-                break;
+            if sizes.order * grown.0[1] * change_s <= 1.5 || change_s < 1e-12 {
+                break grown;
             }
             change_s *= 0.5;
-        }
-        let [current, speed, twist, _] = starts.map(|bound| long * bound);
-        let bounds: Vec<f64> = more.iter().map(|bound| long * bound).collect();
-        let (speeds, stretches) = bounds.split_at(others.len());
+        };
+        // The room is half as large again as the starts that it takes.
+        let [current, speed, twist, _] = starts.map(|bound| 1.5 * bound);
+        let bounds: Vec<f64> = more.iter().map(|bound| 1.5 * bound).collect();
+        let (speeds, stretches) = bounds.split_at(sizes.others());
+        let terms = sizes.terms([current, speed, twist, intent], speeds, stretches);
 
-        // The recursion of the series over bounds.
-        let mut i = [0.0; ORDER + 2];
-        let mut w = [0.0; ORDER + 2];
-        let mut e = [0.0; ORDER + 2];
-        let mut along = [0.0; ORDER + 2];
-        let mut flux = [0.0; ORDER + 2];
-        let mut waves = vec![[0.0; ORDER + 2]; motor.cogging.len()];
-        let mut v = vec![[0.0; ORDER + 2]; others.len()];
-        v.iter_mut().zip(speeds).for_each(|(v, speed)| v[0] = *speed);
-        (i[0], w[0], e[0], along[0]) = (current, speed, 1.0, current);
-        flux[0] = motor.flux_vs + salience * current;
-        waves.iter_mut().for_each(|wave| wave[0] = 1.0);
-        let product = |a: &[f64], b: &[f64]| a.iter().zip(b.iter().rev()).map(|(a, b)| a * b).sum::<f64>();
-        for k in 0..=ORDER {
-            let share = 1.0 / (k + 1) as f64;
-            e[k + 1] = pairs * share * product(&w[..=k], &e[..=k]);
-            let mut torque = 1.5 * pairs * product(&flux[..=k], &i[..=k]) + drag * w[k];
-            torque += match k {
-                0 => pull * twist + shaft.coulomb + hand + resist * intent,
-                1 => pull * (intent + units * w[0]),
-                _ => stiffness * w[k - 1] / k as f64,
-            };
-            let speed_of = |of: usize, k: usize| if of == 0 { w[k] } else { v[of - 1][k] };
-            let moved = |of: usize| speed_of(of, k.max(1) - 1) / k.max(1) as f64;
-            let stretch = |tie: usize| if k == 0 { stretches[tie] } else { around.ties[tie].most(moved) };
-            let stretch_of_hand = match k {
-                0 => twist,
-                1 => intent + held_units * moved(held_body),
-                _ => held_units * moved(held_body),
-            };
-            let tied = forces(&|of| speed_of(of, k), &stretch, stretch_of_hand);
-            torque += tied[0];
-            for (v, of) in v.iter_mut().zip(1..) {
-                let force = tied[of] + if k == 0 { first(of) } else { 0.0 };
-                v[k + 1] = if laws.imposes(of) { 0.0 } else { force * share / laws.net.bodies[of].inertia };
-            }
-            for (wave, harmonic) in waves.iter_mut().zip(&motor.cogging) {
-                torque += harmonic.amplitude_nm.abs() * wave[k];
-                wave[k + 1] = f64::from(harmonic.order) * share * product(&w[..=k], &wave[..=k]);
-            }
-            let given = if k == 0 { volts } else { 0.0 };
-            let known = product(&e[1..=k + 1], &i[..=k]);
-            // With both terms of the flux linkage along the rotor that do not need the next current.
-            let active = motor.flux_vs + salience * along[0];
-            let bent = active * e[k + 1] + salience * (product(&along[1..=k], &e[1..=k]) + known);
-            i[k + 1] = ((given + ohm * i[k]) * share + bent) / least;
-            along[k + 1] = known + i[k + 1];
-            flux[k + 1] = bent + salience * i[k + 1];
-            w[k + 1] = if laws.imposes(0) { 0.0 } else { torque * share / inertia };
-        }
         // The motion stays in the room for as long as its bounds allow.
+        let held = &sizes.held;
+        let speed_of = |of: usize| if of == 0 { speed } else { speeds[of - 1] };
         let stays = [
-            (current - starts[0]) / i[1],
-            (speed - starts[1]) / w[1],
-            if held_stiffness > 0.0 {
-                let most = if held_body == 0 { speed } else { speeds[held_body - 1] };
-                (twist - starts[2]) / (held_units * most + intent)
+            (current - starts[0]) / terms.i[1],
+            (speed - starts[1]) / terms.w[1],
+            if held.stiffness > 0.0 {
+                (twist - starts[2]) / (held.units * speed_of(held.body) + intent)
             } else {
                 f64::INFINITY
             },
         ];
-        let rates = v
-            .iter()
-            .map(|v| v[1])
-            .chain(around.ties.iter().map(|tie| tie.most(|of| if of == 0 { speed } else { speeds[of - 1] })));
+        let rates = terms.v.iter().map(|v| v[1]).chain(around.ties.iter().map(|tie| tie.most(speed_of)));
         let stay = bounds.iter().zip(&more).zip(rates).map(|((bound, start), rate)| (bound - start) / rate);
         let stays_s = stays.into_iter().chain(stay).fold(f64::INFINITY, f64::min) / ROUNDING;
+        let mut accelerations = [terms.w[1] * ROUNDING; MOST_BODIES];
+        accelerations[1..].iter_mut().zip(&terms.v).for_each(|(to, v)| *to = v[1] * ROUNDING);
+        let good_s = terms.good_s([current, speed], speeds, sizes.pairs, stays_s);
+        Self { starts, further: more, touches: around.touches, good_s, accelerations }
+    }
+}
+
+/// The hand at its body: sizes of its effort, of its spring and of its damper there, and of its ratio.
+struct Held {
+    body: usize,
+    units: f64,
+    nm: f64,
+    stiffness: f64,
+    damping: f64,
+}
+
+/// The numbers of a device that bound its motion, none of them negative.
+struct Sizes<'l> {
+    laws: &'l Pmsm,
+    around: &'l Around,
+    pairs: f64,
+    /// The highest order of what turns with the rotor.
+    order: f64,
+    /// The smaller inductance, and the difference of both.
+    least_h: f64,
+    salience_h: f64,
+    ohm: f64,
+    volts: f64,
+    /// The rotor's spring and damper by the hand: for its stretch, and for its own turn.
+    pull: f64,
+    resist: f64,
+    units: f64,
+    stiffness: f64,
+    drag: f64,
+    /// Constant torques of the hand and at the rotor.
+    hand: f64,
+    held: Held,
+}
+
+impl<'l> Sizes<'l> {
+    /// Returns the numbers of a device; none without a rotor.
+    fn new(laws: &'l Pmsm, around: &'l Around) -> Option<Self> {
+        let (motor, inverter, shaft) = (&laws.motor, &laws.inverter, laws.net.bodies.first()?);
+        let Grip { torque_nm, stiffness_nm_per_rad: pull, damping_nm_s_per_rad: resist, units, .. } = laws.pull;
+        let units = units.abs();
+        let (pull, resist) = (pull.abs(), resist.abs());
+        let held_units = laws.grip.units.abs();
+        let [nm, stiffness, damping] =
+            [laws.grip.torque_nm, laws.grip.stiffness_nm_per_rad, laws.grip.damping_nm_s_per_rad]
+                .map(|of| held_units * of.abs());
+        Some(Self {
+            laws,
+            around,
+            pairs: f64::from(motor.pole_pairs),
+            order: f64::from(motor.cogging.iter().map(|harmonic| harmonic.order).fold(motor.pole_pairs, u32::max)),
+            least_h: motor.direct_h.min(motor.quadrature_h),
+            salience_h: (motor.direct_h - motor.quadrature_h).abs(),
+            ohm: motor.resistance_ohm + inverter.on_resistance_ohm + inverter.supply_ohm * (2.0 / 3.0),
+            // Of two terminals at one rail and one at the other.
+            volts: (2.0 / 3.0) * (inverter.supply_v + 2.0 * inverter.diode_drop_v),
+            pull,
+            resist,
+            units,
+            stiffness: units * pull,
+            drag: shaft.viscous + units * resist,
+            hand: torque_nm.abs() + shaft.constant.abs(),
+            held: Held { body: laws.grip.body, units: held_units, nm, stiffness, damping },
+        })
+    }
+
+    /// Returns the number of bodies beside the rotor.
+    fn others(&self) -> usize {
+        self.laws.net.bodies.len() - 1
+    }
+
+    /// Returns a rate, in 1/s, within whose inverse the motion changes little.
+    fn rate(&self, speed: f64) -> f64 {
+        let bodies = &self.laws.net.bodies;
+        let inertia = bodies[0].inertia;
+        let mut rate =
+            self.ohm / self.least_h + self.drag / inertia + (self.stiffness / inertia).sqrt() + self.order * speed;
+        for tie in &self.around.ties {
+            let per_inertia = tie.most(|body| tie.way(body) / bodies[body].inertia);
+            rate += (tie.stiffness * per_inertia).sqrt() + tie.damping * per_inertia;
+        }
+        let held = &self.held;
+        if held.body > 0 {
+            let per_inertia = held.units / bodies[held.body].inertia;
+            rate += (held.stiffness * per_inertia).sqrt() + held.damping * per_inertia;
+        }
+        rate
+    }
+
+    /// Returns bounds of the term of some power of what acts on each body beside the rotor's own torques, from those of
+    /// the speeds, of the stretches, and of the hand's stretch with the speed of its intention.
+    fn forces(&self, speed: impl Fn(usize) -> f64, stretch: impl Fn(usize) -> f64, hand: f64) -> [f64; MOST_BODIES] {
+        let mut forces = [0.0; MOST_BODIES];
+        for (index, tie) in self.around.ties.iter().enumerate() {
+            let force = tie.stiffness * stretch(index) + tie.damping * tie.most(&speed);
+            tie.ends.iter().for_each(|(body, way)| forces[*body] += way.abs() * force);
+        }
+        for (of, body) in self.laws.net.bodies.iter().enumerate().skip(1) {
+            forces[of] += body.viscous * speed(of);
+        }
+        let held = &self.held;
+        if held.body > 0 {
+            forces[held.body] += held.stiffness * hand + held.damping * held.units * speed(held.body);
+        }
+        forces
+    }
+
+    /// Returns the constant part of what acts on a body beside the rotor.
+    fn first(&self, of: usize, intent: f64) -> f64 {
+        let body = &self.laws.net.bodies[of];
+        let own = if of == self.held.body { self.held.nm + self.held.damping * intent } else { 0.0 };
+        body.coulomb + body.constant.abs() + own
+    }
+
+    /// Returns what the bounds of a start grow to in a time: its four, then those of the bodies and ties.
+    fn grown(&self, [current, speed, twist, intent]: [f64; 4], further: &[f64], change_s: f64) -> ([f64; 4], Vec<f64>) {
+        let (motor, bodies) = (&self.laws.motor, &self.laws.net.bodies);
+        let (speeds, stretches) = further.split_at(self.others());
+        let cogging: f64 = motor.cogging.iter().map(|harmonic| harmonic.amplitude_nm.abs()).sum();
+        let constant = cogging + bodies[0].coulomb + self.hand + self.resist * intent;
+        let change = (self.volts + self.ohm * current + motor.flux_vs * self.pairs * speed) / self.least_h * change_s;
+        let current = current + change;
+        let tied = self.forces(|of| if of == 0 { speed } else { speeds[of - 1] }, |tie| stretches[tie], twist);
+        let flux = motor.flux_vs + self.salience_h * current;
+        let torque = 1.5 * self.pairs * flux * current + constant + self.drag * speed + tied[0];
+        let speed = speed + torque / bodies[0].inertia * change_s;
+        let body = |of: usize| match of {
+            0 => speed,
+            _ => speeds[of - 1] + (tied[of] + self.first(of, intent)) / bodies[of].inertia * change_s,
+        };
+        let twist = twist + (self.held.units * body(self.held.body) + intent) * change_s;
+        let stretched = |(tie, at): (&Tie, &f64)| at + tie.most(body) * change_s;
+        let stretches = self.around.ties.iter().zip(stretches).map(stretched);
+        let more = (1..=self.others()).map(body).chain(stretches).collect();
+        ([current, speed, twist, intent], more)
+    }
+
+    /// Runs the recursion of the series over the bounds of a room.
+    fn terms(&self, [current, speed, twist, intent]: [f64; 4], speeds: &[f64], stretches: &[f64]) -> Terms {
+        let (motor, bodies, pairs) = (&self.laws.motor, &self.laws.net.bodies, self.pairs);
+        let mut along = [0.0; ORDER + 2];
+        let mut flux = [0.0; ORDER + 2];
+        let mut waves = vec![[0.0; ORDER + 2]; motor.cogging.len()];
+        let mut terms = Terms::new(current, speed, speeds);
+        along[0] = current;
+        flux[0] = motor.flux_vs + self.salience_h * current;
+        waves.iter_mut().for_each(|wave| wave[0] = 1.0);
+        for k in 0..=ORDER {
+            let share = 1.0 / (k + 1) as f64;
+            terms.e[k + 1] = pairs * share * product(&terms.w[..=k], &terms.e[..=k]);
+            let mut torque = 1.5 * pairs * product(&flux[..=k], &terms.i[..=k]) + self.drag * terms.w[k];
+            torque += match k {
+                0 => self.pull * twist + bodies[0].coulomb + self.hand + self.resist * intent,
+                1 => self.pull * (intent + self.units * terms.w[0]),
+                _ => self.stiffness * terms.w[k - 1] / k as f64,
+            };
+            let tied = self.forces_of_power(k, &terms, [twist, intent], stretches);
+            torque += tied[0];
+            for (v, of) in terms.v.iter_mut().zip(1..) {
+                let force = tied[of] + if k == 0 { self.first(of, intent) } else { 0.0 };
+                v[k + 1] = if self.laws.imposes(of) { 0.0 } else { force * share / bodies[of].inertia };
+            }
+            for (wave, harmonic) in waves.iter_mut().zip(&motor.cogging) {
+                torque += harmonic.amplitude_nm.abs() * wave[k];
+                wave[k + 1] = f64::from(harmonic.order) * share * product(&terms.w[..=k], &wave[..=k]);
+            }
+            let given = if k == 0 { self.volts } else { 0.0 };
+            let known = product(&terms.e[1..=k + 1], &terms.i[..=k]);
+            // With both terms of the flux linkage along the rotor that do not need the next current.
+            let active = motor.flux_vs + self.salience_h * along[0];
+            let bent = active * terms.e[k + 1] + self.salience_h * (product(&along[1..=k], &terms.e[1..=k]) + known);
+            terms.i[k + 1] = ((given + self.ohm * terms.i[k]) * share + bent) / self.least_h;
+            along[k + 1] = known + terms.i[k + 1];
+            flux[k + 1] = bent + self.salience_h * terms.i[k + 1];
+            terms.w[k + 1] = if self.laws.imposes(0) { 0.0 } else { torque * share / bodies[0].inertia };
+        }
+        terms
+    }
+
+    /// Returns the bounds of [`forces`](Self::forces) of a power, from the terms up to it.
+    fn forces_of_power(
+        &self,
+        k: usize,
+        terms: &Terms,
+        [twist, intent]: [f64; 2],
+        stretches: &[f64],
+    ) -> [f64; MOST_BODIES] {
+        let moved = |of: usize| terms.speed(of, k.max(1) - 1) / k.max(1) as f64;
+        let stretch = |tie: usize| if k == 0 { stretches[tie] } else { self.around.ties[tie].most(moved) };
+        let hand = match k {
+            0 => twist,
+            1 => intent + self.held.units * moved(self.held.body),
+            _ => self.held.units * moved(self.held.body),
+        };
+        self.forces(|of| terms.speed(of, k), stretch, hand)
+    }
+}
+
+/// Returns the term of the product of two series.
+fn product(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b.iter().rev()).map(|(a, b)| a * b).sum()
+}
+
+/// Bounds of the Taylor terms of every motion in a room.
+struct Terms {
+    /// The current.
+    i: [f64; ORDER + 2],
+    /// The rotor's speed.
+    w: [f64; ORDER + 2],
+    /// The rotor's direction.
+    e: [f64; ORDER + 2],
+    /// The speeds of the bodies beside the rotor.
+    v: Vec<[f64; ORDER + 2]>,
+}
+
+impl Terms {
+    /// Returns the first terms.
+    fn new(current: f64, speed: f64, speeds: &[f64]) -> Self {
+        let of = |first: f64| {
+            let mut terms = [0.0; ORDER + 2];
+            terms[0] = first;
+            terms
+        };
+        Self { i: of(current), w: of(speed), e: of(1.0), v: speeds.iter().map(|speed| of(*speed)).collect() }
+    }
+
+    fn speed(&self, of: usize, k: usize) -> f64 {
+        if of == 0 { self.w[k] } else { self.v[of - 1][k] }
+    }
+
+    /// Returns the time for which a series of each power is good, at most so long.
+    fn good_s(&self, [current, speed]: [f64; 2], speeds: &[f64], pairs: f64, most_s: f64) -> [f64; ORDER + 1] {
         let mut good_s = [0.0; ORDER + 1];
         for (n, good_s) in good_s.iter_mut().enumerate().skip(1) {
             let next = [
-                i[n + 1] / current,
-                w[n + 1] / speed,
+                self.i[n + 1] / current,
+                self.w[n + 1] / speed,
                 // The angle, against a turn of the rotor by 1 rad, and the rotor's direction.
-                w[n] / (n + 1) as f64 * pairs,
-                e[n + 1],
+                self.w[n] / (n + 1) as f64 * pairs,
+                self.e[n + 1],
             ];
             // The positions of further bodies, against 1 rad or 1 m.
-            let more = v.iter().zip(speeds).flat_map(|(v, speed)| [v[n + 1] / speed, v[n] / (n + 1) as f64]);
+            let more = self.v.iter().zip(speeds).flat_map(|(v, speed)| [v[n + 1] / speed, v[n] / (n + 1) as f64]);
             let most = next.into_iter().chain(more).fold(0.0, f64::max) * ROUNDING;
-            *good_s = (libm::pow(TOLERANCE / most, 1.0 / (n + 1) as f64) / ROUNDING).min(stays_s);
+            *good_s = (libm::pow(TOLERANCE / most, 1.0 / (n + 1) as f64) / ROUNDING).min(most_s);
         }
-        let mut accelerations = [w[1] * ROUNDING; MOST_BODIES];
-        accelerations[1..].iter_mut().zip(&v).for_each(|(to, v)| *to = v[1] * ROUNDING);
-        Self { starts, further: more, touches: around.touches, good_s, accelerations }
+        good_s
     }
 }
 

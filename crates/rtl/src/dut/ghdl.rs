@@ -128,16 +128,8 @@ impl Simulators {
             return Err(refused(format!("it did not tell its ports:\n{}{}", said.out, said.err)));
         }
         if inside.is_any() {
-            let mut list = String::new();
-            for (name, kind) in said.out.lines().filter_map(|line| line.strip_prefix("INSIDE ")?.split_once(' ')) {
-                let is_shown = !has(&interface.ports, name) && !carries_clock(dut, name);
-                let inner = model.names.inside(name).filter(|inner| is_shown && inside.shows(inner));
-                if let Some((inner, (format, is_number))) = inner.zip(format(kind)) {
-                    list += &format!("{name}\n");
-                    let kind = Kind { format, is_quantity: is_number };
-                    ports.push(Port { is_number, ..declared::inside(inner, kind) });
-                }
-            }
+            let (list, inner) = inner(model, &interface, inside, &said.out);
+            ports.extend(inner);
             write(folder.path(), LIST, list.as_bytes())?;
         }
         ports.iter_mut().for_each(|port| declared.describe(port));
@@ -239,74 +231,35 @@ pub(crate) fn bridge(standard: Standard) -> String {
     text
 }
 
+/// Returns the list of the signals inside a design that are shown, a line each, and the signals.
+fn inner(model: &Model, interface: &Interface, inside: Inside, said: &str) -> (String, Vec<Port>) {
+    let (mut list, mut ports) = (String::new(), Vec::new());
+    for (name, kind) in said.lines().filter_map(|line| line.strip_prefix("INSIDE ")?.split_once(' ')) {
+        let is_shown = !has(&interface.ports, name) && !carries_clock(model.dut, name);
+        let inner = model.names.inside(name).filter(|inner| is_shown && inside.shows(inner));
+        if let Some((inner, (format, is_number))) = inner.zip(format(kind)) {
+            list += &format!("{name}\n");
+            let kind = Kind { format, is_quantity: is_number };
+            ports.push(Port { is_number, ..declared::inside(inner, kind) });
+        }
+    }
+    (list, ports)
+}
+
 /// Returns the bench, an entity called `name`. It has a signal for each port, of the port's own type. The ports other
 /// than clocks and reset are written and read by their position in the list.
 pub(crate) fn bench(name: &str, model: &Model, interface: &Interface) -> Result<String, Error> {
     let dut = model.dut;
-    let mut constants = String::new();
-    for generic in &interface.generics {
-        let set = dut.generics.iter().find(|(name, _)| name.eq_ignore_ascii_case(&generic.name));
-        let value = match set {
-            Some((name, given)) => {
-                let value = value(&generic.kind, &Types::default(), given);
-                value.map_err(|why| Error::generic(name, why))?.to_string()
-            }
-            None => generic.default.clone().unwrap_or_default(),
-        };
-        if !value.is_empty() {
-            let _ = writeln!(constants, "  constant {} : {} := {value};", generic.name, generic.kind);
-        }
-    }
-    let same = |one: &str, two: &str| one.eq_ignore_ascii_case(two);
-    let is_timing = |name: &str| {
-        dut.clocks.iter().any(|clock| same(&clock.port, name)) || dut.reset.iter().any(|reset| same(&reset.port, name))
-    };
-    let (mut signals, mut map, mut kinds, mut gives, mut tells) =
-        (String::new(), Vec::new(), String::new(), String::new(), String::new());
-    let mut wire = 0;
-    for (index, port) in interface.ports.iter().enumerate() {
-        let signal = format!("hpu_{index}");
-        // An initial value, as an unconnected input has it, would hide that nothing drives the signal.
-        let _ = writeln!(signals, "  signal {signal} : {};", port.kind);
-        map.push(format!("{} => {signal}", port.name));
-        let _ = writeln!(kinds, "      hpu_dut_kind({signal});");
-        if is_timing(&port.name) {
-            continue;
-        }
-        if port.mode == "in" {
-            let _ = writeln!(gives, "      hpu_dut_give({signal}, {wire});");
-        } else {
-            let _ = writeln!(tells, "  hpu_dut_tell({wire}, {signal});");
-        }
-        wire += 1;
-    }
+    let constants = constants(dut, interface)?;
+    let Wires { signals, map, kinds, gives, tells } = Wires::new(dut, interface);
     let signal = |port: &str| {
         let index = interface.ports.iter().position(|item| same(&item.name, port));
         // A port that does not exist is refused once all ports are known.
         index.map(|index| format!("hpu_{index}"))
     };
     let common = common_cycle(dut);
-    // The levels of the clocks in the next half of a cycle of the fastest one.
-    let levels = |indent: &str, rises: bool| {
-        let mut text = String::new();
-        if common > 1 {
-            let _ = writeln!(text, "{indent}half := (half + 1) mod {};", 2 * common);
-        }
-        for clock in &dut.clocks {
-            // A port that does not exist is refused once all ports are known.
-            let Some(signal) = signal(&clock.port) else { continue };
-            let divide = clock.divide;
-            let _ = match common {
-                1 => writeln!(text, "{indent}{signal} <= '{}';", u8::from(rises)),
-                _ => writeln!(
-                    text,
-                    "{indent}if half mod {} < {divide} then {signal} <= '1'; else {signal} <= '0'; end if;",
-                    2 * divide
-                ),
-            };
-        }
-        text
-    };
+    let clocks: Vec<_> = dut.clocks.iter().filter_map(|clock| Some((signal(&clock.port)?, clock.divide))).collect();
+    let levels = |indent: &str, rises: bool| levels(&clocks, common, indent, rises);
     // Half a cycle is written out, because GHDL takes longer for a procedure that waits.
     let half_cycle = |indent: &str, rises: bool| levels(indent, rises) + &format!("{indent}wait for HALF_PERIOD;\n");
     let (mut active, mut passive) = (String::new(), String::new());
@@ -315,13 +268,7 @@ pub(crate) fn bench(name: &str, model: &Model, interface: &Interface) -> Result<
         active = format!("    {signal} <= {};\n", level(!reset.active_low));
         passive = format!("    {signal} <= {};\n", level(reset.active_low));
     }
-    let generic_map = interface
-        .generics
-        .iter()
-        .filter(|generic| generic.default.is_some() || dut.generics.iter().any(|(name, _)| same(name, &generic.name)));
-    let generic_map: Vec<_> = generic_map.map(|generic| format!("{0} => {0}", generic.name)).collect();
-    let generic_map =
-        if generic_map.is_empty() { String::new() } else { format!(" generic map ({})", generic_map.join(", ")) };
+    let generic_map = generic_map(dut, interface);
     let settle = model.settle;
     let half_fs = half_fs(model);
     let library = if same(&dut.library, "work") { String::new() } else { format!("library {};\n", dut.library) };
@@ -392,6 +339,93 @@ end architecture;
         falls = levels("        ", false),
         rises = levels("        ", true),
     ))
+}
+
+fn same(one: &str, two: &str) -> bool {
+    one.eq_ignore_ascii_case(two)
+}
+
+/// Returns the constants of a test bench: the generics that have a value.
+fn constants(dut: &Dut, interface: &Interface) -> Result<String, Error> {
+    let mut constants = String::new();
+    for generic in &interface.generics {
+        let set = dut.generics.iter().find(|(name, _)| same(name, &generic.name));
+        let value = match set {
+            Some((name, given)) => {
+                let value = value(&generic.kind, &Types::default(), given);
+                value.map_err(|why| Error::generic(name, why))?.to_string()
+            }
+            None => generic.default.clone().unwrap_or_default(),
+        };
+        if !value.is_empty() {
+            let _ = writeln!(constants, "  constant {} : {} := {value};", generic.name, generic.kind);
+        }
+    }
+    Ok(constants)
+}
+
+/// Returns the generic map of these constants.
+fn generic_map(dut: &Dut, interface: &Interface) -> String {
+    let has_value =
+        |generic: &&Item| generic.default.is_some() || dut.generics.iter().any(|(name, _)| same(name, &generic.name));
+    let all = interface.generics.iter().filter(has_value);
+    let all: Vec<_> = all.map(|generic| format!("{0} => {0}", generic.name)).collect();
+    if all.is_empty() { String::new() } else { format!(" generic map ({})", all.join(", ")) }
+}
+
+/// The lines of a test bench about its ports.
+#[derive(Default)]
+struct Wires {
+    signals: String,
+    map: Vec<String>,
+    kinds: String,
+    gives: String,
+    tells: String,
+}
+
+impl Wires {
+    fn new(dut: &Dut, interface: &Interface) -> Self {
+        let is_timing = |name: &str| {
+            let is_reset = dut.reset.iter().any(|reset| same(&reset.port, name));
+            is_reset || dut.clocks.iter().any(|clock| same(&clock.port, name))
+        };
+        let (mut wires, mut wire) = (Self::default(), 0);
+        for (index, port) in interface.ports.iter().enumerate() {
+            let signal = format!("hpu_{index}");
+            // An initial value, as an unconnected input has it, would hide that nothing drives the signal.
+            let _ = writeln!(wires.signals, "  signal {signal} : {};", port.kind);
+            wires.map.push(format!("{} => {signal}", port.name));
+            let _ = writeln!(wires.kinds, "      hpu_dut_kind({signal});");
+            if is_timing(&port.name) {
+                continue;
+            }
+            let _ = match port.mode.as_str() {
+                "in" => writeln!(wires.gives, "      hpu_dut_give({signal}, {wire});"),
+                _ => writeln!(wires.tells, "  hpu_dut_tell({wire}, {signal});"),
+            };
+            wire += 1;
+        }
+        wires
+    }
+}
+
+/// Returns the levels of the clocks, each a signal and its divisor, in the next half of a cycle of the fastest one.
+fn levels(clocks: &[(String, u32)], common: u64, indent: &str, rises: bool) -> String {
+    let mut text = String::new();
+    if common > 1 {
+        let _ = writeln!(text, "{indent}half := (half + 1) mod {};", 2 * common);
+    }
+    for (signal, divide) in clocks {
+        let _ = match common {
+            1 => writeln!(text, "{indent}{signal} <= '{}';", u8::from(rises)),
+            _ => writeln!(
+                text,
+                "{indent}if half mod {} < {divide} then {signal} <= '1'; else {signal} <= '0'; end if;",
+                2 * divide
+            ),
+        };
+    }
+    text
 }
 
 impl Design for Analysed {

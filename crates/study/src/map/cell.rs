@@ -227,8 +227,7 @@ impl Cell {
             let most = format!("{rows} rows would be recorded, a cell may have {MOST_ROWS}");
             return Err(format!("{most}: lower record.plant_rate or run.duration").into());
         }
-        let mut trace = simulation.brief_trace();
-        let CellLimits { events, guard, .. } = limits;
+        let (CellLimits { events, guard, .. }, mut trace) = (limits, simulation.brief_trace());
         let mut switches = experiment.switches(&simulation);
         let mut nothing = ();
         let run = |own: &Control| match &simulation {
@@ -265,28 +264,19 @@ impl Cell {
             return if stopped { Ok(None) } else { Err(more_events(events)) };
         }
         let verdict = summary.verdict.ok_or("a recording has no verdict")?;
-        let scale = experiment.setup().scale();
+        let (scale, is_settled) = (experiment.setup().scale(), matches!(verdict, Verdict::Settled { .. }));
         let (rms, amplitude, frequency_hz) = numbers(verdict.in_units(scale));
-        let wall = match (experiment, verdict) {
-            (Experiment::Axis(scene), Verdict::Settled { .. }) => {
-                scene.target.is_none().then_some((scene.wall.position_rad, scene.wall.stiffness_nm_per_rad))
-            }
-            (Experiment::Dut(scene), Verdict::Settled { .. }) => scene.wall_rad.map(|wall_rad| (wall_rad, 0.0)),
-            (Experiment::Foc(scene), Verdict::Settled { .. }) => {
-                scene.wall.as_ref().map(|wall| (wall.position_rad, wall.stiffness_nm_per_rad))
-            }
-            _ => None,
-        };
-        let displayed = wall.and_then(|wall| {
-            let (stiffness, _) = displayed_stiffness(wall, &trace, summary.averages)?;
-            let [stiffness, asked] = [stiffness, wall.1].map(|stiffness| stiffness / (scale * scale));
-            Some(Displayed { stiffness, asked })
+        let displayed = wall(experiment).filter(|_| is_settled).and_then(|wall| {
+            let [stiffness, asked] = [displayed_stiffness(wall, &trace, summary.averages)?.0, wall.1];
+            Some(Displayed { stiffness: stiffness / (scale * scale), asked: asked / (scale * scale) })
         });
         let words = match experiment {
             Experiment::Axis(scene) => scene.words().ok().map(|words| (scene, words.realised)),
             _ => None,
         };
         let wraps = words.and_then(|(scene, realised)| product_wraps(scene, &realised, &trace, &summary));
+        let wraps = wraps.and_then(|wraps| NonZeroU32::new(u32::try_from(wraps).unwrap_or(u32::MAX)));
+        let share = |edges: u64| edges as f64 / summary.edges.max(1) as f64;
         let unseen = words.and_then(|(scene, realised)| unseen_contact(scene, &realised, &trace, &summary));
         Ok(Some(Self {
             outcome: summary.outcome().ok_or("a recording has no verdict")?,
@@ -299,17 +289,29 @@ impl Cell {
             displayed,
             contact_share: summary.contact_share,
             device_contact_share: summary.device_contact_share,
-            product_wraps: wraps.and_then(|wraps| NonZeroU32::new(u32::try_from(wraps).unwrap_or(u32::MAX))),
+            product_wraps: wraps,
             contact_unseen: unseen.is_some(),
-            position_lost_share: summary.unheld.map_or(0, |unheld| unheld.edges) as f64 / summary.edges.max(1) as f64,
+            position_lost_share: share(summary.unheld.map_or(0, |unheld| unheld.edges)),
             stiffness_error: experiment.setup().stiffness_error(),
-            overflow_share: summary.nets.iter().map(|net| net.usage.overflowed).max().unwrap_or(0) as f64
-                / summary.edges.max(1) as f64,
+            overflow_share: share(summary.nets.iter().map(|net| net.usage.overflowed).max().unwrap_or(0)),
             switching: switches.map(|switches| Box::new(switches.switching())),
             for_ever: ForEver::of(&summary),
             edges: summary.edges,
             telling_s: verdict.telling_s(),
         }))
+    }
+}
+
+/// Returns the surface and the stiffness of the wall that a scene has, both in SI units; of a design, whose wall has no
+/// stiffness that is known, 0.
+fn wall(experiment: &Experiment) -> Option<(f64, f64)> {
+    match experiment {
+        Experiment::Axis(scene) => {
+            scene.target.is_none().then_some((scene.wall.position_rad, scene.wall.stiffness_nm_per_rad))
+        }
+        Experiment::Dut(scene) => scene.wall_rad.map(|wall_rad| (wall_rad, 0.0)),
+        Experiment::Foc(scene) => scene.wall.as_ref().map(|wall| (wall.position_rad, wall.stiffness_nm_per_rad)),
+        _ => None,
     }
 }
 

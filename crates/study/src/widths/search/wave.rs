@@ -213,6 +213,16 @@ pub fn search_wave<E>(
     search_part(scenes, knobs, plan, done, Some(part), control, keep, |_| {})
 }
 
+/// Returns the indices of the kinds that have not failed.
+fn unfinished(kinds: &[Kind]) -> Vec<usize> {
+    (0..kinds.len()).filter(|&index| !kinds[index].failed).collect()
+}
+
+/// Returns the indices of those whose error is not known yet.
+fn unknown(kinds: &[Kind]) -> Vec<usize> {
+    unfinished(kinds).into_iter().filter(|&index| kinds[index].error.is_none()).collect()
+}
+
 #[expect(clippy::too_many_arguments, reason = "those of the two functions above")]
 fn search_part<E>(
     scenes: &[(String, Experiment)],
@@ -254,11 +264,6 @@ fn search_part<E>(
     // that can be on the front.
     let one = std::slice::from_mut(&mut first);
     let (lines, mut around) = around(&cases, wide, knobs);
-    let unfinished = |kinds: &[Kind]| (0..kinds.len()).filter(|&i| !kinds[i].failed).collect::<Vec<_>>();
-    let unknown = |kinds: &[Kind]| -> Vec<usize> {
-        let open = |kind: &Kind| kind.error.is_none() && !kind.failed;
-        (0..kinds.len()).filter(|&index| open(&kinds[index])).collect()
-    };
     let hopeful = |kinds: &[Kind]| front(&kinds.iter().map(Kind::at_best).collect::<Vec<Merit>>());
     let look = |within: f64| move |kind: &mut Kind, memory: &Memory, _: &dyn Fn() -> f64| kind.look(memory, within);
     search.settle(one, unfinished, Kind::follow, &mut told)?;
