@@ -69,9 +69,7 @@ impl Escape {
     /// Returns the mode of a plant that grows most by itself, if one is proved to.
     fn new(map: &Map) -> Option<Self> {
         let size = map.from_u.len();
-        let middle: sampled::Matrix =
-            map.from_x.0.iter().map(|row| row.iter().map(|cell| cell.middle()).collect()).collect();
-        let (row, growth) = dominant(&middle)?;
+        let (row, growth) = dominant(&middles(&map.from_x.0))?;
         // The largest number of the row is 1.
         let size_of = |x: &[f64; 2]| x[0] * x[0] + x[1] * x[1];
         let at = (0..size).max_by(|a, b| size_of(&row[*a]).total_cmp(&size_of(&row[*b])))?;
@@ -80,82 +78,9 @@ impl Escape {
             |x: &[f64; 2]| [(x[0] * row[at][0] + x[1] * row[at][1]) / by, (x[1] * row[at][0] - x[0] * row[at][1]) / by];
         // All real parts, those of the growth last, then all imaginary parts.
         let scaled: Vec<[f64; 2]> = row.iter().map(over).chain([growth]).collect();
-        let mut found: Vec<f64> = (0..2).flat_map(|part| scaled.iter().map(move |x| x[part])).collect();
-        let half = size + 1;
-        // What is not fulfilled: l F - λ l, and that the largest number is 1.
-        let left = |x: &[Interval]| -> Vec<Interval> {
-            let (re, im) = x.split_at(half);
-            let products = |all: &[Interval], of: usize| {
-                all.iter().zip(&map.from_x.0).fold(Interval::ZERO, |sum, (x, row)| sum.plus(x.times(row[of])))
-            };
-            let real = |of: usize| products(re, of).minus(re[size].times(re[of]).minus(im[size].times(im[of])));
-            let imaginary = |of: usize| products(im, of).minus(re[size].times(im[of]).plus(im[size].times(re[of])));
-            let mut all: Vec<_> = (0..size).map(real).collect();
-            all.push(re[at].minus(Interval::exact(1.0)));
-            all.extend((0..size).map(imaginary));
-            all.push(im[at]);
-            all
-        };
-        // How that changes with each number.
-        let slopes = |x: &[Interval]| -> Vec<Vec<Interval>> {
-            let mut all = vec![vec![Interval::ZERO; 2 * half]; 2 * half];
-            let negative = |x: Interval| Interval::ZERO.minus(x);
-            let (re, im) = x.split_at(half);
-            for of in 0..size {
-                for (by, row) in map.from_x.0.iter().enumerate() {
-                    all[of][by] = all[of][by].plus(row[of]);
-                    all[half + of][half + by] = all[half + of][half + by].plus(row[of]);
-                }
-                all[of][of] = all[of][of].minus(re[size]);
-                all[half + of][half + of] = all[half + of][half + of].minus(re[size]);
-                all[of][half + of] = all[of][half + of].plus(im[size]);
-                all[half + of][of] = all[half + of][of].minus(im[size]);
-                (all[of][size], all[of][half + size]) = (negative(re[of]), im[of]);
-                (all[half + of][size], all[half + of][half + size]) = (negative(im[of]), negative(re[of]));
-            }
-            (all[size][at], all[half + size][half + at]) = (Interval::exact(1.0), Interval::exact(1.0));
-            all
-        };
-        let point = |x: &[f64]| x.iter().map(|&x| Interval::exact(x)).collect::<Vec<_>>();
-        let middles = |all: &[Vec<Interval>]| -> sampled::Matrix {
-            all.iter().map(|row| row.iter().map(|cell| cell.middle()).collect()).collect()
-        };
-        for _ in 0..4 {
-            let (slopes, left) = (middles(&slopes(&point(&found))), left(&point(&found)));
-            let rows = slopes.into_iter().zip(left).map(|(row, left)| [row, vec![left.middle()]].concat());
-            let by = solution(rows.collect())?;
-            found.iter_mut().zip(by).for_each(|(x, by)| *x -= by);
-        }
-        // Krawczyk: x - Y f(x) + (1 - Y f'(X)) (X - x) lies within X, so a solution does.
-        let near = middles(&slopes(&point(&found)));
-        let column = |of: usize| {
-            let rows = near.iter().enumerate();
-            solution(rows.map(|(row, cells)| [cells.as_slice(), &[f64::from(u8::from(row == of))]].concat()).collect())
-        };
-        let columns = (0..2 * half).map(column).collect::<Option<Vec<_>>>()?;
-        let inverse = |row: usize, of: usize| Interval::exact(columns[of][row]);
-        let dot = |row: usize, all: &[Interval]| {
-            all.iter().enumerate().fold(Interval::ZERO, |sum, (of, x)| sum.plus(inverse(row, of).times(*x)))
-        };
-        let left = left(&point(&found));
-        let steps: Vec<Interval> = (0..2 * half).map(|row| dot(row, &left)).collect();
-        let width = WIDE * steps.iter().fold(0.0, |most: f64, step| most.max(step.size())) + f64::EPSILON;
-        let wide: Vec<Interval> =
-            found.iter().map(|&x| Interval::exact(x).plus(Interval { lo: -width, hi: width })).collect();
-        let slopes = slopes(&wide);
-        let is_within = (0..2 * half).all(|row| {
-            let own = (0..2 * half).fold(Interval::ZERO, |sum, of| {
-                let column: Vec<Interval> = slopes.iter().map(|cells| cells[of]).collect();
-                let own = Interval::exact(f64::from(u8::from(row == of))).minus(dot(row, &column));
-                sum.plus(own.times(wide[of].minus(Interval::exact(found[of]))))
-            });
-            let after = Interval::exact(found[row]).minus(steps[row]).plus(own);
-            after.is_inside(wide[row])
-        });
-        if !is_within {
-            return None;
-        }
-        let complex = |at: usize| Complex { re: wide[at], im: wide[half + at] };
+        let found: Vec<f64> = (0..2).flat_map(|part| scaled.iter().map(move |x| x[part])).collect();
+        let wide = Equations { map, at }.enclosed(found)?;
+        let complex = |at: usize| Complex { re: wide[at], im: wide[size + 1 + at] };
         let row: Vec<Complex> = (0..size).map(complex).collect();
         let growth = modulus(complex(size)).lo;
         let scene = map.scene;
@@ -176,6 +101,96 @@ impl Escape {
         let more = Interval::exact(self.growth).minus(Interval::exact(1.0));
         Interval::exact(modulus(mode).lo).times(more).lo > self.pushed
     }
+}
+
+/// What a left eigenvector and its eigenvalue fulfil: l F = λ l, and that the number at a place is 1. Of both, all real
+/// parts come first, then all imaginary parts.
+struct Equations<'m> {
+    map: &'m Map<'m>,
+    at: usize,
+}
+
+impl Equations<'_> {
+    /// Returns what is not fulfilled.
+    fn left(&self, x: &[Interval]) -> Vec<Interval> {
+        let (size, half) = (x.len() / 2 - 1, x.len() / 2);
+        let (re, im) = x.split_at(half);
+        let products = |all: &[Interval], of: usize| {
+            all.iter().zip(&self.map.from_x.0).fold(Interval::ZERO, |sum, (x, row)| sum.plus(x.times(row[of])))
+        };
+        let real = |of: usize| products(re, of).minus(re[size].times(re[of]).minus(im[size].times(im[of])));
+        let imaginary = |of: usize| products(im, of).minus(re[size].times(im[of]).plus(im[size].times(re[of])));
+        let mut all: Vec<_> = (0..size).map(real).collect();
+        all.push(re[self.at].minus(Interval::exact(1.0)));
+        all.extend((0..size).map(imaginary));
+        all.push(im[self.at]);
+        all
+    }
+
+    /// Returns how that changes with each number.
+    fn slopes(&self, x: &[Interval]) -> Vec<Vec<Interval>> {
+        let (size, half) = (x.len() / 2 - 1, x.len() / 2);
+        let mut all = vec![vec![Interval::ZERO; 2 * half]; 2 * half];
+        let negative = |x: Interval| Interval::ZERO.minus(x);
+        let (re, im) = x.split_at(half);
+        for of in 0..size {
+            for (by, row) in self.map.from_x.0.iter().enumerate() {
+                all[of][by] = all[of][by].plus(row[of]);
+                all[half + of][half + by] = all[half + of][half + by].plus(row[of]);
+            }
+            all[of][of] = all[of][of].minus(re[size]);
+            all[half + of][half + of] = all[half + of][half + of].minus(re[size]);
+            all[of][half + of] = all[of][half + of].plus(im[size]);
+            all[half + of][of] = all[half + of][of].minus(im[size]);
+            (all[of][size], all[of][half + size]) = (negative(re[of]), im[of]);
+            (all[half + of][size], all[half + of][half + size]) = (negative(im[of]), negative(re[of]));
+        }
+        (all[size][self.at], all[half + size][half + self.at]) = (Interval::exact(1.0), Interval::exact(1.0));
+        all
+    }
+
+    /// Returns intervals around approximate numbers in which a solution certainly lies.
+    fn enclosed(&self, mut found: Vec<f64>) -> Option<Vec<Interval>> {
+        let point = |x: &[f64]| x.iter().map(|&x| Interval::exact(x)).collect::<Vec<_>>();
+        for _ in 0..4 {
+            let (slopes, left) = (middles(&self.slopes(&point(&found))), self.left(&point(&found)));
+            let rows = slopes.into_iter().zip(left).map(|(row, left)| [row, vec![left.middle()]].concat());
+            let by = solution(rows.collect())?;
+            found.iter_mut().zip(by).for_each(|(x, by)| *x -= by);
+        }
+        // Krawczyk: x - Y f(x) + (1 - Y f'(X)) (X - x) lies within X, so a solution does.
+        let near = middles(&self.slopes(&point(&found)));
+        let column = |of: usize| {
+            let rows = near.iter().enumerate();
+            solution(rows.map(|(row, cells)| [cells.as_slice(), &[f64::from(u8::from(row == of))]].concat()).collect())
+        };
+        let columns = (0..found.len()).map(column).collect::<Option<Vec<_>>>()?;
+        let inverse = |row: usize, of: usize| Interval::exact(columns[of][row]);
+        let dot = |row: usize, all: &[Interval]| {
+            all.iter().enumerate().fold(Interval::ZERO, |sum, (of, x)| sum.plus(inverse(row, of).times(*x)))
+        };
+        let left = self.left(&point(&found));
+        let steps: Vec<Interval> = (0..found.len()).map(|row| dot(row, &left)).collect();
+        let width = WIDE * steps.iter().fold(0.0, |most: f64, step| most.max(step.size())) + f64::EPSILON;
+        let wide: Vec<Interval> =
+            found.iter().map(|&x| Interval::exact(x).plus(Interval { lo: -width, hi: width })).collect();
+        let slopes = self.slopes(&wide);
+        let is_within = (0..found.len()).all(|row| {
+            let own = (0..found.len()).fold(Interval::ZERO, |sum, of| {
+                let column: Vec<Interval> = slopes.iter().map(|cells| cells[of]).collect();
+                let own = Interval::exact(f64::from(u8::from(row == of))).minus(dot(row, &column));
+                sum.plus(own.times(wide[of].minus(Interval::exact(found[of]))))
+            });
+            let after = Interval::exact(found[row]).minus(steps[row]).plus(own);
+            after.is_inside(wide[row])
+        });
+        is_within.then_some(wide)
+    }
+}
+
+/// Returns the middles of intervals.
+fn middles(all: &[Vec<Interval>]) -> sampled::Matrix {
+    all.iter().map(|row| row.iter().map(|cell| cell.middle()).collect()).collect()
 }
 
 /// Returns the size of a complex number.

@@ -208,22 +208,7 @@ fn proved(map: &Map, decay: Option<[f64; 2]>, period: &[Noted]) -> Result<WordCy
     let reach = map.c.iter().fold(0.0, |sum: f64, cell| (sum + cell.size()).next_up());
     let off = (off * reach).next_up().max(0.0);
     let off = if is_exact { 0.0 } else { off };
-    let [least, most] = adc.range.ends();
-    let (mut margin, mut outputs) = (f64::INFINITY, Vec::new());
-    for (x, noted) in points.iter().zip(period) {
-        let word = noted.words[0];
-        let output = weighed(&map.c, x).plus(map.d.times(map.input(noted.words[2])));
-        let from_zero = output.minus(Interval::exact(adc.offset));
-        let end = |halves: f64| Interval::exact(word as f64 + halves).times(Interval::exact(lsb));
-        let [below, above] = if adc.floors { [0.0, 1.0] } else { [-0.5, 0.5] };
-        if word > least {
-            margin = margin.min(from_zero.minus(end(below)).lo);
-        }
-        if word < most {
-            margin = margin.min(end(above).minus(from_zero).lo);
-        }
-        outputs.push(output.middle() / lsb);
-    }
+    let (margin, outputs) = margin(map, &points, period);
     let spare = (margin - off) / lsb;
     let (is_apart, is_near) = (spare > 0.0, off / lsb <= MOST_OFF);
     if !is_apart {
@@ -239,15 +224,7 @@ fn proved(map: &Map, decay: Option<[f64; 2]>, period: &[Noted]) -> Result<WordCy
             number(off / lsb)
         ));
     }
-    // Under words of a shorter period a plant that decays has a cycle of that period.
-    let is_shorter = |samples: &usize| {
-        let same = |at: usize| {
-            let (one, other) = (&period[at], &period[at - samples]);
-            one.words == other.words && (!is_exact || one.states == other.states)
-        };
-        period.len().is_multiple_of(*samples) && (*samples..period.len()).all(same)
-    };
-    let samples = (1..period.len()).find(is_shorter).unwrap_or(period.len());
+    let samples = shortest(period, is_exact);
     let ends = |index: usize| {
         let all = || period.iter().map(|noted| noted.words[index]);
         [all().min().unwrap_or_default(), all().max().unwrap_or_default()]
@@ -265,6 +242,42 @@ fn proved(map: &Map, decay: Option<[f64; 2]>, period: &[Noted]) -> Result<WordCy
         within: off / lsb,
         margin: spare,
     })
+}
+
+/// Returns the least distance of an output from another word of the converter, and the outputs in steps of it.
+fn margin(map: &Map, points: &[Vec<f64>], period: &[Noted]) -> (f64, Vec<f64>) {
+    let adc = &map.scene.adc;
+    let lsb = adc.range.lsb();
+    let [least, most] = adc.range.ends();
+    let (mut margin, mut outputs) = (f64::INFINITY, Vec::new());
+    for (x, noted) in points.iter().zip(period) {
+        let word = noted.words[0];
+        let output = weighed(&map.c, x).plus(map.d.times(map.input(noted.words[2])));
+        let from_zero = output.minus(Interval::exact(adc.offset));
+        let end = |halves: f64| Interval::exact(word as f64 + halves).times(Interval::exact(lsb));
+        let [below, above] = if adc.floors { [0.0, 1.0] } else { [-0.5, 0.5] };
+        if word > least {
+            margin = margin.min(from_zero.minus(end(below)).lo);
+        }
+        if word < most {
+            margin = margin.min(end(above).minus(from_zero).lo);
+        }
+        outputs.push(output.middle() / lsb);
+    }
+    (margin, outputs)
+}
+
+/// Returns the number of samples of the shortest period. Under words of a shorter period a plant that decays has a cycle
+/// of that period.
+fn shortest(period: &[Noted], is_exact: bool) -> usize {
+    let is_shorter = |samples: &usize| {
+        let same = |at: usize| {
+            let (one, other) = (&period[at], &period[at - samples]);
+            one.words == other.words && (!is_exact || one.states == other.states)
+        };
+        period.len().is_multiple_of(*samples) && (*samples..period.len()).all(same)
+    };
+    (1..period.len()).find(is_shorter).unwrap_or(period.len())
 }
 
 /// Looks at the samples of a scene up to a clock edge for words that repeat for ever.

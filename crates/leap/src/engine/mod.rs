@@ -17,7 +17,7 @@ use periods::{LASTING, Periods};
 
 use crate::index_set::{IndexSet, take_lowest};
 use crate::line::Line;
-use crate::netlist::{Cell, Net, Netlist};
+use crate::netlist::{Cell, Net, Netlist, Register};
 use crate::operation::{Operation, Widths, mask, signed};
 
 /// Edges in a row with one and the same difference after which a register of more than one bit is taken for a counter.
@@ -63,6 +63,14 @@ struct Flop {
     difference: u64,
 }
 
+impl Flop {
+    fn new(register: &Register, width: u8) -> Self {
+        // A register on a clock of its own keeps its word where those on the netlist's clock take theirs.
+        let data = if register.clock.is_some() { register.output } else { register.data };
+        Self { data: data.0, output: register.output.0, width, steady: 0, last: 0, difference: 0 }
+    }
+}
+
 /// The users of each word: a range in one list of marks. Marks are numbered: the cells, in topological order; the
 /// registers, by their data; the outputs; the registers, by their asynchronous resets; the clocks that are made inside.
 #[derive(Clone)]
@@ -73,6 +81,27 @@ struct Users {
 }
 
 impl Users {
+    /// Returns who reads each net, of so many: the marks, by the nets that each reads.
+    fn new<'n>(nets: usize, read: impl Iterator<Item = &'n [Net]>) -> Self {
+        let mut of_net = vec![Vec::new(); nets];
+        for (mark, nets) in read.enumerate() {
+            for net in nets {
+                let (users, part, bit): (&mut Vec<(u32, u64)>, _, _) =
+                    (&mut of_net[net.index()], (mark / 64) as u32, 1 << (mark % 64));
+                match users.last_mut() {
+                    Some((last, bits)) if *last == part => *bits |= bit,
+                    _ => users.push((part, bit)),
+                }
+            }
+        }
+        let mut users = Self { from: vec![0], marks: Vec::new() };
+        for of in of_net {
+            users.marks.extend(of);
+            users.from.push(users.marks.len() as u32);
+        }
+        users
+    }
+
     #[inline]
     fn mark(&self, net: u32, marked: &mut IndexSet) {
         self.mark_range((self.from[net as usize], self.from[net as usize + 1]), marked);
@@ -110,6 +139,24 @@ struct Inner {
     level: u64,
     /// Its registers and their data.
     flops: Vec<(u32, u32)>,
+}
+
+impl Inner {
+    /// Returns the clocks that the netlist makes for its registers.
+    fn all(registers: &[Register]) -> Vec<Self> {
+        let mut clocks: Vec<Self> = Vec::new();
+        for (at, register) in registers.iter().enumerate() {
+            let Some(clock) = register.clock else { continue };
+            let (net, active) = (clock.net.0, u64::from(clock.rises));
+            let of = clocks.iter().position(|own| (own.net, own.active) == (net, active)).unwrap_or_else(|| {
+                // Its first level is none to which it changes.
+                clocks.push(Self { net, active, level: active, flops: Vec::new() });
+                clocks.len() - 1
+            });
+            clocks[of].flops.push((at as u32, register.data.0));
+        }
+        clocks
+    }
 }
 
 /// A simulation of a netlist, between two clock edges.
@@ -197,16 +244,7 @@ impl Leap {
         for (net, word) in constants {
             lines[net.index()].word = *word;
         }
-        // A register on a clock of its own keeps its word where those on the netlist's clock take theirs.
-        let data = |register: &crate::Register| if register.clock.is_some() { register.output } else { register.data };
-        let flop = |register: &crate::Register| Flop {
-            data: data(register).0,
-            output: register.output.0,
-            width: netlist.width(register.output),
-            steady: 0,
-            last: 0,
-            difference: 0,
-        };
+        let flop = |register: &Register| Flop::new(register, netlist.width(register.output));
         let flops: Vec<_> = registers.iter().map(flop).collect();
         for ((_, net), word) in inputs.iter().zip(given) {
             lines[net.index()].word = word & mask(netlist.width(*net));
@@ -214,46 +252,21 @@ impl Leap {
         for (flop, word) in flops.iter().zip(initial) {
             lines[flop.output as usize].word = word & mask(flop.width);
         }
-        let reset = |(at, register): (usize, &crate::Register)| {
+        let reset = |(at, register): (usize, &Register)| {
             let reset = register.reset?;
             Some((at as u32, reset.net.0, u64::from(reset.active), reset.word & mask(netlist.width(register.output))))
         };
         let resets: Vec<_> = registers.iter().enumerate().filter_map(reset).collect();
-        let mut clocks: Vec<Inner> = Vec::new();
-        for (at, register) in registers.iter().enumerate() {
-            let Some(clock) = register.clock else { continue };
-            let (net, active) = (clock.net.0, u64::from(clock.rises));
-            let of = clocks.iter().position(|own| (own.net, own.active) == (net, active)).unwrap_or_else(|| {
-                // Its first level is none to which it changes.
-                clocks.push(Inner { net, active, level: active, flops: Vec::new() });
-                clocks.len() - 1
-            });
-            clocks[of].flops.push((at as u32, register.data.0));
-        }
+        let clocks = Inner::all(registers);
         let marks = cells.len() + flops.len() + outputs.len() + resets.len() + clocks.len();
-        let mut of_net = vec![Vec::new(); widths.len()];
         let operands = cells.iter().map(|cell| &cell.operands[..cell.operation.operands()]);
-        let data: Vec<_> = registers.iter().map(|register| [data(register)]).collect();
+        let data: Vec<_> = flops.iter().map(|flop| [Net(flop.data)]).collect();
         let shown = outputs.iter().map(|output| std::slice::from_ref(&output.net));
         let triggers = resets.iter().map(|reset| reset.1).chain(clocks.iter().map(|clock| clock.net));
         let triggers: Vec<_> = triggers.map(|net| [Net(net)]).collect();
         let all =
             operands.chain(data.iter().map(|net| &net[..])).chain(shown).chain(triggers.iter().map(|net| &net[..]));
-        for (mark, nets) in all.enumerate() {
-            for net in nets {
-                let (users, part, bit): (&mut Vec<(u32, u64)>, _, _) =
-                    (&mut of_net[net.index()], (mark / 64) as u32, 1 << (mark % 64));
-                match users.last_mut() {
-                    Some((last, bits)) if *last == part => *bits |= bit,
-                    _ => users.push((part, bit)),
-                }
-            }
-        }
-        let mut users = Users { from: vec![0], marks: Vec::new() };
-        for of in of_net {
-            users.marks.extend(of);
-            users.from.push(users.marks.len() as u32);
-        }
+        let users = Users::new(widths.len(), all);
         let step = |cell: &Cell| Step {
             operation: cell.operation,
             widths: cell.widths,
@@ -262,7 +275,6 @@ impl Leap {
             users: (users.from[cell.output.index()], users.from[cell.output.index() + 1]),
         };
         let steps: Vec<_> = cells.iter().map(step).collect();
-        let highest = ranks.iter().copied().max().unwrap_or(0);
         let up_to = |rank: u8| {
             let mut set = IndexSet::new(outputs.len());
             (0..outputs.len()).filter(|at| ranks[*at] <= rank).for_each(|at| set.insert(at));
@@ -287,7 +299,7 @@ impl Leap {
             movers: IndexSet::new(flops.len()),
             told: vec![None; outputs.len()],
             news: IndexSet::new(outputs.len()),
-            ranks: (0..=highest).map(up_to).collect(),
+            ranks: (0..=ranks.iter().copied().max().unwrap_or(0)).map(up_to).collect(),
             ramps: Vec::new(),
             cone: Cone::default(),
             share: Share::default(),
