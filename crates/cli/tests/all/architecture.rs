@@ -219,6 +219,60 @@ fn lines_with(texts: &[String]) -> Vec<(String, String)> {
     found
 }
 
+/// The functions of more than 80 lines: series and elimination that are compiled once an instruction set, the checker of
+/// certificates and the bench around VHDL, which are read from top to bottom, and tables of one operation an entry.
+const LONG: [&str; 6] = [
+    "leap/src/line.rs: line_of",
+    "leap/src/yosys/cells.rs: cell",
+    "plant/src/arm/fused.rs: write_with",
+    "plant/src/pmsm/series.rs: write_with",
+    "prove/src/certify/mod.rs: check_over",
+    "rtl/src/dut/ghdl.rs: bench",
+];
+
+/// Returns the name of the function that begins at a line, if one does.
+fn function(line: &str) -> Option<&str> {
+    let (before, rest) = line.trim_start().split_once("fn ")?;
+    let is_head = |word: &str| {
+        matches!(word, "pub" | "const" | "unsafe" | "extern" | "\"C\"" | "in")
+            || word.starts_with("pub(")
+            || word.ends_with(')')
+    };
+    before.split_whitespace().all(is_head).then(|| rest.split(['(', '<']).next().unwrap_or_default())
+}
+
+/// Returns the number of lines of the function that begins here, as rustfmt sets it: up to its brace at the indentation
+/// of the first line, or up to the semicolon of one without a body.
+fn length(lines: &[&str]) -> usize {
+    let indentation = lines[0].len() - lines[0].trim_start().len();
+    let close = format!("{:indentation$}}}", "");
+    let head = lines.iter().position(|line| line.contains('{') || line.ends_with(';')).unwrap_or(0);
+    let is_whole = lines[head].ends_with(['}', ';']);
+    1 + if is_whole { head } else { lines.iter().position(|line| *line == close).unwrap_or(0) }
+}
+
+#[test]
+fn functions_have_at_most_80_lines() {
+    let crates = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("crates/");
+    let (mut long, mut all) = (Vec::new(), 0);
+    for (name, _) in MAY_KNOW {
+        each_source(&crates.join(name).join("src"), &mut |path, source| {
+            let lines: Vec<&str> = source.lines().collect();
+            for (first, line) in lines.iter().enumerate() {
+                let Some(name) = function(line) else { continue };
+                all += 1;
+                let length = length(&lines[first..]);
+                if length > 80 {
+                    long.push(format!("{path}: {name}"));
+                }
+            }
+        });
+    }
+    long.sort();
+    assert!(all > 5000, "{all} functions");
+    assert_eq!(long, LONG, "of more than 80 lines");
+}
+
 /// The functions of `f64` that the standard library asks the system for, and whose bits are the system's.
 const OF_THE_SYSTEM: [&str; 27] = [
     "acos", "acosh", "asin", "asinh", "atan", "atan2", "atanh", "cbrt", "cos", "cosh", "exp", "exp2", "exp_m1",

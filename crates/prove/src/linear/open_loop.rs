@@ -89,27 +89,9 @@ impl OpenLoop {
     /// Returns `e^(A t) - 1` with the effort's column, over the stiffnesses from `low` to `high`.
     fn change(&self, time_s: Interval, [low, high]: [f64; 2]) -> Vec<Vec<Jet>> {
         let Plants { over, middle: own, sides } = &self.plant;
-        let (size, position) = (over.len(), over.len() - 2);
-        let mut plant = over.clone();
+        let (size, mut plant) = (over.len(), over.clone());
         let scales = balance(&mut plant, if self.live { (low * high).sqrt() } else { 0.0 });
-        let back = |row: usize, column: usize| scales[row] / scales[column];
-        let balanced = |matrix: &[Vec<Interval>]| -> Vec<Vec<Interval>> {
-            let cell = |row: usize, column: usize| matrix[row][column].scaled(1.0 / back(row, column));
-            (0..size).map(|row| (0..size).map(|column| cell(row, column)).collect()).collect()
-        };
-        // The share of the position's column that one unit of stiffness takes away.
-        let springs = |matrix: &[Vec<Interval>]| -> Vec<Interval> {
-            matrix.iter().map(|row| row[size - 1].scaled(scales[position] / scales[size - 1])).collect()
-        };
-        let at = |matrix: &[Vec<Interval>], stiffness: Interval| {
-            let mut a = matrix.to_vec();
-            if self.live {
-                for (row, by) in a.iter_mut().zip(springs(matrix)) {
-                    row[position] = row[position].minus(by.times(stiffness));
-                }
-            }
-            a
-        };
+        let balance = Balance { scales, live: self.live };
         let flow = |parts: &[&[Vec<Interval>]]| -> Vec<Matrix> {
             Series::new(parts).map(|cell| cell.times(time_s)).exponential_change().into_parts()
         };
@@ -123,7 +105,7 @@ impl OpenLoop {
                 slope.iter().map(|row| row.iter().map(|cell| cell.scaled(unit)).collect()).collect();
             flow(&[a, &slope, &none][..parts])
         };
-        let own = own.as_deref().map_or_else(|| plant.clone(), balanced);
+        let own = own.as_deref().map_or_else(|| plant.clone(), |own| balance.matrix(own));
         let mut known = vec![vec![Jet::ZERO; size]; size];
         let mut put = |Matrix(flow): &Matrix, to: &dyn Fn(&mut Jet) -> &mut Interval, unit: f64| {
             for (jets, row) in known.iter_mut().zip(flow) {
@@ -136,18 +118,11 @@ impl OpenLoop {
         if self.live {
             away[0] = range.minus(middle);
             let unit = 2f64.powi(libm::log2(high).floor() as i32);
-            let by = |matrix: &[Vec<Interval>]| -> Vec<Vec<Interval>> {
-                let mut slope = none.clone();
-                for (row, by) in slope.iter_mut().zip(springs(matrix)) {
-                    row[position] = Interval::ZERO.minus(by);
-                }
-                slope
-            };
-            let mut over = along(&at(&plant, range), &by(&plant), unit, 3);
+            let mut over = along(&balance.at(&plant, range), &balance.slope(&plant), unit, 3);
             // A single plant also has its slope at the middle. Over the range the slope departs from that by no more
             // than the second derivative allows.
             if sides.is_empty() {
-                let here = along(&at(&own, middle), &by(&own), unit, 2);
+                let here = along(&balance.at(&own, middle), &balance.slope(&own), unit, 2);
                 let bend = over[2].map(|cell| cell.scaled(2.0).times(away[0].scaled(1.0 / unit)));
                 over[1] = over[1].within(&here[1].plus(&bend));
                 put(&here[0], &|jet| &mut jet.middle, 1.0);
@@ -156,20 +131,20 @@ impl OpenLoop {
             put(&over[1], &|jet| &mut jet.slopes[0], unit);
         }
         if !self.live || !sides.is_empty() {
-            let here = flow(&[&at(&own, middle)]);
+            let here = flow(&[&balance.at(&own, middle)]);
             put(&here[0], &|jet| &mut jet.middle, 1.0);
             put(&here[0], &|jet| &mut jet.over, 1.0);
         }
         for (of, Side { slope, half }) in (1..).zip(sides) {
             away[of] = *half;
-            let slope = at(&balanced(slope), range);
+            let slope = balance.at(&balance.matrix(slope), range);
             // The ratio of the plant's size to the side's.
             let unit = 2f64.powi(libm::log2(half.hi).floor() as i32);
-            let over = along(&at(&plant, range), &slope, unit, 2);
+            let over = along(&balance.at(&plant, range), &slope, unit, 2);
             put(&over[0], &|jet| &mut jet.over, 1.0);
             put(&over[1], &|jet| &mut jet.slopes[of], unit);
         }
-        let jet = |row: usize, column: usize| known[row][column].tight(&away).scaled(back(row, column));
+        let jet = |row: usize, column: usize| known[row][column].tight(&away).scaled(balance.back(row, column));
         (0..size).map(|row| (0..size).map(|column| jet(row, column)).collect()).collect()
     }
 
@@ -260,6 +235,53 @@ impl OpenLoop {
             }
         }
         Characteristic { range, terms, away }
+    }
+}
+
+/// A plant whose coordinates are scaled, so that its numbers are alike.
+struct Balance {
+    scales: Vec<f64>,
+    live: bool,
+}
+
+impl Balance {
+    /// Returns the factor of a cell that leads back.
+    fn back(&self, row: usize, column: usize) -> f64 {
+        self.scales[row] / self.scales[column]
+    }
+
+    /// Returns a plant in scaled coordinates.
+    fn matrix(&self, matrix: &[Vec<Interval>]) -> Vec<Vec<Interval>> {
+        let cell = |row: usize, column: usize| matrix[row][column].scaled(1.0 / self.back(row, column));
+        let size = matrix.len();
+        (0..size).map(|row| (0..size).map(|column| cell(row, column)).collect()).collect()
+    }
+
+    /// Returns the share of the position's column that one unit of stiffness takes away.
+    fn springs(&self, matrix: &[Vec<Interval>]) -> Vec<Interval> {
+        let (position, effort) = (matrix.len() - 2, matrix.len() - 1);
+        matrix.iter().map(|row| row[effort].scaled(self.scales[position] / self.scales[effort])).collect()
+    }
+
+    /// Returns a plant with its live spring.
+    fn at(&self, matrix: &[Vec<Interval>], stiffness: Interval) -> Vec<Vec<Interval>> {
+        let (mut a, position) = (matrix.to_vec(), matrix.len() - 2);
+        if self.live {
+            for (row, by) in a.iter_mut().zip(self.springs(matrix)) {
+                row[position] = row[position].minus(by.times(stiffness));
+            }
+        }
+        a
+    }
+
+    /// Returns its derivative with respect to the spring's stiffness.
+    fn slope(&self, matrix: &[Vec<Interval>]) -> Vec<Vec<Interval>> {
+        let size = matrix.len();
+        let mut slope = vec![vec![Interval::ZERO; size]; size];
+        for (row, by) in slope.iter_mut().zip(self.springs(matrix)) {
+            row[size - 2] = Interval::ZERO.minus(by);
+        }
+        slope
     }
 }
 

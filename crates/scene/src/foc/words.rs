@@ -148,8 +148,32 @@ impl FocScene {
             let table = self.table(table, &config, (unit_nm, count_rad))?;
             (config.table_bits, config.shift, config.torques) = (table.table_bits, table.shift, table.torques);
         }
-        let half = 1i64 << (method.position_bits - 1);
         let zero = (method.zero_rad / count_rad).round() as i64 - self.origin();
+        let (reference, reach) = self.reach(zero, i128::from(foc.counts))?;
+        let floats = self.floats(&config, [stiffness_unit, damping_unit, unit_nm], [proportional, integral], zero);
+        FocKnobLoop::new(config).map_err(|error| self.error("method.kind", error.to_string()))?;
+        Ok(FocWords {
+            config,
+            reference,
+            gains,
+            period: period as i64,
+            zero: width.wrap(zero.into()),
+            current_gains,
+            count_rad,
+            unit: [unit_a, unit_nm],
+            realised,
+            stiffness_miss,
+            reach,
+            floats,
+        })
+    }
+
+    /// Returns the wall's word, and the counts in which the loop reads the place where the device is: `zero` is the count
+    /// of the field's angle 0, `turn` the number of counts of a turn.
+    fn reach(&self, zero: i64, turn: i128) -> Result<(i64, [i64; 2]), SceneError> {
+        let (method, count_rad) = (&self.method, self.count_rad());
+        let width = Format::unsigned(method.position_bits);
+        let half = 1i64 << (method.position_bits - 1);
         let mut reach = [i64::MIN, i64::MAX];
         let mut reference = 0;
         if let Some(wall) = &self.wall {
@@ -168,10 +192,16 @@ impl FocScene {
             reach = [from.saturating_sub(half), from.saturating_add(half - 1)];
         }
         // A counter that wraps at whole turns knows the field's angle for ever.
-        let turn = i128::from(foc.counts);
         if (1i128 << method.position_bits) % turn != 0 {
             reach = [reach[0].max(zero.saturating_sub(half)), reach[1].min(zero.saturating_add(half - 1))];
         }
+        Ok((reference, reach))
+    }
+
+    /// Returns the law of real numbers of a loop in words, in its units. `units` are those of stiffness, damping and
+    /// torque.
+    fn floats(&self, config: &KnobConfig, units: [f64; 3], [proportional, integral]: [f64; 2], zero: i64) -> FocFloats {
+        let (method, foc, [stiffness_unit, damping_unit, unit_nm]) = (&self.method, &config.foc, units);
         let mut floats = FocFloats {
             unit: f64::from(1u32 << foc.frac),
             stiffness: self.wall.map_or(0.0, |wall| wall.stiffness_nm_per_rad / stiffness_unit),
@@ -184,7 +214,7 @@ impl FocScene {
             integral,
             limit: foc.limit.into(),
             supply: libm::exp2(f64::from(foc.voltage_width - 1)),
-            zero: width.wrap(zero.into()),
+            zero: Format::unsigned(method.position_bits).wrap(zero.into()),
             turns_per_count: f64::from(foc.pole_pairs) / f64::from(foc.counts),
             steps: foc.steps.into(),
         };
@@ -192,21 +222,7 @@ impl FocScene {
             (floats.length, floats.spacing) = (table.length, table.spacing);
             floats.torques = table.torques_nm.map(|torque_nm| -torque_nm / unit_nm);
         }
-        FocKnobLoop::new(config).map_err(|error| self.error("method.kind", error.to_string()))?;
-        Ok(FocWords {
-            config,
-            reference,
-            gains,
-            period: period as i64,
-            zero: width.wrap(zero.into()),
-            current_gains,
-            count_rad,
-            unit: [unit_a, unit_nm],
-            realised,
-            stiffness_miss,
-            reach,
-            floats,
-        })
+        floats
     }
 
     /// Returns the words of the current loops.
