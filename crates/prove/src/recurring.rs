@@ -267,8 +267,8 @@ fn margin(map: &Map, points: &[Vec<f64>], period: &[Noted]) -> (f64, Vec<f64>) {
     (margin, outputs)
 }
 
-/// Returns the number of samples of the shortest period. Under words of a shorter period a plant that decays has a cycle
-/// of that period.
+/// Returns the number of samples of the shortest period. Under words of a shorter period a plant that decays has a
+/// cycle of that period.
 fn shortest(period: &[Noted], is_exact: bool) -> usize {
     let is_shorter = |samples: &usize| {
         let same = |at: usize| {

@@ -168,8 +168,8 @@ impl FocScene {
         })
     }
 
-    /// Returns the wall's word, and the counts in which the loop reads the place where the device is: `zero` is the count
-    /// of the field's angle 0, `turn` the number of counts of a turn.
+    /// Returns the wall's word, and the counts in which the loop reads the place where the device is. `zero` is the
+    /// count of the field's angle 0, `turn` the number of counts of a turn.
     fn reach(&self, zero: i64, turn: i128) -> Result<(i64, [i64; 2]), SceneError> {
         let (method, count_rad) = (&self.method, self.count_rad());
         let width = Format::unsigned(method.position_bits);
