@@ -205,6 +205,42 @@ fn steady(page: &mut Page, set: &Result<SteadySet, hpu_study::Error>) {
         }
         Ok(set) => set,
     };
+    steady_data(page, set);
+    match set.proved.last() {
+        None if set.over.is_empty() => page.line(LABEL, "no word of the stiffness"),
+        None => page.line(LABEL, "no word of the stiffness everywhere in the box"),
+        Some(last) => {
+            let (from, to, unit) = (figure(set.from), figure(last.stiffness), set.unit);
+            let over = if set.over.is_empty() { "" } else { " everywhere in the box" };
+            page.line(LABEL, format!("every word from {from} to {to} {unit} settles{over}, for ever"));
+            let [rms, range] = [last.bound.rms_counts, last.bound.half_range_counts].map(figure);
+            page.line("", format!("the stiffest with at most {rms} counts rms, within {range} counts of its rest"))
+        }
+    };
+    if let Some((stiffness, why)) = &set.beyond {
+        let everywhere = if set.over.is_empty() { "" } else { " everywhere" };
+        page.line("", format!("not proved{everywhere} at {} {}: {why}", figure(*stiffness), set.unit));
+    }
+    if let Some((first, last)) = set.bounded.first().zip(set.bounded.last()) {
+        let [from, to, range] = [first.stiffness, last.stiffness, last.bound.half_range_counts].map(figure);
+        let said = format!("every word from {from} to {to} {}, within {range} counts of its rest", set.unit);
+        page.line("bounded for ever", said);
+    }
+    if !set.parts.is_empty() {
+        steady_parts(page, set);
+    }
+    if set.ended {
+        page.line("", "the search ended there: a proof takes so many words at most");
+    }
+    let said = "from every start that stays in contact and below a full command, under a hand at rest";
+    page.line("", said);
+    if !set.over.is_empty() {
+        page.line("", "each device and hand of the box keeps its numbers, and has the words of the scene as written");
+    }
+}
+
+/// Adds the words, and the parts of the first one that is not proved, for the JSON.
+fn steady_data(page: &mut Page, set: &SteadySet) {
     let word = |Steady { stiffness, bound, parts }: &Steady| {
         json!({
             "word": parts.first().map(|part| part.witness.word),
@@ -239,54 +275,25 @@ fn steady(page: &mut Page, set: &Result<SteadySet, hpu_study::Error>) {
             "parts": set.parts.iter().map(part).collect::<Vec<_>>(),
         }),
     );
-    match set.proved.last() {
-        None if set.over.is_empty() => page.line(LABEL, "no word of the stiffness"),
-        None => page.line(LABEL, "no word of the stiffness everywhere in the box"),
-        Some(last) => {
-            let (from, to, unit) = (figure(set.from), figure(last.stiffness), set.unit);
-            let over = if set.over.is_empty() { "" } else { " everywhere in the box" };
-            page.line(LABEL, format!("every word from {from} to {to} {unit} settles{over}, for ever"));
-            let [rms, range] = [last.bound.rms_counts, last.bound.half_range_counts].map(figure);
-            page.line("", format!("the stiffest with at most {rms} counts rms, within {range} counts of its rest"))
-        }
-    };
-    if let Some((stiffness, why)) = &set.beyond {
-        let everywhere = if set.over.is_empty() { "" } else { " everywhere" };
-        page.line("", format!("not proved{everywhere} at {} {}: {why}", figure(*stiffness), set.unit));
-    }
-    if let Some((first, last)) = set.bounded.first().zip(set.bounded.last()) {
-        let [from, to, range] = [first.stiffness, last.stiffness, last.bound.half_range_counts].map(figure);
-        let said = format!("every word from {from} to {to} {}, within {range} counts of its rest", set.unit);
-        page.line("bounded for ever", said);
-    }
-    if !set.parts.is_empty() {
-        let count = |is: fn(&Outcome) -> bool| set.parts.iter().filter(|part| is(&part.is)).count();
-        let (proved, refuted) = (count(|is| *is == Outcome::Proved), count(|is| matches!(is, Outcome::Refuted(_))));
-        let left = set.parts.len() - proved - refuted;
-        let all = format!("of {} parts of the box", set.parts.len());
-        page.line(
-            "",
-            format!("there, {all}, {proved} are proved, {refuted} are refuted by a run, {left} are not told"),
-        );
-        let refuted = set.parts.iter().find_map(|part| match part.is {
-            Outcome::Refuted(rms_counts) => Some((&part.ends, rms_counts)),
-            _ => None,
-        });
-        if let Some((ends, rms_counts)) = refuted {
-            let middle = set.over.iter().zip(ends);
-            let middle: Vec<String> =
-                middle.map(|(over, [low, high])| format!("{} = {}", over.key, figure(0.5 * (low + high)))).collect();
-            let said = format!("{} counts rms, for ever: with {} (SI)", figure(rms_counts), middle.join(", "));
-            page.line("", format!("a run swings by {said}"));
-        }
-    }
-    if set.ended {
-        page.line("", "the search ended there: a proof takes so many words at most");
-    }
-    let said = "from every start that stays in contact and below a full command, under a hand at rest";
-    page.line("", said);
-    if !set.over.is_empty() {
-        page.line("", "each device and hand of the box keeps its numbers, and has the words of the scene as written");
+}
+
+/// Adds how many parts of the box are proved at the first word that is not, and a run that refutes one.
+fn steady_parts(page: &mut Page, set: &SteadySet) {
+    let count = |is: fn(&Outcome) -> bool| set.parts.iter().filter(|part| is(&part.is)).count();
+    let (proved, refuted) = (count(|is| *is == Outcome::Proved), count(|is| matches!(is, Outcome::Refuted(_))));
+    let left = set.parts.len() - proved - refuted;
+    let all = format!("of {} parts of the box", set.parts.len());
+    page.line("", format!("there, {all}, {proved} are proved, {refuted} are refuted by a run, {left} are not told"));
+    let refuted = set.parts.iter().find_map(|part| match part.is {
+        Outcome::Refuted(rms_counts) => Some((&part.ends, rms_counts)),
+        _ => None,
+    });
+    if let Some((ends, rms_counts)) = refuted {
+        let middle = set.over.iter().zip(ends);
+        let middle: Vec<String> =
+            middle.map(|(over, [low, high])| format!("{} = {}", over.key, figure(0.5 * (low + high)))).collect();
+        let said = format!("{} counts rms, for ever: with {} (SI)", figure(rms_counts), middle.join(", "));
+        page.line("", format!("a run swings by {said}"));
     }
 }
 

@@ -518,30 +518,22 @@ impl Sampled {
         let stall = accelerates(k * scene.bridge.supply_v / ohm);
         let rates = vec![vec![-decay, -induced, 0.0], vec![gain, -drag, -grip], vec![0.0, 1.0, 0.0]];
 
-        let rounds = scene.method.damping_format.lsb();
+        let [lsb, rounds] = [scene.method.stiffness_format, scene.method.damping_format].map(|format| format.lsb());
         let damping = words.damping as f64 * rounds;
         let floor = if damping > 0.0 { 0.5 * (1.0 - rounds) } else { 0.0 };
-        let lsb = scene.method.stiffness_format.lsb();
         let half = 0.5 + 0.5 * (1.0 - lsb).max(0.0) / slope;
         let clock = stall / period;
-        let at_rest = match &scene.hand {
-            Hand::SpringDamper { path, .. } => {
-                let depth = path.last().map_or(0.0, |end| end.angle_rad) / count - scene.wall_count() as f64;
-                (slope * (depth - half) - floor) / (1.0 + slope * clock / grip)
-            }
+        let at_rest = || match &scene.hand {
             Hand::ConstantTorque { torque_nm } => accelerates(*torque_nm) / clock,
-            _ => unreachable!("the checker refuses others"),
+            _ => (slope * (hand_depth(scene) - half) - floor) / (1.0 + slope * clock / grip),
         };
-        let act = act.unwrap_or(at_rest);
+        let act = act.unwrap_or_else(at_rest);
         let latency = 4.0 + f64::from(scene.method.settling);
         if !(act > 0.0 && act < period - latency) {
             return Err("the pulse at rest ends outside of its period");
         }
         // The ripple moves the reading: the checker's bound of that, roughly.
-        let duty = act / period;
-        let high = (1.0 - libm::exp(-decay * duty)) / (1.0 - libm::exp(-decay));
-        let share = (high - duty).max(duty - high * libm::exp(-decay * (1.0 - duty)));
-        let swing = 1.01 * stall * share / (1.0 - coupling / decay - drag - grip);
+        let swing = 1.01 * stall * ripple(decay, act / period) / (1.0 - coupling / decay - drag - grip);
         let away = if grip > 0.0 { slope * swing / (1.0 + slope * clock / grip) + 1e-6 } else { 1e-6 };
 
         let flow = exponential(&rates);
@@ -550,38 +542,15 @@ impl Sampled {
         let pushed = after(period - latency - act);
         let further = |x: &[f64; 3]| times(&rates, x).map(|part| -part / period);
         let [later, turned] = [further(&pushed), further(&further(&pushed))];
-        let (mut bend, mut third) = ([0.0f64; 3], [0.0f64; 3]);
-        for part in 0..=64 {
-            let twice = further(&further(&after(f64::from(part) / 64.0 * period)));
-            let thrice = further(&twice);
-            for state in 0..3 {
-                bend[state] = bend[state].max(1.05 * twice[state].abs());
-                third[state] = third[state].max(1.05 * thrice[state].abs());
-            }
-        }
+        let [bend, third] = bends(|share| after(share * period), further);
         let answer = pushed.map(|part| slope * part);
         let mut closed = flow.clone();
-        for (row, part) in closed.iter_mut().zip(answer) {
-            row[2] -= part;
-        }
+        closed.iter_mut().zip(answer).for_each(|(row, part)| row[2] -= part);
         let radius = SampledLoop::of(closed.clone()).spectral_radius();
         if radius.is_nan() || radius > 1.0 - 1e-4 {
             return Err("the linear loop does not settle, or hardly");
         }
-        let unit = |at: usize| std::array::from_fn(|state| f64::from(u8::from(state == at)));
-        let mut sums = [[0.0; 4]; 6];
-        for (sums, mut at) in sums.iter_mut().zip([answer, later, turned, unit(0), unit(1), unit(2)]) {
-            let periods = (25.0 / (1.0 - radius)).ceil() as usize;
-            let mut before = 0.0;
-            for _ in 0..periods {
-                let step = at[2] - before;
-                for (sum, part) in sums.iter_mut().zip(at.into_iter().chain([step])) {
-                    *sum += part.abs();
-                }
-                before = at[2];
-                at = times(&closed, &at);
-            }
-        }
+        let sums = sums(&closed, [answer, later, turned], radius);
         let counts = 2f64.powi(scene.method.position_bits.cast_signed() - 1) - 1.0;
         let most = (period - latency).min(slope * counts);
         let reach = act.max(most - act) + 2.0 * away;
@@ -823,6 +792,54 @@ impl Sampled {
         let least = level(best.0, 1);
         least.is_finite().then(|| (least, best.0.map(libm::exp)))
     }
+}
+
+/// Returns the depth behind the wall's surface, in counts, at which a hand with a spring comes to rest by itself.
+fn hand_depth(scene: &Scene) -> f64 {
+    let Hand::SpringDamper { path, .. } = &scene.hand else { unreachable!("the checker refuses others") };
+    path.last().map_or(0.0, |end| end.angle_rad) / scene.encoder.count_rad() - scene.wall_count() as f64
+}
+
+/// Returns the greatest distance of a winding's current from its mean, as a share of the stalled one, over a period with
+/// this duty.
+fn ripple(decay: f64, duty: f64) -> f64 {
+    let high = (1.0 - libm::exp(-decay * duty)) / (1.0 - libm::exp(-decay));
+    (high - duty).max(duty - high * libm::exp(-decay * (1.0 - duty)))
+}
+
+/// Returns bounds of the second and third derivatives of a pulse's answer by its end, roughly: `after` is the answer to a
+/// pulse that ended a share of the period ago, and `further` its derivative.
+fn bends(after: impl Fn(f64) -> [f64; 3], further: impl Fn(&[f64; 3]) -> [f64; 3]) -> [[f64; 3]; 2] {
+    let (mut bend, mut third) = ([0.0f64; 3], [0.0f64; 3]);
+    for part in 0..=64 {
+        let twice = further(&further(&after(f64::from(part) / 64.0)));
+        let thrice = further(&twice);
+        for state in 0..3 {
+            bend[state] = bend[state].max(1.05 * twice[state].abs());
+            third[state] = third[state].max(1.05 * thrice[state].abs());
+        }
+    }
+    [bend, third]
+}
+
+/// Returns the sums of sizes of the responses of a closed loop to these starts, and to each state: of each state, and of
+/// the steps of the last one.
+fn sums(closed: &Matrix, starts: [[f64; 3]; 3], radius: f64) -> [[f64; 4]; 6] {
+    let unit = |at: usize| std::array::from_fn(|state| f64::from(u8::from(state == at)));
+    let mut sums = [[0.0; 4]; 6];
+    for (sums, mut at) in sums.iter_mut().zip(starts.into_iter().chain([0, 1, 2].map(unit))) {
+        let periods = (25.0 / (1.0 - radius)).ceil() as usize;
+        let mut before = 0.0;
+        for _ in 0..periods {
+            let step = at[2] - before;
+            for (sum, part) in sums.iter_mut().zip(at.into_iter().chain([step])) {
+                *sum += part.abs();
+            }
+            before = at[2];
+            at = times(closed, &at);
+        }
+    }
+    sums
 }
 
 /// Places of an upper triangle of 4 rows.

@@ -75,7 +75,7 @@ impl Simulators {
         design: (&Path, &[PlainName], &str),
         (generics, inside): (bool, bool),
     ) -> Result<Translated, Error> {
-        let (dut, (folder, _, top)) = (model.dut, design);
+        let (dut, folder) = (model.dut, design.0);
         let read_with = |timing: &[&str]| self.read_by_verilator(dut, design, (generics, inside), timing);
         // A file of Verilog may have names that are keywords of SystemVerilog.
         let mut timing = WITHOUT_DELAYS.to_vec();
@@ -117,28 +117,7 @@ impl Simulators {
             read_with(&timing)?;
             declared = None;
         }
-        let header = read(&folder.join("obj/Vdut.h"))?;
-        let mut found = fields(&header)?;
-        if inside {
-            let inner = inner(&read(&folder.join(ROOT))?, top, &found);
-            // Signals that synthesis has added are not shown.
-            let is_shown = |field: &Field| (generics || !is_made_up(&field.name)) && !carries_clock(dut, &field.name);
-            found.extend(inner.into_iter().filter(is_shown));
-        }
-        if !generics {
-            found.iter_mut().for_each(|field| field.name = in_vhdl(&field.name));
-        }
-        // Of an entity that stands around the design, nothing but the design is shown.
-        found.retain_mut(|field| {
-            let inside = if field.is_inside { model.names.inside(&field.name) } else { Some(field.name.clone()) };
-            inside.map(|name| field.name = name).is_some()
-        });
-        // An output that nobody asks for is left open.
-        found.retain(|field| field.width <= MOST_BITS || field.is_input || is_connected(dut, &field.name));
-        if let Some(field) = found.iter().find(|field| field.width > MOST_BITS) {
-            let why = format!("port `{}` has {} bits; hpu takes ports of at most {MOST_BITS}", field.name, field.width);
-            return Err(Error::port(&field.name, why));
-        }
+        let mut found = shown(model, design, (generics, inside))?;
         let declared = declared.map_or_else(|| declares(&timing), Ok)?;
         if generics {
             number(&mut found, &read(&folder.join(XML))?);
@@ -178,6 +157,38 @@ impl Simulators {
         }
         Ok(declared::of_xml(&xml))
     }
+}
+
+/// Returns the ports of a model that Verilator has made, and the signals inside that are shown.
+fn shown(
+    model: &Model,
+    (folder, _, top): (&Path, &[PlainName], &str),
+    (generics, inside): (bool, bool),
+) -> Result<Vec<Field>, Error> {
+    let dut = model.dut;
+    let header = read(&folder.join("obj/Vdut.h"))?;
+    let mut found = fields(&header)?;
+    if inside {
+        let inner = inner(&read(&folder.join(ROOT))?, top, &found);
+        // Signals that synthesis has added are not shown.
+        let is_shown = |field: &Field| (generics || !is_made_up(&field.name)) && !carries_clock(dut, &field.name);
+        found.extend(inner.into_iter().filter(is_shown));
+    }
+    if !generics {
+        found.iter_mut().for_each(|field| field.name = in_vhdl(&field.name));
+    }
+    // Of an entity that stands around the design, nothing but the design is shown.
+    found.retain_mut(|field| {
+        let inside = if field.is_inside { model.names.inside(&field.name) } else { Some(field.name.clone()) };
+        inside.map(|name| field.name = name).is_some()
+    });
+    // An output that nobody asks for is left open.
+    found.retain(|field| field.width <= MOST_BITS || field.is_input || is_connected(dut, &field.name));
+    if let Some(field) = found.iter().find(|field| field.width > MOST_BITS) {
+        let why = format!("port `{}` has {} bits; hpu takes ports of at most {MOST_BITS}", field.name, field.width);
+        return Err(Error::port(&field.name, why));
+    }
+    Ok(found)
 }
 
 /// A design as C++.
