@@ -12,9 +12,7 @@ use crate::world::actuator::{Actuator, Latch, Shaping};
 use crate::world::encoder::Pins;
 use crate::world::faults::FaultPlan;
 use crate::world::stepped::Stepping;
-use hpu_scene::{
-    self, BridgeModel, COMMAND_BITS, Compound, Datapath, Friction, PathPoint, Scene, Sensor, SensorKind, Winding,
-};
+use hpu_scene::{self, BridgeModel, COMMAND_BITS, Compound, Datapath, Friction, PathPoint, Scene, Sensor, Winding};
 
 /// The reason why a scene has no plant of this kind.
 #[derive(Clone, PartialEq, Debug)]
@@ -362,10 +360,7 @@ fn network(
         AnyLaws::Large(NetworkLaws::new(reduced, edge_s, horizon))
     };
     let (knots, sensors) = (knots(&compound.path, clock), compound.sensors.clone());
-    let followed = compound.followed.and_then(|index| match &sensors[index].kind {
-        SensorKind::Sampled(sampled) => Some((index, sampled.bits)),
-        _ => None,
-    });
+    let followed = compound.followed.zip(compound.word().map(|(word, _)| word.bits));
     Ok(Kind::Network { laws, angle_rad, grip_ratio: compound.grip_ratio, knots, sensors, followed, seed })
 }
 

@@ -72,6 +72,17 @@ impl Compound {
         }
     }
 
+    /// Returns the sensor whose words are the position, and the corner of its lag in rad/s, if it has one; `None` if
+    /// lines are counted.
+    pub fn word(&self) -> Option<(&Sampled, Option<f64>)> {
+        match &self.sensors[self.followed?].kind {
+            SensorKind::Sampled(word @ Sampled { reading: Reading::Position(index), .. }) => {
+                Some((word, self.network.sensed[*index].lag_rad_per_s))
+            }
+            _ => None,
+        }
+    }
+
     /// Returns the name of the sensor whose words are the position; `None` if lines are counted.
     pub fn position(&self) -> Option<&str> {
         self.followed.map(|index| self.sensors[index].name.as_str())

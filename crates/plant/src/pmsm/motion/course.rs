@@ -6,7 +6,14 @@ use crate::flow::polynomial::{ORDER, Polynomial, Reach};
 use crate::pmsm::series::{SPEED, Series};
 
 /// `i_q` and the speed along a segment.
-pub(super) struct Course<'m, 'a>(pub(super) &'m PmsmDevice<'a>);
+struct Course<'m, 'a>(&'m PmsmDevice<'a>);
+
+impl PmsmDevice<'_> {
+    /// Returns what a gauge is told of the present segment.
+    pub(super) fn course(&self) -> impl Stretch<2> {
+        Course(self)
+    }
+}
 
 impl Course<'_, '_> {
     fn times(&self, from: Option<u64>, to: Option<u64>) -> [f64; 2] {

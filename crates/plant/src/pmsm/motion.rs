@@ -28,8 +28,6 @@ use crate::flow::matrix::State;
 use crate::flow::polynomial::{Bounds, Lanes, ORDER, Polynomial, Reach, keeps, value};
 use crate::network::Touch;
 
-use course::Course;
-
 /// The longest duration of a segment, unless all is at rest.
 const LONGEST_S: f64 = 1.0;
 /// The shortest duration of a segment that ends because its series do.
@@ -349,7 +347,7 @@ impl<'a> PmsmDevice<'a> {
         self.gauge.as_ref()?;
         self.on(edge, |then, t| {
             let gauge = then.gauge.as_deref()?;
-            let passed = (t > 0.0).then(|| gauge.after(then.anchor, edge, Some(edge), &Course(then)));
+            let passed = (t > 0.0).then(|| gauge.after(then.anchor, edge, Some(edge), &then.course()));
             let now = passed.as_ref().unwrap_or(gauge);
             Some(now.row(edge, then.laws.edge_s, &[x[0], x[1]]))
         })
@@ -361,7 +359,8 @@ impl<'a> PmsmDevice<'a> {
         if let Some(gauge) = &self.gauge
             && to.is_none_or(|edge| self.time_s(edge) > 0.0)
         {
-            self.gauge = Some(Box::new(gauge.after(self.anchor, now, to, &Course(self))));
+            let passed = gauge.after(self.anchor, now, to, &self.course());
+            self.gauge = Some(Box::new(passed));
         }
     }
 
