@@ -165,7 +165,13 @@ pub fn waits(scene: &Scene) -> Vec<Wait> {
         _ => 0.0,
     };
     let dead_s = if let Drive::Pulses { .. } = drive { scene.method.pwm.dead_time_s } else { 0.0 };
+    let word = scene.network.as_deref().and_then(|network| network.word());
+    // A word is on average half a period old when the next one replaces it.
+    let word_clocks = word.map_or(0.0, |(word, _)| word.latency as f64 + 0.5 * (word.period - 1) as f64);
+    let lag_s = word.and_then(|(_, corner)| corner).map_or(0.0, |rad_per_s| 1.0 / rad_per_s);
     let all = [
+        ("the sensor's lag", lag_s),
+        ("the sensor's words, on average", seconds(word_clocks)),
         ("the linear law's delay", if drive == Drive::Linear { scene.model.delay_s } else { 0.0 }),
         ("synchronizer, decoder and counter", seconds(drive.lines(scene) as f64)),
         ("the held position", seconds(f64::from(u8::from(held)))),

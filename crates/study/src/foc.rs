@@ -13,23 +13,28 @@ const AVERAGED: (&str, &str) = ("model.bridge", "averaged");
 const FLOATS: (&str, &str) = ("model.datapath", "float64");
 const IDEAL: (&str, &str) = ("model.currents", "ideal");
 const FRICTIONLESS: (&str, &str) = ("model.friction", "none");
+const RIGID: (&str, &str) = ("model.joints", "rigid");
 
-/// Returns whether a scene's model has the switching of the bridge, current loops that can be left out, and friction.
-fn parts(scene: &FocScene) -> [bool; 3] {
-    let has_loops = !scene.model.ideal && scene.method.position.is_none() && scene.method.enable_after_s == 0.0;
-    let rubs = scene.model.friction != Friction::None && scene.pmsm.coulomb_nm > 0.0;
-    [scene.model.bridge == BridgeModel::Switching, has_loops, rubs]
+/// Returns whether a scene's model has the switching of the bridge, current loops that can be left out, friction, and
+/// joints that bend.
+fn parts(scene: &FocScene) -> [bool; 4] {
+    let has_loops = !scene.model.ideal && scene.method.enable_after_s == 0.0;
+    let network = &scene.pmsm.around.network;
+    let rubs = scene.model.friction != Friction::None && network.bodies.iter().any(|body| body.stiction > 0.0);
+    let bends = scene.pmsm.around.bends().is_some();
+    [scene.model.bridge == BridgeModel::Switching, has_loops, rubs, bends]
 }
 
 impl accuracy::Device for FocScene {
     fn contestants(&self) -> Vec<Contestant> {
-        let [switches, has_loops, rubs] = parts(self);
+        let [switches, has_loops, rubs, bends] = parts(self);
         let all = [
             (switches, Contestant::new("averaged", &[AVERAGED])),
             (has_loops, Contestant::new("ideal currents", &[AVERAGED, IDEAL])),
             (!self.model.in_floats, Contestant::new("floats", &[FLOATS])),
             (switches && !self.model.in_floats, Contestant::new("averaged floats", &[AVERAGED, FLOATS])),
             (rubs, Contestant::new("frictionless", &[FRICTIONLESS])),
+            (bends, Contestant::new("rigid", &[RIGID])),
         ];
         all.into_iter().filter(|(has, _)| *has).map(|(_, contestant)| contestant).collect()
     }
@@ -49,7 +54,7 @@ impl fit::Device for FocScene {
 
     fn simplifications(&self) -> Simplifications {
         let mut list = Simplifications::default();
-        let [switches, has_loops, rubs] = parts(self);
+        let [switches, has_loops, rubs, bends] = parts(self);
         let averaged = switches.then(|| list.add("the bridge's switching", 6, &[AVERAGED], &[]));
         if has_loops {
             list.add("the current loops", 8, &[IDEAL], &[averaged]);
@@ -59,6 +64,9 @@ impl fit::Device for FocScene {
         }
         if rubs {
             list.add("Coulomb friction", 4, &[FRICTIONLESS], &[]);
+        }
+        if bends {
+            list.add("the joints' compliance", 2, &[RIGID], &[]);
         }
         list
     }

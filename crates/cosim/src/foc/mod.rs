@@ -15,7 +15,7 @@ use crate::world::actuator::Actuator;
 use crate::world::axis_world::AxisWorld;
 use crate::world::faults::FaultPlan;
 use crate::world::plant::{Around, Plant};
-use hpu_scene::{BridgeModel, FocScene, FocWords, Mass, Push, Setup, Winding};
+use hpu_scene::{BridgeModel, FocScene, FocWords, Mass, Push, Sensor, Setup, Winding};
 
 use floats::FloatLogic;
 
@@ -66,7 +66,7 @@ impl<'s> FocSimulation<'s> {
         };
         let closed_by = (closed.wiring().name(), closed.wiring().nets());
         let outline = Outline::of_axis(scene, device, wall, closed_by, commands, true);
-        let outline = outline.with_hand(scene.hand_path()).with_sensors(&scene.pmsm.sensors);
+        let outline = outline.with_hand(scene.hand_path()).with_sensors(&sensors(scene));
         let waves = Waves { groups: &[], curves: &CURVES };
         let contact = outline.contact.filter(|_| has_wall);
         let columns = outline.columns.iter().filter(|column| !(scene.model.ideal && CURRENTS.contains(column)));
@@ -120,6 +120,12 @@ fn modulator(words: &FocWords) -> Result<ThreePhasePwm, SimulationError> {
 const CURVES: [&str; 11] =
     ["torque", "target", "d", "q", "v_d", "v_q", "v_alpha", "v_beta", "duty_a", "duty_b", "duty_c"];
 
+/// Returns the sensors that the scene's model has.
+fn sensors(scene: &FocScene) -> Vec<Sensor> {
+    let all = scene.pmsm.sensors.iter();
+    all.filter(|sensor| !(scene.model.ideal && sensor.reads_a_current())).cloned().collect()
+}
+
 /// Returns what the wall gives at rest, at the least.
 fn push(scene: &FocScene, words: &FocWords) -> Push {
     let top = words.unit[1] * ((1u64 << words.config.torque_width()) - 1) as f64;
@@ -137,7 +143,9 @@ fn plant(scene: &FocScene, words: &FocWords) -> Result<Plant, SimulationError> {
     let has_reach = words.reach != [i64::MIN, i64::MAX];
     let foc = &words.config.foc;
     let motor = &*scene.pmsm;
-    // Without currents the rotor is a mass on a rail, whose amplifier gives the wanted torque.
+    // Without currents a network's drive gives the wanted torque. A rotor alone is a mass on a rail, which is quicker.
+    let (ideal, is_alone) = (scene.model.ideal, motor.is_alone());
+    let network = (ideal && !is_alone).then(|| motor.without_currents());
     let rotor = hpu_scene::Device::Mass(Mass {
         mass_kg: motor.inertia_kg_m2,
         damping_n_s_per_m: motor.viscous_nm_s_per_rad,
@@ -151,9 +159,9 @@ fn plant(scene: &FocScene, words: &FocWords) -> Result<Plant, SimulationError> {
         (false, BridgeModel::Switching) => Actuator::ThreeLegs,
     };
     let around = Around {
-        device: if scene.model.ideal { &rotor } else { &scene.device },
-        network: None,
-        pmsm: (!scene.model.ideal).then_some(motor),
+        device: if ideal { &rotor } else { &scene.device },
+        network: network.as_ref(),
+        pmsm: (!ideal).then_some(motor),
         bridge: scene.bridge,
         hand: &scene.hand,
         friction: scene.model.friction,
@@ -195,10 +203,15 @@ impl Wired for FocSimulation<'_> {
 
     fn visit<'v, V: LoopVisitor<'v>>(&'v self, visitor: V) -> V::Out {
         let method = &self.scene.method;
-        let read = [Some(method.currents[0]), Some(method.currents[1]), method.position];
-        let command = if self.scene.model.ideal { "torque" } else { "duty_a" };
+        let (read, command, enabled_from) = if self.scene.model.ideal {
+            // The current controllers stay off.
+            let before = |index: usize| self.scene.pmsm.sensors[..index].iter().filter(|it| !it.reads_a_current());
+            ([None, None, method.position.map(|index| before(index).count())], "torque", u64::MAX)
+        } else {
+            let read = [Some(method.currents[0]), Some(method.currents[1]), method.position];
+            (read, "duty_a", self.scene.clock.edges(method.enable_after_s))
+        };
         let command = self.outline.net(command).unwrap_or(0);
-        let enabled_from = self.scene.clock.edges(method.enable_after_s);
         let world = AxisWorld::of_three_phases(&self.plant, command, read, enabled_from);
         let counter = if method.position.is_some() { "position" } else { "counted" };
         let world = world.counted_by(self.outline.net(counter));

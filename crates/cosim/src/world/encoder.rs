@@ -30,6 +30,37 @@ impl Pins {
     }
 }
 
+/// Two lines that follow the words of an absolute sensor, a count each clock cycle.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) struct Follower {
+    /// Bits of a word.
+    bits: u32,
+    /// The count that the lines show, and the count of the latest word.
+    pub(crate) shown: i64,
+    wanted: i64,
+    /// The edge at which the lines change next.
+    pub(crate) next: u64,
+}
+
+impl Follower {
+    /// Creates lines that show a count, with the sensor's word there.
+    pub(crate) fn new(bits: u32, count: i64) -> (Self, i64) {
+        (Self { bits, shown: count, wanted: count, next: u64::MAX }, count & ((1 << bits) - 1))
+    }
+
+    /// Takes the present word, whose count is the one next to that of the word before, and moves the lines at an edge.
+    pub(crate) fn follow(&mut self, edge: u64, word: i64) {
+        let unused = i64::BITS - self.bits;
+        self.wanted += (word - self.wanted) << unused >> unused;
+        if self.wanted == self.shown {
+            self.next = u64::MAX;
+        } else if self.next == u64::MAX || self.next <= edge {
+            self.shown += (self.wanted - self.shown).signum();
+            self.next = if self.wanted == self.shown { u64::MAX } else { edge + 1 };
+        }
+    }
+}
+
 /// The state of an encoder on a shaft.
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) struct Encoder {

@@ -50,6 +50,8 @@ pub(crate) enum Kind {
         grip_ratio: f64,
         knots: Vec<Knot>,
         sensors: Vec<Sensor>,
+        /// The index of the sensor whose words the encoder's lines follow, and the bits of these words.
+        followed: Option<(usize, u32)>,
         seed: u64,
     },
     /// `effort_per_a` is the torque for one ampere across the magnets' axis. The laws have tables, which other worlds
@@ -358,7 +360,8 @@ fn network(
         AnyLaws::Large(NetworkLaws::new(reduced, edge_s, horizon))
     };
     let (knots, sensors) = (knots(&compound.path, clock), compound.sensors.clone());
-    Ok(Kind::Network { laws, angle_rad, grip_ratio: compound.grip_ratio, knots, sensors, seed })
+    let followed = compound.followed.zip(compound.word().map(|(word, _)| word.bits));
+    Ok(Kind::Network { laws, angle_rad, grip_ratio: compound.grip_ratio, knots, sensors, followed, seed })
 }
 
 /// Returns the path as knots on clock edges: one at its start, and one wherever its speed changes.

@@ -30,6 +30,8 @@ pub(crate) struct Sensors<'p> {
     told: i64,
     /// The sampler whose words an input shows at once, if there is one.
     converter: Option<usize>,
+    /// The next edge at which anything but a sample of the converter is due.
+    apart: u64,
 }
 
 /// A chip on a bus.
@@ -109,9 +111,9 @@ const BIT: i64 = 1 << 24;
 
 impl<'p> Sensors<'p> {
     /// Puts sensors on a device that stands at edge 0. Words have a pin that tells when they come, unless the logic
-    /// reads the current's sensor `current` at a pace of its own.
-    pub(crate) fn new(all: &'p [Sensor], seed: u64, device: &mut AnyDevice, current: Option<usize>) -> Self {
-        let (pins, tells_new) = (vec![[0; 3]; all.len()], current.is_none());
+    /// reads some of them at a pace of its own, the one of a current first.
+    pub(crate) fn new(all: &'p [Sensor], seed: u64, device: &mut AnyDevice, read: [Option<usize>; 3]) -> Self {
+        let (pins, tells_new, current) = (vec![[0; 3]; all.len()], read == [None; 3], read[0]);
         let mut sensors = Self {
             encoders: Vec::new(),
             samplers: Vec::new(),
@@ -122,6 +124,7 @@ impl<'p> Sensors<'p> {
             started: 0,
             told: 0,
             converter: None,
+            apart: 0,
         };
         for (sensor, one) in all.iter().enumerate() {
             match &one.kind {
@@ -169,6 +172,7 @@ impl<'p> Sensors<'p> {
                 }
             }
         }
+        sensors.plan();
         sensors
     }
 
@@ -177,6 +181,11 @@ impl<'p> Sensors<'p> {
         let encoder = Encoder::new(count_rad, device.reading(reading, 0));
         self.encoders.push(FurtherEncoder { sensor, reading, encoder, is_hall });
         self.show(device, self.encoders.len() - 1);
+    }
+
+    /// Lets a sensor show a word before its first one.
+    pub(crate) fn preset(&mut self, sensor: usize, word: i64) {
+        self.pins[sensor][0] = word;
     }
 
     /// Returns the words of the pins of each sensor.
@@ -221,9 +230,15 @@ impl<'p> Sensors<'p> {
     /// Returns the next edge at which a sample is taken or a word comes or stops being new, but for those of
     /// [`conversions`](Self::conversions).
     pub(crate) fn next_apart(&self) -> u64 {
+        self.apart
+    }
+
+    /// Finds the edge of [`next_apart`](Self::next_apart).
+    fn plan(&mut self) {
         let apart = |(place, _): &(usize, _)| Some(*place) != self.converter;
         let sampled = self.samplers.iter().enumerate().filter(apart).map(|(_, sampler)| sampler.due());
-        sampled.chain(self.chips.iter().map(|(_, chip)| each!(chip, it => it.due()))).min().unwrap_or(u64::MAX)
+        let chips = self.chips.iter().map(|(_, chip)| each!(chip, it => it.due()));
+        self.apart = sampled.chain(chips).min().unwrap_or(u64::MAX);
     }
 
     /// Returns the edge of the next sample of a current whose word an input shows at once, and the edges from one to
@@ -273,6 +288,7 @@ impl<'p> Sensors<'p> {
                 sampler.starts.missed += 1;
             }
         }
+        self.plan();
     }
 
     /// Returns the frames of each chip, by the index of its sensor.
@@ -305,6 +321,7 @@ impl<'p> Sensors<'p> {
                 self.pins[*sensor][0] = level;
             }
         }
+        self.plan();
     }
 }
 

@@ -105,8 +105,8 @@ fn events_and_clock_agree_to_the_bit_with_bodies_stops_and_an_imposed_motion() {
     let swept = "{ kind = \"prescribed\", path = [[0, 0], [0.002, 0.01], [0.005, -0.01]] }";
     let turned = "{ on = \"knob\", kind = \"prescribed\", path = [[0, 0], [0.002, 0.01], [0.005, -0.01]] }";
     for (name, hand) in [("foc-detents", pushed), ("foc-wall", pushed), ("foc-detents", swept), ("foc-wall", turned)] {
-        for bridge in ["switching", "averaged"] {
-            let mut sets = vec![("hand", hand), ("expect", "{}"), ("run.duration", "5 ms"), ("model.bridge", bridge)];
+        for model in [("model.bridge", "switching"), ("model.bridge", "averaged"), IDEAL] {
+            let mut sets = vec![("hand", hand), ("expect", "{}"), ("run.duration", "5 ms"), model];
             sets.extend(KNOB);
             let [events, clock] = [Driver::Events, Driver::Clock].map(|driver| run(name, &sets, driver));
             for column in [CURRENT, ANGLE, TORQUE] {
@@ -116,6 +116,64 @@ fn events_and_clock_agree_to_the_bit_with_bodies_stops_and_an_imposed_motion() {
             assert_eq!((events.0.energy, events.0.encoder_edges), (clock.0.energy, clock.0.encoder_edges));
             assert!(events.0.ticks < 40_000 && events.0.encoder_edges > 0, "{name} {hand}: {}", events.0.encoder_edges);
         }
+    }
+}
+
+/// Returns the greatest distance of the angles of two runs at rows of the same instants, and the greatest angle.
+fn apart([one, other]: [&[(&str, &str)]; 2]) -> (f64, f64) {
+    let traces = [one, other].map(|sets| run("foc-wall", sets, Driver::Events).1);
+    let [one, other] = traces.each_ref().map(|trace| trace.real(ANGLE));
+    let pairs = one.iter().zip(other);
+    pairs.fold((0.0f64, 0.0f64), |(far, most), (a, b)| (far.max((a - b).abs()), most.max(a.abs())))
+}
+
+/// A knob on a joint of ratio 1 behind the rotor, pushed to a wall.
+const BEHIND: [(&str, &str); 6] = [
+    ("device.bodies.knob", "{ inertia = \"200 g.cm2\", viscous_friction = \"1 mN.m.s/rad\" }"),
+    ("device.joints.shaft", "{ from = \"rotor\", to = \"knob\", stiffness = \"20 N.m/rad\" }"),
+    ("hand", "{ on = \"knob\", kind = \"constant_torque\", torque = \"60 mN.m\" }"),
+    ("wall.position", "0.05 rad"),
+    ("expect", "{}"),
+    ("run.duration", "60 ms"),
+];
+
+#[test]
+fn rigid_joints_are_those_without_a_stiffness_whatever_else_is_modelled() {
+    let rigid = ("device.joints.shaft", "{ from = \"rotor\", to = \"knob\" }");
+    for model in [("model.bridge", "switching"), ("model.bridge", "averaged"), IDEAL] {
+        let by_model = [&BEHIND[..], &[model, ("model.joints", "rigid")]].concat();
+        let by_joint = [&BEHIND[..], &[model, rigid]].concat();
+        let (far, most) = apart([&by_model, &by_joint]);
+        assert!(far == 0.0 && most > 0.05, "{model:?}: {far:e} of {most}");
+        // One body with the inertia and the friction of both.
+        let one = [
+            ("device.rotor_inertia", "500 g.cm2"),
+            ("device.viscous_friction", "1.02 mN.m.s/rad"),
+            ("hand", "{ kind = \"constant_torque\", torque = \"60 mN.m\" }"),
+            model,
+        ];
+        let (far, most) = apart([&by_model, &[&one[..], &BEHIND[3..]].concat()]);
+        assert!(far < 1e-10 && most > 0.05, "{model:?}: {far:e} of {most}");
+        // A joint ten times as stiff stretches a tenth as far.
+        let stiff = |stiffness: &'static str| {
+            apart([&by_model, &[&BEHIND[..], &[model, ("device.joints.shaft.stiffness", stiffness)]].concat()]).0
+        };
+        let [soft, hard] = ["20 N.m/rad", "200 N.m/rad"].map(stiff);
+        assert!((8.0..12.5).contains(&(soft / hard)), "{model:?}: {soft:e} and {hard:e}");
+    }
+}
+
+#[test]
+fn ideal_currents_are_the_limit_of_faster_loops_with_bodies_on_a_joint() {
+    let ideal = [&BEHIND[..], &[IDEAL]].concat();
+    let off = |bandwidth: &str| {
+        let loops = [("model.bridge", "averaged"), ("method.current_bandwidth", bandwidth)];
+        apart([&ideal, &[&BEHIND[..], &loops].concat()])
+    };
+    // A loop of twice the bandwidth lags by half as long.
+    let all = ["125 Hz", "250 Hz", "500 Hz", "1000 Hz"].map(|bandwidth| off(bandwidth).0);
+    for pair in all.windows(2) {
+        assert!((1.8..2.2).contains(&(pair[0] / pair[1])), "{all:?}");
     }
 }
 

@@ -394,3 +394,95 @@ fn pulses_behind_a_host_are_those_without_one_later() {
     }
     assert!(compared > 200, "{compared}");
 }
+
+/// Returns a scene whose method reads the words of an absolute sensor, which is where the encoder is.
+fn reading_words(text: &str, sensor: &str) -> String {
+    let inline = text.replace("method = { kind", "method = { position = \"word\", kind");
+    let by_key = if inline == text { "method.position = \"word\"\n" } else { "" };
+    format!("{inline}device.sensors.word = {{ kind = \"absolute\", {sensor} }}\n{by_key}")
+}
+
+/// Words of the encoder's counts, taken at every clock and without latency, are the encoder's lines: every net of the
+/// loop and every bit of the motion is the same.
+#[test]
+fn words_of_the_encoders_counts_at_every_clock_are_the_encoder() {
+    let knob = KNOB.replace("lines = 2000", "lines = 2048");
+    let mut all = vec![
+        (reading_words(&knob, "on = \"rotor\", bits = 13, rate = \"1024 kHz\""), knob.clone()),
+        (reading_words(WHEEL, "on = \"wheel\", bits = 12, rate = \"1 MHz\""), WHEEL.to_string()),
+    ];
+    for (kind, more) in [
+        ("sampled_wall", ""),
+        ("virtual_coupling", "method.coupling_stiffness = \"1 N.m/rad\"\n"),
+        ("passivity_controller", ""),
+        ("passive_spring", ""),
+        ("energy_bounding", "method.c1 = \"1 N.m/rad\"\nmethod.c2 = \"1 N.m/rad\"\n"),
+        ("braking_pulse", ""),
+        ("table", "method.torques = [0, \"5 mN.m\", 0, \"-5 mN.m\"]\nmethod.spacing = 64\n"),
+    ] {
+        let text = knob.replace("kind = \"conventional\"", &format!("kind = \"{kind}\"")) + more;
+        let text = text.replace("method.stiffness_format = \"(0,10,8)\"\nmethod.damping_format = \"(0,12,4)\"\n", "");
+        let text = text.replace("20 kN/m\", damping = \"13.9 N.s/m\"", "2 kN/m\"");
+        all.push((reading_words(&text, "on = \"rotor\", bits = 13, rate = \"1024 kHz\""), text));
+    }
+    for seed in 0..12 {
+        let text = random_network(&mut Dice(seed));
+        let on = text.split("encoder = { on = ").nth(1).and_then(|rest| rest.split(',').next()).unwrap();
+        all.push((reading_words(&text, &format!("on = {on}, bits = 13, rate = \"1 MHz\"")), text));
+    }
+    for (words, text) in &all {
+        let experiments = [words, text].map(|text| Experiment::Axis(scene(text)));
+        let simulations = experiments.each_ref().map(simulation);
+        let mut closed = simulations.each_ref().map(|simulation| simulation.closed_loop());
+        let mut moved = 0;
+        for edge in 1..=60_000 {
+            closed.iter_mut().for_each(|closed| closed.step());
+            let [words, lines] = closed.each_ref();
+            assert_eq!(words.wiring().words(), lines.wiring().words(), "edge {edge}\n{text}");
+            if edge % 1000 == 0 {
+                let [words, lines] = [words, lines].map(|it| (0..4).map(|k| it.world().real(edge, k).to_bits()));
+                assert!(words.eq(lines), "edge {edge}");
+                moved += u64::from(closed[0].world().real(edge, 2) != 0.0);
+            }
+        }
+        assert!(moved > 10, "{moved}\n{text}");
+    }
+}
+
+/// Lines that follow a slow and late sensor, computed from the counts alone: a count each clock towards that of the
+/// latest word.
+#[test]
+fn lines_follow_the_words_of_a_late_sensor() {
+    let slow = "on = \"rotor\", bits = 13, rate = \"20 kHz\", phase = \"3 us\", latency = \"7 us\"";
+    let text = reading_words(&KNOB.replace("lines = 2000", "lines = 2048"), slow);
+    let experiment = Experiment::Axis(scene(&text));
+    let simulation = simulation(&experiment);
+    let mut closed = simulation.closed_loop();
+    let position = closed.wiring().nets().iter().position(|net| net.name == "position").unwrap();
+    let count = |angle: f64| (angle * 8192.0 / std::f64::consts::TAU).floor() as i64;
+    // Periods, phase and latency in clocks of 1024 kHz.
+    let (period, phase, late) = (51, 3, 7);
+    let (mut counts, mut shown, mut positions) = (vec![0], vec![0i64], vec![0]);
+    for edge in 1..60_000usize {
+        closed.step();
+        counts.push(count(closed.world().real(edge as u64, 2)));
+        positions.push(closed.wiring().words()[position]);
+        let sampled = (edge >= phase + late).then(|| edge - late - (edge - late - phase) % period);
+        let wanted = sampled.map_or(0, |sampled| counts[sampled]);
+        shown.push(shown[edge - 1] + (wanted - shown[edge - 1]).signum());
+    }
+    // Synchronisers, decoder and counter take some clocks, the same always.
+    let delays: Vec<_> = (0..8)
+        .filter(|delay| (8..60_000).all(|edge| positions[edge] == shown[edge - delay].rem_euclid(1 << 16)))
+        .collect();
+    assert_eq!(delays.len(), 1, "{delays:?}");
+    let changes = shown.windows(2).filter(|pair| pair[0] != pair[1]).count();
+    let apart = counts.iter().zip(&shown).filter(|(count, shown)| count != shown).count();
+    assert!(changes > 500 && apart > 10_000, "{changes} changes, {apart} apart");
+    // Noise, errors and a lag change words, not the agreement of the drivers.
+    for more in ["noise = 2", "harmonics = [[3, 0]]", "corner = \"300 Hz\""] {
+        let experiment = Experiment::Axis(scene(&reading_words(KNOB, &format!("{slow}, {more}"))));
+        let comparison = WiredSimulation::new(&experiment).unwrap().compare(60_000);
+        assert_eq!((comparison.edges, comparison.mismatches), (60_000, 0), "{more}: {:?}", comparison.first);
+    }
+}

@@ -83,6 +83,25 @@ pub(crate) enum Reach {
     Until(f64),
 }
 
+/// Returns [`Polynomial::keeps`] of `limit + terms` over `[0, end]`. Most are clear at a glance.
+#[inline(always)]
+pub(crate) fn keeps(terms: &[f64; ORDER + 1], count: usize, end: f64, limit: f64, from: f64) -> Reach {
+    if is_clear(&terms[..count], end, limit, 1.0) {
+        return Reach::Clear;
+    }
+    Polynomial::of(*terms, count, end).keeps(limit, 1.0, from)
+}
+
+/// Returns whether `limit + sign · terms` certainly stays above 0 over `[0, end]`.
+#[inline(always)]
+fn is_clear(terms: &[f64], end: f64, limit: f64, sign: f64) -> bool {
+    let mut most = 0.0;
+    for &c in terms[1..].iter().rev() {
+        most = (most + (-sign * c).max(0.0)) * end;
+    }
+    limit + sign * terms[0] > most
+}
+
 /// One polynomial over `[0, end]`.
 pub(crate) struct Polynomial {
     c: [f64; ORDER + 1],
@@ -177,11 +196,7 @@ impl Polynomial {
     /// Returns the first time from `from` on at which `limit + sign · polynomial`, not negative at `from`, becomes
     /// negative.
     pub(crate) fn keeps(&self, limit: f64, sign: f64, from: f64) -> Reach {
-        let mut most = 0.0;
-        for &c in self.c[1..self.terms].iter().rev() {
-            most = (most + (-sign * c).max(0.0)) * self.end;
-        }
-        if limit + sign * self.c[0] > most {
+        if is_clear(&self.c[..self.terms], self.end, limit, sign) {
             return Reach::Clear;
         }
         let mut t = from;

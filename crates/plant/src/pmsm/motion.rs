@@ -6,9 +6,13 @@
 //! cut short by the next switching. Everything is a function of the segment and of the edge, so that it does not depend
 //! on who asked before.
 
+mod bodies;
+mod course;
+mod readings;
+mod stops;
+
 use std::borrow::Cow;
 
-use super::around::Tie;
 use super::circuit::{Affine, Change, Circuit, Freedom, PHASES, Path, Plane, dot, settled};
 use super::energy::{self, Passed};
 use super::lag::Lag;
@@ -19,10 +23,10 @@ use crate::Leg;
 use crate::device::{Drive, Event, REALS};
 use crate::energy::Energy;
 use crate::flow::double::{Double, two_sum};
-use crate::flow::gauge::{Extent, Gauge, Measured, Pace, Stretch};
+use crate::flow::gauge::{Gauge, Measured, Pace};
 use crate::flow::matrix::State;
-use crate::flow::polynomial::{Bounds, Lanes, ORDER, Polynomial, Reach, value};
-use crate::network::{Body, Touch};
+use crate::flow::polynomial::{Bounds, Lanes, ORDER, Polynomial, Reach, keeps, value};
+use crate::network::Touch;
 
 /// The longest duration of a segment, unless all is at rest.
 const LONGEST_S: f64 = 1.0;
@@ -151,28 +155,6 @@ impl<'a> PmsmDevice<'a> {
         device
     }
 
-    /// Returns position and speed of a body a time after the anchor.
-    fn place(&self, body: usize, t: f64) -> [f64; 2] {
-        let Series { around, powers, .. } = &self.series;
-        match body {
-            0 => {
-                let (x, _) = self.sum(t);
-                [x[ANGLE], x[SPEED]]
-            }
-            _ => {
-                let ([speed, position], _) = around.bodies[body - 1].at(t, *powers);
-                [position, speed]
-            }
-        }
-    }
-
-    /// Returns the energy stored a time after the anchor, where the rotor is in this state.
-    fn stored_at(&self, (x, low): (&Lanes, &Lanes), t: f64) -> f64 {
-        let Series { around, powers, .. } = &self.series;
-        let others: Vec<_> = around.bodies.iter().map(|body| body.at(t, *powers)).collect();
-        self.laws.stored_j(x, low, &others, around)
-    }
-
     /// Returns the time from the anchor to an edge at or after it.
     #[inline(always)]
     fn time_s(&self, edge: u64) -> f64 {
@@ -291,43 +273,6 @@ impl<'a> PmsmDevice<'a> {
         (self.end_edge == u64::MAX).then(|| self.reals(edge))
     }
 
-    /// Returns the hand's position and its torque or force at an edge, in the units of the body that it holds.
-    pub fn felt(&self, edge: u64) -> [f64; 2] {
-        let Grip { body, units, torque_nm, stiffness_nm_per_rad, damping_nm_s_per_rad } = self.laws.grip;
-        self.on(edge, |then, t| {
-            let [position, speed] = then.place(body, t).map(|of| units * of);
-            if then.laws.imposes(body) {
-                let Body { viscous, coulomb, .. } = then.laws.net.bodies[body];
-                let friction = if speed == 0.0 { 0.0 } else { coulomb * (speed * units).signum() };
-                return [position, (friction + viscous * speed / units - then.borne(body, t)) / units];
-            }
-            let intent = then.intent_rad(edge);
-            let pull = stiffness_nm_per_rad * (intent - position) + damping_nm_s_per_rad * (then.told.2 - speed);
-            [if then.laws.is_sprung { intent } else { position }, torque_nm + pull]
-        })
-    }
-
-    /// Returns what moves a body a time after the anchor, friction and hand apart.
-    fn borne(&self, body: usize, t: f64) -> f64 {
-        let (laws, around) = (self.laws, &self.series.around);
-        let mut force = laws.net.bodies[body].constant;
-        for (tie, first) in around.ties.iter().zip(&around.stretches) {
-            let moved = tie.sum(|of| self.place(of, t)[0] - self.place(of, 0.0)[0]);
-            let pull = tie.stiffness * (first + moved) + tie.damping * tie.sum(|of| self.place(of, t)[1]);
-            tie.ends.iter().filter(|(of, _)| *of == body).for_each(|(_, way)| force -= way * pull);
-        }
-        if body == 0 {
-            let ((x, low), motor) = (self.sum(t), &laws.motor);
-            let [direct, across] = self.rotated(t, &x);
-            let active = motor.flux_vs + (motor.direct_h - motor.quadrature_h) * direct;
-            force += 1.5 * f64::from(motor.pole_pairs) * active * across;
-            for harmonic in &motor.cogging {
-                force -= harmonic.amplitude_nm * laws.wave(harmonic, x[ANGLE], low[ANGLE]).0;
-            }
-        }
-        force
-    }
-
     /// Returns the currents into the three phases at an edge, in A; they sum to 0, and that of a floating phase is 0.
     pub fn phases(&self, edge: u64) -> [f64; 3] {
         self.on(edge, |then, t| then.circuit.phases(then.current(t)))
@@ -402,7 +347,7 @@ impl<'a> PmsmDevice<'a> {
         self.gauge.as_ref()?;
         self.on(edge, |then, t| {
             let gauge = then.gauge.as_deref()?;
-            let passed = (t > 0.0).then(|| gauge.after(then.anchor, edge, Some(edge), &Course(then)));
+            let passed = (t > 0.0).then(|| gauge.after(then.anchor, edge, Some(edge), &then.course()));
             let now = passed.as_ref().unwrap_or(gauge);
             Some(now.row(edge, then.laws.edge_s, &[x[0], x[1]]))
         })
@@ -414,7 +359,8 @@ impl<'a> PmsmDevice<'a> {
         if let Some(gauge) = &self.gauge
             && to.is_none_or(|edge| self.time_s(edge) > 0.0)
         {
-            self.gauge = Some(Box::new(gauge.after(self.anchor, now, to, &Course(self))));
+            let passed = gauge.after(self.anchor, now, to, &self.course());
+            self.gauge = Some(Box::new(passed));
         }
     }
 
@@ -534,89 +480,6 @@ impl<'a> PmsmDevice<'a> {
             } else {
                 edge += 1;
                 if self.side(edge, band) != 0 {
-                    return Some(edge);
-                }
-            }
-        }
-        None
-    }
-
-    /// Makes [`next_event`](Self::next_event) tell too where the reading of a sensor leaves `[low, high)`, in the place
-    /// of the band that it had.
-    pub fn watch(&mut self, sensor: usize, band: (f64, f64)) {
-        match self.watched.iter_mut().find(|(watched, _)| *watched == sensor) {
-            Some((_, known)) => *known = band,
-            None => self.watched.push((sensor, band)),
-        }
-    }
-
-    /// Returns the reading of a sensor at an edge, in units of its body.
-    pub fn reading_of(&self, sensor: usize, edge: u64) -> f64 {
-        self.on(edge, |then, t| then.read(sensor, t).hi)
-    }
-
-    /// Returns the reading of a sensor a time after the anchor.
-    fn read(&self, sensor: usize, t: f64) -> Double {
-        let (body, units, _) = self.laws.net.sensed[sensor];
-        let (high, low) = match body {
-            0 => self.angle(t),
-            _ => {
-                let (x, low) = self.series.around.bodies[body - 1].at(t, self.series.powers);
-                (x[1], low[1])
-            }
-        };
-        Double::product(units, high) + (units * low).into()
-    }
-
-    /// Returns where the reading of a sensor lies with respect to the band from `low`, inclusive, to `high` at an edge:
-    /// -1 below, 0 inside, 1 above.
-    pub fn side_of_reading(&self, sensor: usize, edge: u64, band: (f64, f64)) -> i8 {
-        self.on(edge, |then, t| side(then.read(sensor, t), band))
-    }
-
-    /// Returns the greatest integer up to `scale` times the reading of a sensor at an edge.
-    pub fn floor_of_reading(&self, sensor: usize, edge: u64, scale: f64) -> i64 {
-        let Double { hi, lo } = self.on(edge, |then, t| then.read(sensor, t)) * scale.into();
-        let whole = hi.floor();
-        whole as i64 - i64::from(whole == hi && lo < 0.0)
-    }
-
-    /// Returns the first edge in (`from`, `last`] at which the reading of a sensor is outside a band.
-    #[inline(never)]
-    fn reads_beyond(&self, sensor: usize, from: u64, last: u64, (low, high): (f64, f64)) -> Option<u64> {
-        let (body, units, _) = self.laws.net.sensed[sensor];
-        let (edge_s, powers) = (self.laws.edge_s, self.series.powers);
-        let t = self.time_s(last);
-        // What speed and acceleration can move at most, with more than its rounding.
-        let [speed, position] = self.series.around.terms(&self.series.x, body, 0).map(|of| units * of);
-        let most = (speed.abs() + 0.5 * (units * self.room.accelerations[body]).abs() * t) * t;
-        let most = most + 8.0 * f64::EPSILON * (position.abs() + most);
-        if position - most > low && position + most < high {
-            return None;
-        }
-        let mut terms = [0.0; ORDER + 1];
-        (0..=powers).for_each(|k| terms[k] = units * self.series.around.terms(&self.series.x, body, k)[1]);
-        let size = (0..=powers).rev().fold(0.0, |sum, k| sum * t + (2 * k + 6) as f64 * terms[k].abs());
-        let noise = f64::EPSILON * size;
-        let polynomial = Polynomial::of(terms, powers + 1, t);
-        let mut edge = from;
-        while edge < last {
-            let [x, slope, curvature] = polynomial.at(self.time_s(edge));
-            let mut safe_s = (last - edge) as f64 * edge_s;
-            for [room, slope, curvature] in
-                [[x - low - noise, slope, curvature], [high - x - noise, -slope, -curvature]]
-            {
-                safe_s = if room > 0.0 { polynomial.safe_for([room, slope, curvature], safe_s) } else { 0.0 };
-            }
-            let edges = (safe_s / edge_s) as u64;
-            if edges >= last - edge {
-                return None;
-            }
-            if edges > 1 {
-                edge += edges - 1;
-            } else {
-                edge += 1;
-                if side(self.read(sensor, self.time_s(edge)), (low, high)) != 0 {
                     return Some(edge);
                 }
             }
@@ -862,79 +725,6 @@ impl<'a> PmsmDevice<'a> {
         self.begun = resting;
     }
 
-    /// Returns what friction does to a body, which has this speed, from the anchor on.
-    #[inline(always)]
-    fn hold_at(&self, body: usize, speed: f64, cause: End) -> Hold {
-        match cause {
-            _ if self.laws.imposes(body) => Hold::Imposed,
-            _ if self.laws.net.bodies[body].stiction == 0.0 => Hold::Slip(0.0),
-            _ if speed != 0.0 => Hold::Slip(speed.signum()),
-            End::Break(broken, direction) if broken == body => Hold::Slip(direction),
-            // Unless the torque is beyond the stiction; it is known with the series.
-            _ => Hold::Stuck,
-        }
-    }
-
-    /// Finds what friction does to the bodies beside the rotor, and returns the sizes that a room bounds.
-    #[inline(never)]
-    fn look_around(&mut self, cause: End) -> Vec<f64> {
-        let mut bounds = Vec::new();
-        for index in 0..self.series.around.bodies.len() {
-            let speed = self.series.around.bodies[index].x[0];
-            let hold = self.hold_at(index + 1, speed, cause);
-            let body = &mut self.series.around.bodies[index];
-            body.before = std::mem::replace(&mut body.hold, hold);
-            bounds.push(speed.abs());
-        }
-        self.series.around.begin(&self.start);
-        bounds.extend(self.series.around.stretches.iter().map(|stretch| stretch.abs()));
-        self.freed = match cause {
-            End::Touch(stop, _) if self.freed.take() == Some(stop) => Some(stop),
-            _ => None,
-        };
-        bounds
-    }
-
-    /// Changes how a pair of stops is touched, where the segment ends.
-    #[inline(never)]
-    fn touch(&mut self, stop: usize, touch: Touch, (x, low): (&mut Lanes, &mut Lanes)) {
-        let (laws, before) = (self.laws, self.series.around.touches[stop]);
-        let body = laws.net.stops[stop].body;
-        // The body is where the stop is, without what rounding adds.
-        if let (Touch::Out, Touch::Pressed(side)) | (Touch::Pressed(side) | Touch::Lifted(side), Touch::Out) =
-            (before, touch)
-        {
-            let end = if side < 0 { laws.net.stops[stop].low } else { laws.net.stops[stop].high };
-            match body {
-                0 => (x[ANGLE], low[ANGLE]) = (end, 0.0),
-                _ => {
-                    let body = &mut self.series.around.bodies[body - 1];
-                    (body.x[1], body.low[1]) = (end, 0.0);
-                }
-            }
-        }
-        // The damper takes what the spring still holds where the body leaves it, and gives it back where the body is
-        // pressed again.
-        let position = match body {
-            0 => [x[ANGLE], low[ANGLE]],
-            _ => [self.series.around.bodies[body - 1].x[1], self.series.around.bodies[body - 1].low[1]],
-        };
-        let held_j = |touch: Touch| match touch {
-            Touch::Pressed(side) => {
-                let tie = &laws.stops[stop][usize::from(side > 0)];
-                let stretch = tie.stretch(|_| position);
-                0.5 * tie.stiffness * stretch * stretch
-            }
-            _ => 0.0,
-        };
-        let mut flows = [0.0; 6];
-        flows[4] = held_j(before) - held_j(touch);
-        self.energy.take(flows);
-        self.freed = (before != Touch::Out && touch != Touch::Out).then_some(stop);
-        self.series.around.touch(laws, stop, touch);
-        self.mode_changes += 1;
-    }
-
     /// Returns whether nothing moves on the segment, nor the torque that friction holds.
     fn is_still(&self) -> bool {
         let Series { x, torque, powers, .. } = &self.series;
@@ -978,98 +768,6 @@ impl<'a> PmsmDevice<'a> {
         }
     }
 
-    /// Ends the segment where friction begins to hold a body, or ceases to.
-    #[inline(always)]
-    fn watch_friction(&mut self, body: usize, from: f64) {
-        let powers = self.series.powers;
-        let hold = if body == 0 { self.hold } else { self.series.around.bodies[body - 1].hold };
-        match hold {
-            Hold::Slip(sign) if sign != 0.0 => {
-                let first = self.series.around.terms(&self.series.x, body, 0)[0];
-                let fall = self.room.accelerations[body] * self.end_s;
-                if sign * first > fall {
-                    return;
-                }
-                // From rest, the first term only gives the direction of the start.
-                let skip = usize::from(first == 0.0);
-                let mut terms = [0.0; ORDER + 1];
-                for (term, k) in terms.iter_mut().zip(skip..=powers) {
-                    *term = sign * self.series.around.terms(&self.series.x, body, k)[0];
-                }
-                let speed = Polynomial::of(terms, powers + 1 - skip, self.end_s);
-                self.shorten(speed.keeps(0.0, 1.0, from), End::Stop(body));
-            }
-            Hold::Stuck => {
-                let mut terms = [0.0; ORDER + 1];
-                let force = if body == 0 { &self.series.torque } else { &self.series.around.bodies[body - 1].force };
-                terms[..powers].copy_from_slice(&force[..powers]);
-                let torque = Polynomial::of(terms, powers, self.end_s);
-                // Rounding may have put the torque beyond its limit already; the shaft then breaks away when the torque
-                // grows further.
-                let beyond = torque.start().abs() * (1.0 + 4.0 * f64::EPSILON);
-                let limit = self.laws.net.bodies[body].stiction.max(beyond);
-                for direction in [1.0, -1.0] {
-                    self.shorten(torque.keeps(limit, -direction, from), End::Break(body, direction));
-                }
-            }
-            Hold::Slip(_) | Hold::Imposed => {}
-        }
-    }
-
-    /// Ends the segment where friction of a body beside the rotor changes, or a stop is touched otherwise.
-    #[inline(never)]
-    fn watch_around(&mut self, from: f64) {
-        for body in 1..self.laws.net.bodies.len() {
-            self.watch_friction(body, from);
-        }
-        for (index, pair) in self.laws.stops.iter().enumerate() {
-            let touch = self.series.around.touches[index];
-            let sides = match touch {
-                Touch::Out => &pair[..],
-                Touch::Pressed(side) | Touch::Lifted(side) => &pair[usize::from(side > 0)..][..1],
-            };
-            for tie in sides {
-                let side = tie.ends[0].1 as i8;
-                let gone = if tie.damping == 0.0 { Touch::Out } else { Touch::Lifted(side) };
-                match touch {
-                    Touch::Out => {
-                        self.watch_stop(tie, ([0.0, -1.0], false), from, End::Touch(index, Touch::Pressed(side)))
-                    }
-                    Touch::Pressed(_) => {
-                        let force = [tie.damping, tie.stiffness];
-                        self.watch_stop(tie, (force, self.freed == Some(index)), from, End::Touch(index, gone));
-                    }
-                    Touch::Lifted(_) => {
-                        let force = [-tie.damping, -tie.stiffness];
-                        let pressed = End::Touch(index, Touch::Pressed(side));
-                        self.watch_stop(tie, (force, self.freed == Some(index)), from, pressed);
-                        self.watch_stop(tie, ([0.0, 1.0], false), from, End::Touch(index, Touch::Out));
-                    }
-                }
-            }
-        }
-    }
-
-    /// Ends the segment where a sum of a stop's rate and stretch, with these factors, falls below 0. It `is_freed` if
-    /// it is 0 at the anchor and begins to grow there.
-    fn watch_stop(&mut self, tie: &Tie, ([rate, stretch], is_freed): ([f64; 2], bool), from: f64, end: End) {
-        let around = &self.series.around;
-        let first = tie.stretch(|body| around.position(&self.start, body));
-        let (mut terms, mut count) = ([0.0; ORDER + 1], self.series.powers + 1);
-        for (k, term) in terms[..count].iter_mut().enumerate() {
-            let of = around.tie(&self.series.x, tie, first, k);
-            *term = rate * of[0] + stretch * of[1];
-        }
-        if is_freed || terms[0] == 0.0 {
-            // From 0, the first term only gives the direction of the start; rounding must not turn it.
-            count -= 1;
-            terms.copy_within(1..=count, 0);
-            terms[0] = if is_freed { terms[0].max(0.0) } else { terms[0] };
-        }
-        let polynomial = Polynomial::of(terms, count, self.end_s);
-        self.shorten(polynomial.keeps(0.0, 1.0, from), end);
-    }
-
     /// Ends the segment where a condition of the circuit ceases to hold.
     fn watch_circuit(&mut self, check: &Affine, change: Change, from: f64) {
         let (mut terms, mut count) = ([0.0; ORDER + 1], self.series.powers + 1);
@@ -1091,8 +789,7 @@ impl<'a> PmsmDevice<'a> {
             terms.copy_within(1..=count, 0);
             terms[0] = terms[0].max(0.0);
         }
-        let polynomial = Polynomial::of(terms, count, self.end_s);
-        self.shorten(polynomial.keeps(0.0, 1.0, from), End::Circuit(change));
+        self.shorten(keeps(&terms, count, self.end_s, 0.0, from), End::Circuit(change));
     }
 
     /// Ends the segment where a condition ceases to hold, if that comes first.
@@ -1102,69 +799,6 @@ impl<'a> PmsmDevice<'a> {
             Reach::At(t) if t < self.end_s => (self.end_s, self.end) = (t, end),
             Reach::Until(t) if t < self.end_s => (self.end_s, self.end) = (t.max(ONWARD_S), End::Worn),
             _ => {}
-        }
-    }
-}
-
-/// Returns on which side of a band from `low`, inclusive, to `high` a value lies.
-fn side(Double { hi, lo }: Double, (low, high): (f64, f64)) -> i8 {
-    if hi < low || hi == low && lo < 0.0 {
-        return -1;
-    }
-    i8::from(hi > high || hi == high && lo >= 0.0)
-}
-
-/// `i_q` and the speed along a segment.
-struct Course<'m, 'a>(&'m PmsmDevice<'a>);
-
-impl Course<'_, '_> {
-    fn times(&self, from: Option<u64>, to: Option<u64>) -> [f64; 2] {
-        let Self(device) = self;
-        [from.map_or(0.0, |edge| device.time_s(edge)), to.map_or(device.end_s, |edge| device.time_s(edge))]
-    }
-
-    /// Returns the terms of `i_q` and the speed.
-    fn terms(&self) -> [[f64; ORDER + 1]; 2] {
-        let Series { x, powers, .. } = &self.0.series;
-        let mut terms = [[0.0; ORDER + 1]; 2];
-        for k in 0..=*powers {
-            terms[0][k] = self.0.series.across_term(k);
-            terms[1][k] = x[k][SPEED];
-        }
-        terms
-    }
-}
-
-impl Stretch<2> for Course<'_, '_> {
-    fn integral(&self, from: Option<u64>, to: Option<u64>) -> [f64; 2] {
-        let ends = self.times(from, to);
-        self.terms().map(|terms| {
-            let [early, late] =
-                ends.map(|t| t * (0..=ORDER).rev().fold(0.0, |sum, k| sum * t + terms[k] / (k + 1) as f64));
-            late - early
-        })
-    }
-
-    fn include(&self, from: Option<u64>, to: Option<u64>, extents: &mut [Extent; 2]) {
-        let [early, late] = self.times(from, to);
-        let powers = self.0.series.powers;
-        for (terms, extent) in self.terms().iter().zip(extents) {
-            let at = |t: f64| terms[..=powers].iter().rev().fold(0.0, |sum, term| sum * t + term);
-            extent.take(at(early));
-            extent.take(at(late));
-            let mut slopes = [0.0; ORDER + 1];
-            (1..=powers).for_each(|k| slopes[k - 1] = k as f64 * terms[k]);
-            let slope = Polynomial::of(slopes, powers, late);
-            let (mut t, mut sign) = (early, if slope.at(early)[0] < 0.0 { -1.0 } else { 1.0 });
-            for _ in 0..2 * ORDER {
-                let (Reach::At(turn) | Reach::Until(turn)) = slope.keeps(0.0, sign, t) else { break };
-                extent.take(at(turn));
-                // The slope has another sign from here on; past the rounding of its zero.
-                (t, sign) = (turn + ONWARD_S, -sign);
-                if t >= late {
-                    break;
-                }
-            }
         }
     }
 }

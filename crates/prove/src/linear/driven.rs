@@ -76,6 +76,9 @@ impl DrivenSet {
     }
 
     fn of(scene: &Scene, range: [f64; 2]) -> Result<Self, Error> {
+        if let Some(name) = scene.network.as_ref().and_then(|network| network.position()) {
+            return Err(Error::new(format_args!("its logic reads the words of {name}, which have times of their own")));
+        }
         let drive = Drive::of(scene);
         let full_from = match drive {
             Drive::Linear => None,

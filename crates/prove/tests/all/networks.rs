@@ -298,3 +298,25 @@ fn a_bridge_before_a_slider_is_a_modulator() {
     let ohm = 3.0 + 2.0 * scene.bridge.on_resistance_ohm;
     assert!((friction.limit / ((2.0 + 25.0 / ohm) / lag_s) - 1.0).abs() < 1e-12, "{friction:?}");
 }
+
+/// A law that reads an absolute sensor: its linear loop is that of an encoder with as many counts, the times of its
+/// words are among those that this leaves out, and no set is told as driven.
+#[test]
+fn words_of_a_sensor_have_times_that_the_linear_loop_leaves_out() {
+    let word = "{ kind = \"absolute\", on = \"rotor\", bits = 13, rate = \"2 kHz\", latency = \"100 us\", \
+                corner = \"500 Hz\" }";
+    let hand =
+        [("hand.stiffness", "1388.9 N/m"), ("hand.damping", "27.8 N.s/m"), ("device.bodies.handle.mass", "10 g")];
+    let base = [&hand[..], &CABLE, &[("encoder.lines", "2048")]].concat();
+    let by_word = [("device.sensors.word", word), ("method.position", "word")];
+    let [lines, words] = [knob(&base), knob(&[&base[..], &by_word].concat())];
+    let sets = [&lines, &words].map(ideal);
+    assert_eq!(sets[0], sets[1]);
+    let told = DrivenSet::new(&words, [0.05, 9.0]).expect_err("not told");
+    assert!(told.why.contains("the words of word"), "{}", told.why);
+    let wait = |what: &str| told.left_out.iter().find(|wait| wait.what == what).expect("it waits").seconds;
+    let period_s = 1.0 / words.clock.frequency_hz() as f64;
+    let average_s = 100e-6 + 0.5 * (0.5e-3 - period_s);
+    assert!((wait("the sensor's words, on average") - average_s).abs() < period_s, "{told:?}");
+    assert!((wait("the sensor's lag") - 1.0 / (std::f64::consts::TAU * 500.0)).abs() < 1e-12, "{told:?}");
+}

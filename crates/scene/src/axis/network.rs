@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 use std::mem;
 use std::sync::Arc;
 
-use hpu_plant::network::{Body, Feed, FeedKind, Joint, Network, NetworkError, Place, Stop};
+use hpu_plant::network::{Body, Feed, FeedKind, Joint, Network, NetworkError, Place, Sensed, Stop};
 use hpu_plant::{Bridge, Push};
 use hpu_signal::Clock;
 
@@ -13,7 +13,7 @@ use crate::axis::network_rows as keys;
 use crate::axis::network_rows::DriveKind;
 use crate::axis::parts::{Device, Encoder, Hand, Motor, PathPoint};
 use crate::axis::rows::{Mass, encoder_part};
-use crate::axis::sensors::{ENCODER, Sensor, SensorKind, encoder, names_of, one_of, sensors};
+use crate::axis::sensors::{ENCODER, Reading, Sampled, Sensor, SensorKind, counts, encoder, names_of, one_of, sensors};
 use crate::head::Units;
 use crate::method::is_paddle;
 use crate::schema::quantity::{Axis, RAIL, SHAFT};
@@ -38,6 +38,8 @@ pub struct Compound {
     pub dac: Option<Dac>,
     /// The sensors beside the encoder that the logic counts.
     pub sensors: Vec<Sensor>,
+    /// The index of the absolute one among them whose words the encoder's lines follow, if they do.
+    pub followed: Option<usize>,
     /// Whether the last of its bodies is the hand's own mass.
     pub hand_has_mass: bool,
     /// The path of the hand, in units of the body that it holds.
@@ -70,15 +72,25 @@ impl Compound {
         }
     }
 
+    /// Returns the sensor whose words are the position, and the corner of its lag in rad/s, if it has one; `None` if
+    /// lines are counted.
+    pub fn word(&self) -> Option<(&Sampled, Option<f64>)> {
+        match &self.sensors[self.followed?].kind {
+            SensorKind::Sampled(word @ Sampled { reading: Reading::Position(index), .. }) => {
+                Some((word, self.network.sensed[*index].lag_rad_per_s))
+            }
+            _ => None,
+        }
+    }
+
+    /// Returns the name of the sensor whose words are the position; `None` if lines are counted.
+    pub fn position(&self) -> Option<&str> {
+        self.followed.map(|index| self.sensors[index].name.as_str())
+    }
+
     /// Returns the name of the body in whose units the wall is given.
     pub fn wall_name(&self) -> &str {
         &self.names[self.wall_body]
-    }
-
-    /// Returns whether there is more than one body that moves freely or that a hand moves.
-    pub fn is_more(&self) -> bool {
-        let Network { bodies, stops, .. } = &self.network;
-        bodies.len() > 1 || !stops.is_empty() || bodies[0].spring != 0.0 || bodies[0].constant != 0.0
     }
 
     /// Returns what a linear loop around the network leaves out beside Coulomb friction, each as text.
@@ -89,6 +101,7 @@ impl Compound {
         });
         let mut all: Vec<String> = rigid.collect();
         all.extend(stops.iter().map(|stop| format!("the stops of {}", self.names[stop.body])));
+        all.extend(self.position().map(|name| format!("rate, latency, lag and errors of the sensor {name}")));
         if let FeedKind::Current { supply_v, .. } | FeedKind::Pi { supply_v, .. } = feed.kind
             && supply_v.is_finite()
         {
@@ -193,6 +206,7 @@ pub(crate) struct Draft {
     units_at: usize,
     encoder: Encoder,
     sensors: Vec<Sensor>,
+    followed: Option<usize>,
 }
 
 fn units(axis: &Axis) -> Units {
@@ -245,21 +259,36 @@ pub(crate) fn draft(root: &Section, clock: Clock) -> Result<Draft, SceneError> {
     let units_at = if s.has("units_at") { body_of(&s, &keys::network::units_at, &names)? } else { on };
     let (feed, driven, dac) = drive(s.section("drive")?, root, (&names, &slides, &motors))?;
     let hand = hpu_plant::Hand::Torque(0.0);
-    let mut seen = on;
+    let (mut seen, mut followed) = (on, None);
     // The paddle's loop reads words of a sensor beside the encoder.
     let chosen = if is_paddle(root) { None } else { chosen(&root.section("method")?, &sensors)? };
     if let Some(chosen) = chosen {
-        let Sensor { name, kind: SensorKind::Encoder(index, own) } = &mut sensors[chosen] else {
-            let reason = format!("{} has no lines, which a method counts; write an encoder", sensors[chosen].name);
-            return Err(root.error("method.position", reason));
-        };
-        // The two change places.
-        mem::swap(own, &mut encoder);
-        mem::swap(&mut sensed[*index].body, &mut seen);
-        *name = ENCODER.into();
+        let Sensor { name, kind } = &mut sensors[chosen];
+        let refused = |reason: String| Err(root.error("method.position", reason));
+        match kind {
+            // The two change places.
+            SensorKind::Encoder(index, own) => {
+                mem::swap(own, &mut encoder);
+                mem::swap(&mut sensed[*index].body, &mut seen);
+                *name = ENCODER.into();
+            }
+            // Its counts are those of an encoder with its words.
+            SensorKind::Sampled(Sampled { reading: Reading::Position(index), bits, scale, .. }) => {
+                let own = Sensor { name: ENCODER.into(), kind: SensorKind::Encoder(sensed.len(), encoder) };
+                (seen, followed) = (sensed[*index].body, Some(chosen));
+                let Some(alike) = counts((*bits, *scale), slides[seen]) else {
+                    let reason = format!("{name} has no words of 3 to 26 bits of a turn; leave its span out");
+                    return refused(reason);
+                };
+                encoder = alike;
+                sensed.push(Sensed { body: on, lag_rad_per_s: None });
+                sensors.push(own);
+            }
+            _ => return refused(format!("{name} reads no position; write an encoder, or an absolute sensor")),
+        }
     }
     let network = Network { bodies, joints, stops, feed, driven, seen, grip, hand, sensed };
-    Ok(Draft { names, joint_names, slides, network, dac, units_at, encoder, sensors })
+    Ok(Draft { names, joint_names, slides, network, dac, units_at, encoder, sensors, followed })
 }
 
 /// Reads the joints between bodies, with their names.
@@ -313,7 +342,8 @@ pub(crate) fn around(
     let held = root.section("hand")?;
     let grip = if held.has("on") { body_of(&held, &keys::hand_network::on, &names)? } else { 0 };
     let network = Network { bodies, joints, stops, feed, driven: 0, seen: 0, grip, hand, sensed };
-    Ok((Draft { names, joint_names, slides, network, dac: None, units_at, encoder, sensors: Vec::new() }, sensors))
+    let (dac, followed, own) = (None, None, Vec::new());
+    Ok((Draft { names, joint_names, slides, network, dac, units_at, encoder, sensors: own, followed }, sensors))
 }
 
 /// Reads the scene's own encoder. Returns it with its body.
@@ -526,12 +556,18 @@ impl Draft {
         [self.network.seen, self.network.grip, self.units_at].map(|body| axis_of(self.slides[body]))
     }
 
+    /// Makes all joints rigid if `[model]` says so.
+    pub(crate) fn stiffen(&mut self, s: &Section) -> Result<(), SceneError> {
+        if s.read(&keys::model_joints::joints)? {
+            self.network.joints.iter_mut().for_each(|joint| joint.compliance = None);
+        }
+        Ok(())
+    }
+
     /// Leaves out what `[model]` leaves out of bodies, drive and converter.
     pub(crate) fn simplify(&mut self, s: &Section) -> Result<(), SceneError> {
         use keys::model_network as key;
-        if s.read(&key::joints)? {
-            self.network.joints.iter_mut().for_each(|joint| joint.compliance = None);
-        }
+        self.stiffen(s)?;
         let (is_ideal, is_exact) = (s.read(&key::drive)?, s.read(&key::converter)?);
         if self.dac.is_none() && (is_ideal || is_exact) {
             let key = if is_ideal { key::drive.name } else { key::converter.name };
@@ -619,13 +655,14 @@ impl Draft {
             })
         };
         let (wall_ratio, wall_units) = (self.wall_ratio(), units(axis_of(self.slides[self.units_at])));
-        let Self { names, slides, network, dac, sensors, units_at: wall_body, .. } = self;
+        let Self { names, slides, network, dac, sensors, followed, units_at: wall_body, .. } = self;
         let compound = Compound {
             network,
             names,
             slides,
             dac,
             sensors,
+            followed,
             hand_has_mass,
             path,
             grip_ratio,

@@ -224,9 +224,11 @@ keys! { sensor: "device.sensors.SENSOR" of [];
 pub(crate) const HARMONICS: &str = "a list of one or two [amplitude, phase], as in [[1.5, 0], [0.5, \"90 deg\"]]";
 
 keys! { method_network: "method" of ["network"];
-    /// Sensor of a network whose lines the logic counts, in the place of the encoder's: position and velocity are
-    /// those of its body, and the encoder becomes a sensor that is called `encoder`.
-    position: Text = Text("the name of an encoder in device.sensors", Said("encoder"));
+    /// Sensor of a network that the logic counts, in the place of the encoder: position and velocity are those of its
+    /// body, and the encoder becomes a sensor that is called `encoder`. The words of an absolute one reach the logic's
+    /// counter by two lines that follow them, a count each clock cycle, from the true count on; the loop of EPFL's
+    /// paddle reads the words themselves.
+    position: Text = Text("the name of an encoder or an absolute sensor in device.sensors", Said("encoder"));
 }
 
 keys! { encoder_network: "encoder" of ["network"];
@@ -251,9 +253,12 @@ keys! { hand_network: "hand" of ["network", "pmsm"];
     own_damping: Quantity = Quantity::along(|axis| axis.damping, NotNegative, Is(0.0));
 }
 
-keys! { model_network: "model" of ["network"];
+keys! { model_joints: "model" of ["network", "foc"];
     /// Models the joints as they are, or all of them as rigid.
     joints: Choice<bool> = Choice::new(|| vec![("compliant", false), ("rigid", true)], Is(false));
+}
+
+keys! { model_network: "model" of ["network"];
     /// Models the drive as it is, or by a current that follows at once and has no limit.
     drive: Choice<bool> = Choice::new(|| vec![("as_given", false), ("ideal", true)], Is(false));
     /// Models the converter's bits, or converts each command as it is.

@@ -266,6 +266,11 @@ fn agree(scene: &Scene) -> Result<(), SceneError> {
     if let Some(ramp) = &scene.wall.ramp {
         agree_on_ramp(scene, ramp)?;
     }
+    if let (Some(name), Some(_)) = (scene.network.as_ref().and_then(|network| network.position()), &scene.faults) {
+        let reason =
+            format!("of a logic that counts an encoder's own lines, and this one reads {name}; leave this out");
+        return Err(scene.places.error("faults", reason));
+    }
     if let Some(faults) = &scene.faults {
         let model = &scene.model;
         let has_lines = model.datapath == Datapath::Words && model.encoder == EncoderModel::Quantised;

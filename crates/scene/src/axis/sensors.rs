@@ -184,6 +184,15 @@ impl Sensor {
         }
     }
 
+    /// Returns whether it reads a current, not a position.
+    pub fn reads_a_current(&self) -> bool {
+        match &self.kind {
+            SensorKind::Sampled(sampled) => !sampled.reading.is_round(),
+            SensorKind::Modulator(_) => true,
+            SensorKind::Encoder(..) | SensorKind::Hall(_) => false,
+        }
+    }
+
     /// Returns whether the design starts its samples.
     pub fn is_triggered(&self) -> bool {
         matches!(&self.kind, SensorKind::Sampled(sampled) if sampled.triggered)
@@ -223,6 +232,17 @@ pub(crate) fn names_of(s: &Section, what: &str) -> Result<Vec<String>, SceneErro
         return Err(s.key_error(name, reason));
     }
     Ok(s.keys().map(String::from).collect())
+}
+
+/// Returns the encoder whose counts are words of these bits and this scale, on a body that slides or not; `None` if
+/// there is none.
+pub(crate) fn counts((bits, scale): (u32, f64), slides: bool) -> Option<Encoder> {
+    let count = libm::exp2(f64::from(FRACTION)) / scale;
+    if slides {
+        return Some(Encoder::Linear { resolution_m: count });
+    }
+    let is_turn = (3..=26).contains(&bits) && (count * libm::exp2(f64::from(bits)) / (2.0 * PI) - 1.0).abs() < 1e-15;
+    is_turn.then(|| Encoder::Rotary { lines: 1 << (bits - 2) })
 }
 
 /// Reads an encoder on a body of this name, by its keys for the lines of a turn and for the length of a count.

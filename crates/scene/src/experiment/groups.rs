@@ -105,6 +105,7 @@ static PARTS: &[Part] = &[
         &model::GROUP,
         &model_bridge::GROUP,
         &model_motor::GROUP,
+        &model_joints::GROUP,
         &model_network::GROUP,
         &model_friction::GROUP,
         &model_law::GROUP,

@@ -91,12 +91,6 @@ fn agree_on_model(scene: &FocScene) -> Result<(), SceneError> {
     if scene.model.bridge == BridgeModel::Switching {
         return refused("model.currents", "\"ideal\" has no switching; write bridge = \"averaged\" beside it");
     }
-    if scene.method.position.is_some() {
-        return refused("model.currents", "\"ideal\" reads the encoder; write method.position = \"encoder\"");
-    }
-    if scene.pmsm.around.is_more() {
-        return refused("model.currents", "\"ideal\" has the rotor alone, without bodies, stops and springs around it");
-    }
     if scene.method.enable_after_s > 0.0 {
         return refused("model.currents", "\"ideal\" currents flow from the start; leave method.enable_after out");
     }

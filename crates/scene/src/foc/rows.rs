@@ -64,7 +64,7 @@ keys! { model_foc: "model" of [FOC];
     bridge: Choice<BridgeModel> =
         Choice::new(|| named(&BridgeModel::ALL, BridgeModel::name), Is(BridgeModel::Switching));
     /// Models the current loops with their winding, or a torque that is the wanted one, beside an averaged bridge; then
-    /// neither winding, bridge and cogging are modelled, nor a stiction above Coulomb friction.
+    /// winding, bridge and cogging are not modelled.
     currents: Choice<bool> = Choice::new(|| vec![("loops", false), ("ideal", true)], Is(false));
     /// Time by which an ideal torque follows the wanted one, a pure delay; only beside `currents = "ideal"`.
     current_delay: Quantity = Quantity::new(&q::TIME, NotNegative, Is(0.0));

@@ -5,7 +5,7 @@ pub(crate) mod rows;
 use std::sync::Arc;
 
 use hpu_plant::Bridge;
-use hpu_plant::network::{Body, Feed, FeedKind};
+use hpu_plant::network::{Body, Feed, FeedKind, Network};
 use hpu_signal::Clock;
 use toml_edit::Item;
 
@@ -57,6 +57,24 @@ pub struct Pmsm {
 }
 
 impl Pmsm {
+    /// Returns whether nothing is around the rotor but the hand, no other body, stop, spring or sensor of a position,
+    /// and friction at rest is that in motion.
+    pub fn is_alone(&self) -> bool {
+        let Network { bodies, stops, sensed, .. } = &self.around.network;
+        let is_free = bodies[0].spring == 0.0 && bodies[0].constant == 0.0;
+        bodies.len() == 1 && stops.is_empty() && sensed.is_empty() && is_free && self.stiction_nm == self.coulomb_nm
+    }
+
+    /// Returns the rotor with what is around it, driven by a torque in the place of currents, with the sensors that
+    /// read no current.
+    pub fn without_currents(&self) -> Compound {
+        let mut compound = Compound::clone(&self.around);
+        let kind = FeedKind::Current { bandwidth_rad_per_s: f64::INFINITY, supply_v: f64::INFINITY };
+        compound.network.feed = Feed { torque_constant: 1.0, resistance_ohm: 0.0, inductance_h: 0.0, kind };
+        compound.sensors = self.sensors.iter().filter(|sensor| !sensor.reads_a_current()).cloned().collect();
+        compound
+    }
+
     /// Returns the torque for one ampere across the magnets' axis, without what unequal inductances add.
     pub fn torque_constant_nm_per_a(&self) -> f64 {
         1.5 * f64::from(self.pole_pairs) * self.flux_wb
@@ -76,7 +94,8 @@ pub(crate) struct Built {
     pub at_wall: &'static Axis,
 }
 
-/// Reads a motor with its sensors, what is around it, its encoder, bridge and hand.
+/// Reads a motor with its sensors, what is around it, its encoder, bridge and hand; of a scene with a method also
+/// whether its joints are modelled as rigid.
 pub(crate) fn built(root: &Section, clock: Clock, load: Load) -> Result<Built, SceneError> {
     let s = &root.section("device")?;
     s.accept(&["pmsm"])?;
@@ -100,7 +119,10 @@ pub(crate) fn built(root: &Section, clock: Clock, load: Load) -> Result<Built, S
     let feed = FeedKind::Bridge(nothing);
     let feed = Feed { torque_constant, resistance_ohm, inductance_h: inductance_h[1], kind: feed };
     let encoder = encoder(&root.section("encoder")?, Kind::Pmsm, true)?;
-    let (draft, sensors) = around(root, (rotor, feed), (encoder, pole_pairs), clock)?;
+    let (mut draft, sensors) = around(root, (rotor, feed), (encoder, pole_pairs), clock)?;
+    if root.has("method") {
+        draft.stiffen(&root.section("model")?)?;
+    }
     let [_, grip, at_wall] = draft.axes();
     let count = || Ok(encoder.count_rad());
     let (mut hand, recorded) = hand(&root.section("hand")?.along(grip), &["pmsm"], load, &count)?;

@@ -75,24 +75,12 @@ fn what_the_loop_cannot_have_is_refused_at_its_key() {
             vec![("hand", "{ kind = \"prescribed\", path = [[0, 0]] }"), ("device.initial_speed", "1")],
             ["device.initial_speed", "imposes the motion"],
         ),
-        (
-            "foc-detents",
-            vec![
-                ("model", "{ bridge = \"averaged\", currents = \"ideal\" }"),
-                ("device.bodies.rotor.stops", "{ low = -1, high = 1, stiffness = 1 }"),
-            ],
-            ["model.currents", "the rotor alone"],
-        ),
+        ("foc-detents", vec![("model.joints", "loose")], ["model.joints", "\"rigid\""]),
         ("foc-detents", vec![("amplifier", "{ full_scale = 1 }")], ["amplifier", "three legs"]),
         ("foc-detents", vec![("bridge.dead_band", "1 V")], ["bridge.dead_band", "averaged"]),
         ("foc-wall", vec![("wall.position", "4 rad")], ["wall.position", "does not fit 14 bits"]),
         ("foc-wall", vec![("wall.stiffness", "1e6")], ["wall.stiffness", "does not fit"]),
         ("foc-wall", vec![("wall.ramp", "{ from = 0, to = 1 }")], ["wall.ramp", "unknown"]),
-        (
-            "foc-wall",
-            vec![("model.bridge", "averaged"), ("model.currents", "ideal")],
-            ["model.currents", "reads the encoder"],
-        ),
         ("foc-detents", vec![("model.currents", "ideal")], ["model.currents", "bridge = \"averaged\""]),
         (
             "foc-detents",

@@ -307,5 +307,36 @@ fn a_method_counts_another_encoder() {
         "device.sensors.far.on: no body \"handel\"; there are rotor, handle",
     );
     refused(&far.replace("resolution = \"10 um\"", "lines = 100"), "device.sensors.far.lines: handle slides");
+    let amps = "device.sensors.a = { kind = \"current\", bits = 8, gain = 1, range = 1, rate = 1000 }\n";
+    refused(&format!("{amps}method.position = \"a\"\n"), "method.position: a reads no position; write an encoder");
     refused(&far.replace("far", "encoder"), "device.sensors.encoder: the name of the scene's own encoder");
+}
+
+/// An absolute sensor as the position: its counts are those of an encoder with as many, and the encoder is a sensor.
+#[test]
+fn a_method_reads_the_words_of_an_absolute_sensor() {
+    let read = |sensor: &str| {
+        let sensor = format!("device.sensors.word = {{ kind = \"absolute\", rate = \"20 kHz\", {sensor} }}\n");
+        parse(&format!("{KNOB}{sensor}method.position = \"word\"\n"))
+    };
+    let turning = read("on = \"rotor\", bits = 13").unwrap();
+    let own = parse(&KNOB.replace("lines = 2000", "lines = 2048")).unwrap();
+    assert_eq!((turning.encoder, &turning.device, turning.wall), (own.encoder, &own.device, own.wall));
+    assert_eq!(turning.words().unwrap(), own.words().unwrap());
+    let network = turning.network.unwrap();
+    assert_eq!((network.followed, network.position(), network.network.seen), (Some(0), Some("word"), 0));
+    assert_eq!(network.sensors[1].kind, SensorKind::Encoder(1, Encoder::Rotary { lines: 2000 }));
+    assert!(network.left_out().contains(&"rate, latency, lag and errors of the sensor word".to_string()));
+    let sliding = read("on = \"handle\", bits = 12, span = \"40.96 mm\"").unwrap();
+    let Encoder::Linear { resolution_m } = sliding.encoder else { panic!("the handle slides") };
+    assert!((resolution_m / 10e-6 - 1.0).abs() < 1e-15, "{resolution_m:e}");
+    for (sensor, more, said) in [
+        ("on = \"rotor\", bits = 2", "", "method.position: word has no words of 3 to 26 bits of a turn"),
+        ("on = \"rotor\", bits = 13, span = \"1 rad\"", "", "leave its span out"),
+        ("on = \"rotor\", bits = 13", "faults = { swapped = true }\n", "faults:"),
+    ] {
+        let sensor = format!("device.sensors.word = {{ kind = \"absolute\", rate = \"20 kHz\", {sensor} }}\n");
+        let error = parse(&format!("{KNOB}{sensor}method.position = \"word\"\n{more}")).unwrap_err();
+        assert!(error.contains(said), "{error}");
+    }
 }

@@ -8,6 +8,7 @@ use super::AxisWorld;
 use super::placed::{DUTY, OPEN};
 use super::state::gates;
 use crate::world::actuator::Actuator;
+use crate::world::encoder::Pins;
 use crate::world::plant::Kind;
 
 impl<I> AxisWorld<'_, I> {
@@ -65,6 +66,11 @@ impl<I> AxisWorld<'_, I> {
             && self.next_due <= edge
         {
             sensors.happen(edge, device);
+            if let Some((sensor, follower)) = &mut self.follower {
+                follower.follow(edge, sensors.pins()[*sensor][0]);
+                self.pins = Pins::at(follower.shown);
+                self.stay();
+            }
         }
         if let Some(faults) = self.faults.as_mut().filter(|faults| faults.next().is_some_and(|next| next <= edge)) {
             let told = self.told.or_else(|| self.modulator.as_ref().map(|modulator| modulator.gates));
@@ -224,6 +230,9 @@ impl<I> AxisWorld<'_, I> {
         self.next_due = due;
         if let Some(sensors) = &self.sensors {
             due = due.min(sensors.next_apart());
+            if let Some((_, follower)) = &self.follower {
+                due = due.min(follower.next);
+            }
             if self.edge < self.begins.0 {
                 due = due.min(self.begins.0);
             }

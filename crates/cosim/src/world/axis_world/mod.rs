@@ -27,7 +27,7 @@ use crate::world::actuator::{Actuator, Latch, Modulator, Shaping};
 #[cfg(not(target_family = "wasm"))]
 use crate::world::any_device::Phased;
 use crate::world::any_device::{AnyDevice, Other};
-use crate::world::encoder::{Encoder, Pins};
+use crate::world::encoder::{Encoder, Follower, Pins};
 use crate::world::faults::FaultState;
 use crate::world::plant::{AnyLaws, Kind, Plant};
 use crate::world::sensors::Sensors;
@@ -64,6 +64,8 @@ pub struct AxisWorld<'p, I = LoopIn<i64>> {
     faults: Option<Box<FaultState<'p>>>,
     /// The sensors of a network beside the encoder, if it has any.
     sensors: Option<Box<Sensors<'p>>>,
+    /// The sensor whose words the encoder's lines follow, and these lines.
+    follower: Option<(usize, Follower)>,
     /// Why the run cannot go on, apart from the reasons that the device itself knows.
     over: Option<&'static str>,
     edge: u64,
@@ -152,6 +154,7 @@ impl<'p, I> AxisWorld<'p, I> {
             stays: plant.places.tally(0),
             faults: plant.faults.as_ref().map(|plan| Box::new(FaultState::new(plan))),
             sensors: None,
+            follower: None,
             over: None,
             edge: 0,
             pins: Pins::default(),
@@ -177,22 +180,28 @@ impl<'p, I> AxisWorld<'p, I> {
             });
             world.begin(*angle_rad);
         }
-        if let Kind::Network { laws, angle_rad, sensors, seed, .. } = &plant.kind {
+        if let Kind::Network { laws, angle_rad, sensors, followed, seed, .. } = &plant.kind {
             let mut device = AnyDevice::Other(Box::new(match laws {
                 AnyLaws::Small(laws) => Other::Small(NetworkDevice::new(laws, 0.0)),
                 AnyLaws::Large(laws) => Other::Large(NetworkDevice::new(laws, 0.0)),
             }));
-            let sensors = (!sensors.is_empty()).then(|| Sensors::new(sensors, *seed, &mut device, read[0]));
+            let read = followed.map_or(read, |(sensor, _)| [None, None, Some(sensor)]);
+            let sensors = (!sensors.is_empty()).then(|| Sensors::new(sensors, *seed, &mut device, read));
             world.sensors = sensors.map(Box::new);
             world.device = Some(device);
             world.begin(*angle_rad);
+            if let (Some((sensor, bits)), Some(sensors)) = (*followed, &mut world.sensors) {
+                let (follower, word) = Follower::new(bits, world.encoder.count());
+                sensors.preset(sensor, word);
+                world.follower = Some((sensor, follower));
+            }
         }
         #[cfg(not(target_family = "wasm"))]
         if let Kind::Pmsm { laws, start, sensors, seed, .. } = &plant.kind {
             let mut device = AnyDevice::Other(Box::new(Other::Pmsm(Phased::new(PmsmDevice::new(
                 laws, [0.0; 2], start[1], start[0],
             )))));
-            let sensors = (!sensors.is_empty()).then(|| Sensors::new(sensors, *seed, &mut device, read[0]));
+            let sensors = (!sensors.is_empty()).then(|| Sensors::new(sensors, *seed, &mut device, read));
             world.sensors = sensors.map(Box::new);
             world.device = Some(device);
             world.begin(start[0]);
@@ -295,6 +304,7 @@ impl<'p, I> AxisWorld<'p, I> {
         }
         self.over = self.encoder.over();
         self.pins = match &mut self.faults {
+            None if self.follower.is_some() => self.pins,
             None => self.encoder.pins(),
             Some(faults) => {
                 faults.moved(edge, before, self.encoder.count());
@@ -309,9 +319,10 @@ impl<'p, I> AxisWorld<'p, I> {
     #[inline(always)]
     fn stay(&mut self) {
         let count = self.encoder.count();
-        match &self.faults {
-            None => self.stays.see(self.edge, count),
-            Some(faults) => self.stays.see_apart(self.edge, count, faults.count(count)),
+        match (&self.faults, &self.follower) {
+            (None, None) => self.stays.see(self.edge, count),
+            (None, Some((_, follower))) => self.stays.see_apart(self.edge, count, follower.shown),
+            (Some(faults), _) => self.stays.see_apart(self.edge, count, faults.count(count)),
         }
     }
 

@@ -160,7 +160,9 @@ impl<I: Placed> World for AxisWorld<'_, I> {
 
     #[inline(always)]
     fn glide(&mut self, limit: u64, before: impl FnMut(&Self, u64)) {
-        if let Some(AnyDevice::Other(_)) = self.device {
+        if let Some(AnyDevice::Other(other)) = &self.device
+            && let Other::Stepped(_) = **other
+        {
             self.pass_steps(limit, before);
         }
     }
