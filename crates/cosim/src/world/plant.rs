@@ -210,32 +210,7 @@ impl Plant {
             };
             return Ok(Self { kind, count_rad, actuator, edge_s, late, modulator, stepping: None, faults, places });
         }
-        let axis = match device {
-            hpu_scene::Device::Motor(motor) => {
-                let shaft = Motor {
-                    resistance_ohm: motor.resistance_ohm,
-                    inductance_h: motor.inductance_h,
-                    torque_constant_nm_per_a: motor.torque_constant_nm_per_a,
-                    inertia_kg_m2: motor.inertia_kg_m2(),
-                    viscous_nm_s_per_rad: motor.viscous_friction_nm_s_per_rad,
-                    coulomb_nm: if rubs { motor.coulomb_friction_nm } else { 0.0 },
-                };
-                Axis::new(shaft, bridge, hand, edge_s, horizon).map(|axis| match winding {
-                    Winding::Inductive => axis,
-                    Winding::Resistive => axis.without_inductance(),
-                })
-            }
-            hpu_scene::Device::Mass(mass) => {
-                let body =
-                    Motor::on_rail(mass.mass_kg, mass.damping_n_s_per_m, if rubs { mass.coulomb_n } else { 0.0 });
-                Axis::amplified(body, hand, edge_s, horizon)
-            }
-        }
-        .and_then(|axis| match friction {
-            Friction::Smoothed { speed_rad_per_s } => axis.with_smoothed_friction(speed_rad_per_s),
-            Friction::StickSlip | Friction::None => Ok(axis),
-        })
-        .map_err(|error| PlantError(error.to_string()))?;
+        let axis = axis(device, (bridge, winding), hand, friction, (edge_s, horizon))?;
         let (current_a, mut speed_rad_per_s, mut angle_rad) = match device {
             hpu_scene::Device::Motor(motor) => {
                 (motor.initial_current_a, motor.initial_speed_rad_per_s, motor.initial_angle_rad)
@@ -266,6 +241,42 @@ impl Plant {
             Kind::Capture { .. } => None,
         }
     }
+}
+
+/// Returns the laws of a motor or a mass.
+fn axis(
+    device: &hpu_scene::Device,
+    (bridge, winding): (Bridge, Winding),
+    hand: Hand,
+    friction: Friction,
+    (edge_s, horizon): (f64, u64),
+) -> Result<Axis, PlantError> {
+    let rubs = friction != Friction::None;
+    match device {
+        hpu_scene::Device::Motor(motor) => {
+            let shaft = Motor {
+                resistance_ohm: motor.resistance_ohm,
+                inductance_h: motor.inductance_h,
+                torque_constant_nm_per_a: motor.torque_constant_nm_per_a,
+                inertia_kg_m2: motor.inertia_kg_m2(),
+                viscous_nm_s_per_rad: motor.viscous_friction_nm_s_per_rad,
+                coulomb_nm: if rubs { motor.coulomb_friction_nm } else { 0.0 },
+            };
+            Axis::new(shaft, bridge, hand, edge_s, horizon).map(|axis| match winding {
+                Winding::Inductive => axis,
+                Winding::Resistive => axis.without_inductance(),
+            })
+        }
+        hpu_scene::Device::Mass(mass) => {
+            let body = Motor::on_rail(mass.mass_kg, mass.damping_n_s_per_m, if rubs { mass.coulomb_n } else { 0.0 });
+            Axis::amplified(body, hand, edge_s, horizon)
+        }
+    }
+    .and_then(|axis| match friction {
+        Friction::Smoothed { speed_rad_per_s } => axis.with_smoothed_friction(speed_rad_per_s),
+        Friction::StickSlip | Friction::None => Ok(axis),
+    })
+    .map_err(|error| PlantError(error.to_string()))
 }
 
 /// Returns the laws of a motor with three phases on its bridge, with or without friction.

@@ -225,56 +225,7 @@ impl Pmsm {
             Hand::Torque(torque_nm) => Grip { torque_nm, ..grip },
             Hand::Prescribed => grip,
         };
-        for (name, value, positive) in [
-            ("resistance", motor.resistance_ohm, false),
-            ("L_d", motor.direct_h, true),
-            ("L_q", motor.quadrature_h, true),
-            ("flux linkage", motor.flux_vs, false),
-            ("inertia", motor.inertia_kg_m2, true),
-            ("viscous friction", motor.viscous_nm_s_per_rad, false),
-            ("Coulomb friction", motor.coulomb_nm, false),
-            ("supply", inverter.supply_v, true),
-            ("resistance of the supply", inverter.supply_ohm, false),
-            ("on-resistance", inverter.on_resistance_ohm, false),
-            ("diode drop", inverter.diode_drop_v, false),
-            ("hand stiffness", grip.stiffness_nm_per_rad, false),
-            ("hand damping", grip.damping_nm_s_per_rad, false),
-            ("clock period", edge_s, true),
-        ] {
-            if !value.is_finite() || value < 0.0 || (positive && value == 0.0) {
-                let rule = if positive { "positive" } else { "zero or positive" };
-                return refuse(format!("{name} is {value}; it must be {rule}"));
-            }
-        }
-        if !(motor.stiction_nm.is_finite() && motor.stiction_nm >= motor.coulomb_nm) {
-            let (stiction, coulomb) = (motor.stiction_nm, motor.coulomb_nm);
-            return refuse(format!("stiction is {stiction}; it must be the Coulomb friction, {coulomb}, or more"));
-        }
-        for body in &net.bodies {
-            let of = [body.inertia, body.viscous, body.coulomb, body.spring, body.constant, body.position, body.speed];
-            if of.iter().any(|of| !of.is_finite()) || body.inertia <= 0.0 || body.viscous < 0.0 || body.coulomb < 0.0 {
-                return refuse("a body has no positive inertia, or a number that is not finite or below 0".into());
-            }
-        }
-        let is_count = |count: u32| (1..=HIGHEST_ORDER).contains(&count);
-        if !is_count(motor.pole_pairs) {
-            return refuse(format!("pole pairs are {}; accepted are 1 to {HIGHEST_ORDER}", motor.pole_pairs));
-        }
-        if motor.cogging.len() > MOST_HARMONICS {
-            let count = motor.cogging.len();
-            return refuse(format!("cogging has {count} harmonics; accepted are up to {MOST_HARMONICS}"));
-        }
-        for harmonic in &motor.cogging {
-            if !is_count(harmonic.order) {
-                return refuse(format!(
-                    "a harmonic of the cogging has order {}; accepted are 1 to {HIGHEST_ORDER}",
-                    harmonic.order
-                ));
-            }
-            if !(harmonic.amplitude_nm.is_finite() && harmonic.phase_rad.is_finite()) {
-                return refuse("amplitude and phase of a harmonic of the cogging must be finite".into());
-            }
-        }
+        checked(&motor, &inverter, &net, &grip, edge_s)?;
         let waves = motor.cogging.chunks(2).map(|pair| {
             let (one, other) = (pair[0], pair.get(1).copied().unwrap_or(Harmonic { amplitude_nm: 0.0, ..pair[0] }));
             Waves {
@@ -308,4 +259,60 @@ impl Pmsm {
     fn imposes(&self, body: usize) -> bool {
         self.net.hand == Hand::Prescribed && self.grip.body == body
     }
+}
+
+/// Refuses numbers that no motor, inverter or body has.
+fn checked(motor: &PmsmMotor, inverter: &Inverter, net: &Reduced, grip: &Grip, edge_s: f64) -> Result<(), PmsmError> {
+    let refuse = |reason: String| Err(PmsmError(reason));
+    for (name, value, positive) in [
+        ("resistance", motor.resistance_ohm, false),
+        ("L_d", motor.direct_h, true),
+        ("L_q", motor.quadrature_h, true),
+        ("flux linkage", motor.flux_vs, false),
+        ("inertia", motor.inertia_kg_m2, true),
+        ("viscous friction", motor.viscous_nm_s_per_rad, false),
+        ("Coulomb friction", motor.coulomb_nm, false),
+        ("supply", inverter.supply_v, true),
+        ("resistance of the supply", inverter.supply_ohm, false),
+        ("on-resistance", inverter.on_resistance_ohm, false),
+        ("diode drop", inverter.diode_drop_v, false),
+        ("hand stiffness", grip.stiffness_nm_per_rad, false),
+        ("hand damping", grip.damping_nm_s_per_rad, false),
+        ("clock period", edge_s, true),
+    ] {
+        if !value.is_finite() || value < 0.0 || (positive && value == 0.0) {
+            let rule = if positive { "positive" } else { "zero or positive" };
+            return refuse(format!("{name} is {value}; it must be {rule}"));
+        }
+    }
+    if !(motor.stiction_nm.is_finite() && motor.stiction_nm >= motor.coulomb_nm) {
+        let (stiction, coulomb) = (motor.stiction_nm, motor.coulomb_nm);
+        return refuse(format!("stiction is {stiction}; it must be the Coulomb friction, {coulomb}, or more"));
+    }
+    for body in &net.bodies {
+        let of = [body.inertia, body.viscous, body.coulomb, body.spring, body.constant, body.position, body.speed];
+        if of.iter().any(|of| !of.is_finite()) || body.inertia <= 0.0 || body.viscous < 0.0 || body.coulomb < 0.0 {
+            return refuse("a body has no positive inertia, or a number that is not finite or below 0".into());
+        }
+    }
+    let is_count = |count: u32| (1..=HIGHEST_ORDER).contains(&count);
+    if !is_count(motor.pole_pairs) {
+        return refuse(format!("pole pairs are {}; accepted are 1 to {HIGHEST_ORDER}", motor.pole_pairs));
+    }
+    if motor.cogging.len() > MOST_HARMONICS {
+        let count = motor.cogging.len();
+        return refuse(format!("cogging has {count} harmonics; accepted are up to {MOST_HARMONICS}"));
+    }
+    for harmonic in &motor.cogging {
+        if !is_count(harmonic.order) {
+            return refuse(format!(
+                "a harmonic of the cogging has order {}; accepted are 1 to {HIGHEST_ORDER}",
+                harmonic.order
+            ));
+        }
+        if !(harmonic.amplitude_nm.is_finite() && harmonic.phase_rad.is_finite()) {
+            return refuse("amplitude and phase of a harmonic of the cogging must be finite".into());
+        }
+    }
+    Ok(())
 }

@@ -548,18 +548,25 @@ pub(crate) fn sensors(
         if s.has("chip") && sensors.iter().filter(|sensor: &&Sensor| sensor.is_chip()).count() == MOST_CHIPS {
             return Err(s.error("chip", format!("accepted: {MOST_CHIPS} chips on buses at most")));
         }
-        let corner_hz = s.given(&key::corner)?;
-        if corner_hz.is_some() && phases && body.is_some() {
-            return Err(s.error("corner", "an analog angle is one of a network; leave this out"));
-        }
-        if corner_hz.is_some() && !phases && body.is_none() {
-            return Err(s.error("corner", "of a phase's current, of a motor of kind \"pmsm\"; leave this out"));
-        }
-        if corner_hz.is_some_and(|hz| hz > clock.frequency_hz() as f64) {
-            return Err(s.error("corner", "beyond the clock; leave the lag out"));
-        }
+        let corner_hz = corner(&s, phases, body.is_some(), clock)?;
         sensed.extend(body.map(|body| Sensed { body, lag_rad_per_s: corner_hz.map(|hz| 2.0 * PI * hz) }));
         sensors.push(Sensor { name, kind });
     }
     Ok((sensors, sensed))
+}
+
+/// Reads the corner of a sensor's lag.
+fn corner(s: &Section, phases: bool, is_angle: bool, clock: Clock) -> Result<Option<f64>, SceneError> {
+    use keys::sensor as key;
+    let corner_hz = s.given(&key::corner)?;
+    if corner_hz.is_some() && phases && is_angle {
+        return Err(s.error("corner", "an analog angle is one of a network; leave this out"));
+    }
+    if corner_hz.is_some() && !phases && !is_angle {
+        return Err(s.error("corner", "of a phase's current, of a motor of kind \"pmsm\"; leave this out"));
+    }
+    if corner_hz.is_some_and(|hz| hz > clock.frequency_hz() as f64) {
+        return Err(s.error("corner", "beyond the clock; leave the lag out"));
+    }
+    Ok(corner_hz)
 }

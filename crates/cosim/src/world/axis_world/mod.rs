@@ -170,42 +170,7 @@ impl<'p, I> AxisWorld<'p, I> {
             begins: (0, [0; 3]),
             inputs: PhantomData,
         };
-        if let Kind::Axis { axis, current_a, speed_rad_per_s, angle_rad, .. } = &plant.kind {
-            world.device = Some(match plant.stepping {
-                None => AnyDevice::Exact(Device::new(axis, *current_a, *speed_rad_per_s, *angle_rad)),
-                Some(stepping) => {
-                    let start = [*current_a, *speed_rad_per_s, *angle_rad];
-                    AnyDevice::Other(Box::new(Other::Stepped(Stepped::new(axis, stepping, plant.edge_s, start))))
-                }
-            });
-            world.begin(*angle_rad);
-        }
-        if let Kind::Network { laws, angle_rad, sensors, followed, seed, .. } = &plant.kind {
-            let mut device = AnyDevice::Other(Box::new(match laws {
-                AnyLaws::Small(laws) => Other::Small(NetworkDevice::new(laws, 0.0)),
-                AnyLaws::Large(laws) => Other::Large(NetworkDevice::new(laws, 0.0)),
-            }));
-            let read = followed.map_or(read, |(sensor, _)| [None, None, Some(sensor)]);
-            let sensors = (!sensors.is_empty()).then(|| Sensors::new(sensors, *seed, &mut device, read));
-            world.sensors = sensors.map(Box::new);
-            world.device = Some(device);
-            world.begin(*angle_rad);
-            if let (Some((sensor, bits)), Some(sensors)) = (*followed, &mut world.sensors) {
-                let (follower, word) = Follower::new(bits, world.encoder.count());
-                sensors.preset(sensor, word);
-                world.follower = Some((sensor, follower));
-            }
-        }
-        #[cfg(not(target_family = "wasm"))]
-        if let Kind::Pmsm { laws, start, sensors, seed, .. } = &plant.kind {
-            let mut device = AnyDevice::Other(Box::new(Other::Pmsm(Phased::new(PmsmDevice::new(
-                laws, [0.0; 2], start[1], start[0],
-            )))));
-            let sensors = (!sensors.is_empty()).then(|| Sensors::new(sensors, *seed, &mut device, read));
-            world.sensors = sensors.map(Box::new);
-            world.device = Some(device);
-            world.begin(start[0]);
-        }
+        world.put_device(read);
         match plant.actuator {
             Actuator::Amplified { shaping, .. } => world.shaping = shaping,
             Actuator::Averaged { latch, .. } => {
@@ -228,6 +193,47 @@ impl<'p, I> AxisWorld<'p, I> {
             world.stays = plant.places.tally(0);
         }
         world
+    }
+
+    /// Puts the device where it starts, with its sensors.
+    fn put_device(&mut self, read: [Option<usize>; 3]) {
+        let plant = self.plant;
+        if let Kind::Axis { axis, current_a, speed_rad_per_s, angle_rad, .. } = &plant.kind {
+            self.device = Some(match plant.stepping {
+                None => AnyDevice::Exact(Device::new(axis, *current_a, *speed_rad_per_s, *angle_rad)),
+                Some(stepping) => {
+                    let start = [*current_a, *speed_rad_per_s, *angle_rad];
+                    AnyDevice::Other(Box::new(Other::Stepped(Stepped::new(axis, stepping, plant.edge_s, start))))
+                }
+            });
+            self.begin(*angle_rad);
+        }
+        if let Kind::Network { laws, angle_rad, sensors, followed, seed, .. } = &plant.kind {
+            let mut device = AnyDevice::Other(Box::new(match laws {
+                AnyLaws::Small(laws) => Other::Small(NetworkDevice::new(laws, 0.0)),
+                AnyLaws::Large(laws) => Other::Large(NetworkDevice::new(laws, 0.0)),
+            }));
+            let read = followed.map_or(read, |(sensor, _)| [None, None, Some(sensor)]);
+            let sensors = (!sensors.is_empty()).then(|| Sensors::new(sensors, *seed, &mut device, read));
+            self.sensors = sensors.map(Box::new);
+            self.device = Some(device);
+            self.begin(*angle_rad);
+            if let (Some((sensor, bits)), Some(sensors)) = (*followed, &mut self.sensors) {
+                let (follower, word) = Follower::new(bits, self.encoder.count());
+                sensors.preset(sensor, word);
+                self.follower = Some((sensor, follower));
+            }
+        }
+        #[cfg(not(target_family = "wasm"))]
+        if let Kind::Pmsm { laws, start, sensors, seed, .. } = &plant.kind {
+            let mut device = AnyDevice::Other(Box::new(Other::Pmsm(Phased::new(PmsmDevice::new(
+                laws, [0.0; 2], start[1], start[0],
+            )))));
+            let sensors = (!sensors.is_empty()).then(|| Sensors::new(sensors, *seed, &mut device, read));
+            self.sensors = sensors.map(Box::new);
+            self.device = Some(device);
+            self.begin(start[0]);
+        }
     }
 
     /// Sets the encoder to the angle at the start.
