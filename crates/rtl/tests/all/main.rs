@@ -16,6 +16,7 @@ mod phantom_loops;
 #[path = "../../../wave/tests/all/read_back.rs"]
 mod read_back;
 mod synthesis;
+mod system_verilog;
 mod testbench;
 mod thresholds;
 mod vectors;

@@ -6,8 +6,8 @@
 
 use std::collections::BTreeSet;
 
-use super::super::declared::attribute;
 use super::super::text::{bare, words};
+use super::tree::{Node, Tree, constant, is_statement};
 
 /// System functions that only compute, and tasks that only give memories their first words.
 const SILENT: &str = "$signed $unsigned $clog2 $bits $size $high $low $left $right $readmemh $readmemb $countones";
@@ -36,22 +36,20 @@ fn lists(list: &str, word: &str) -> bool {
     list.split(' ').any(|one| one == word)
 }
 
-/// Returns why files of Verilog may mean something else to Yosys than to Verilator, or say something; `None` if no word
-/// of them does. Of Verilog that GHDL has written (`is_made`), only what it says counts.
-pub(super) fn in_text(files: &[String], is_made: bool) -> Option<String> {
+/// Returns what files of Verilog may say, or how they may end a run; `None` if no word of them does.
+pub(super) fn heard(files: &[String]) -> Option<String> {
+    let is_heard = |word: &&str| {
+        let is_task = word.starts_with('$') && word.len() > 1;
+        is_task && !lists(SILENT, word) || lists(CLAIMS, word)
+    };
+    let word = |code: &String| words(code).map(|(_, word)| word).find(is_heard).map(str::to_string);
+    let word = files.iter().map(|file| bare(file)).find_map(|code| word(&code));
+    word.map(|word| format!("it may say something or end the run while it is simulated: `{word}`"))
+}
+
+/// Returns why files of Verilog may mean something else to Yosys than to Verilator; `None` if no word of them does.
+pub(super) fn in_text(files: &[String]) -> Option<String> {
     let codes: Vec<_> = files.iter().map(|file| bare(file)).collect();
-    for code in &codes {
-        let is_heard = |word: &&str| {
-            let is_task = word.starts_with('$') && word.len() > 1;
-            is_task && !lists(SILENT, word) || lists(CLAIMS, word)
-        };
-        if let Some(word) = words(code).map(|(_, word)| word).find(is_heard) {
-            return Some(format!("it may say something or end the run while it is simulated: `{word}`"));
-        }
-    }
-    if is_made {
-        return None;
-    }
     let otherwise = |what: &str| Some(format!("Yosys may read it otherwise than Verilator: {what}"));
     for (file, code) in files.iter().zip(&codes) {
         if let Some((_, word)) = words(code).find(|(_, word)| lists(OTHERWISE, word)) {
@@ -163,78 +161,6 @@ fn is_integer(name: &str, all: &[String]) -> bool {
     is_one && !is_other
 }
 
-/// An element of Verilator's XML.
-struct Node<'x> {
-    depth: usize,
-    tag: &'x str,
-    text: &'x str,
-}
-
-impl<'x> Node<'x> {
-    fn get(&self, name: &str) -> Option<&'x str> {
-        attribute(self.text, name)
-    }
-}
-
-/// Verilator's XML of a design, as elements in their order.
-struct Tree<'x> {
-    nodes: Vec<Node<'x>>,
-    /// The types that are signed.
-    signed: BTreeSet<&'x str>,
-}
-
-impl<'x> Tree<'x> {
-    fn read(xml: &'x str) -> Self {
-        let node = |line: &'x str| {
-            let text = line.trim_start();
-            let tag = text.strip_prefix('<')?.split([' ', '>', '/']).next()?;
-            (!tag.is_empty()).then(|| Node { depth: line.len() - text.len(), tag, text })
-        };
-        let nodes: Vec<_> = xml.lines().filter_map(node).collect();
-        let is_signed = |node: &&Node| node.tag == "basicdtype" && node.get("signed") == Some("true");
-        let signed = nodes.iter().filter(is_signed).filter_map(|node| node.get("id")).collect();
-        Self { nodes, signed }
-    }
-
-    /// Returns the end of the elements within one.
-    fn end(&self, at: usize) -> usize {
-        let depth = self.nodes[at].depth;
-        let within = self.nodes[at + 1..].iter().take_while(|node| node.depth > depth);
-        at + 1 + within.count()
-    }
-
-    /// Returns the elements within one.
-    fn within(&self, at: usize) -> impl Iterator<Item = usize> + use<'_, 'x> {
-        at + 1..self.end(at)
-    }
-
-    /// Returns the elements directly within one.
-    fn parts(&self, at: usize) -> Vec<usize> {
-        self.within(at).filter(|part| self.nodes[*part].depth == self.nodes[at].depth + 2).collect()
-    }
-
-    fn words(&self, at: usize) -> impl Iterator<Item = &'x str> {
-        let all = std::iter::once(at).chain(self.within(at)).map(|at| &self.nodes[at]);
-        all.filter(|node| node.tag == "varref").filter_map(|node| node.get("name"))
-    }
-
-    /// Returns whether a value is signed; a constant is if it has a sign that counts.
-    fn is_signed(&self, at: usize) -> bool {
-        let node = &self.nodes[at];
-        match node.tag {
-            "const" => node.get("name").is_some_and(|name| name.contains("sh")) && !is_positive(node),
-            _ => node.get("dtype_id").is_some_and(|id| self.signed.contains(id)),
-        }
-    }
-
-    /// Returns the words that an assignment changes.
-    fn target(&self, assignment: usize) -> Vec<&'x str> {
-        let Some(&target) = self.parts(assignment).last() else { return Vec::new() };
-        let count = if self.nodes[target].tag == "concat" { usize::MAX } else { 1 };
-        self.words(target).take(count).collect()
-    }
-}
-
 /// The words that a process reads and assigns, in their order.
 #[derive(Default)]
 struct Process<'x> {
@@ -278,9 +204,15 @@ impl<'x> Process<'x> {
     }
 }
 
-/// Returns why a design may mean something else to Yosys, from Verilator's XML of it and its files: processes that
-/// depend on the order in which a simulator runs them, or wait for other words than they read, and what Debian's Yosys
-/// is known to get wrong.
+/// Returns why the processes of a design may depend on the order in which a simulator runs them, or wait for other
+/// words than they read, from Verilator's XML of it.
+pub(super) fn in_order(xml: &str) -> Option<String> {
+    let tree = Tree::read(xml);
+    let modules = (0..tree.nodes.len()).filter(|at| tree.nodes[*at].tag == "module");
+    modules.into_iter().find_map(|module| raced(&tree, module))
+}
+
+/// Returns what Debian's Yosys is known to get wrong of a design, from Verilator's XML of it and its files.
 pub(super) fn in_design(xml: &str, files: &[String]) -> Option<String> {
     let tree = Tree::read(xml);
     // Verilator has computed what constants make, so a shift by one of them may be none any more.
@@ -295,7 +227,7 @@ pub(super) fn in_design(xml: &str, files: &[String]) -> Option<String> {
         return Some(format!("Yosys may read it otherwise than Verilator: a shift by `{amount}`"));
     }
     let modules = (0..tree.nodes.len()).filter(|at| tree.nodes[*at].tag == "module");
-    modules.into_iter().find_map(|module| raced(&tree, module).or_else(|| wrong(&tree, module)))
+    modules.into_iter().find_map(|module| wrong(&tree, module))
 }
 
 /// Returns why the processes of a module may depend on their order, or wait for other words than they read.
@@ -407,25 +339,6 @@ fn wrong(tree: &Tree, module: usize) -> Option<String> {
         }
     }
     None
-}
-
-/// Returns whether an element is a constant whose sign is clear.
-fn is_positive(node: &Node) -> bool {
-    let width = node.get("name").and_then(|name| name.split("&apos;").next()?.parse::<u32>().ok());
-    let is_clear = |(width, word): (u32, u64)| (1..=64).contains(&width) && word >> (width - 1) == 0;
-    node.tag == "const" && width.zip(constant(node)).is_some_and(is_clear)
-}
-
-/// Returns whether an element is a statement, no value.
-fn is_statement(tree: &Tree, at: usize) -> bool {
-    tree.nodes[at].get("dtype_id").is_none() || tree.nodes[at].tag.starts_with("assign")
-}
-
-/// Returns the word of a constant; `None` where it has unknown bits or more than 64.
-fn constant(node: &Node) -> Option<u64> {
-    let text = node.get("name")?.replace("&apos;", "'");
-    let (_, digits) = text.split_once('\'')?;
-    u64::from_str_radix(digits.trim_start_matches('s').strip_prefix('h')?, 16).ok()
 }
 
 #[cfg(test)]

@@ -8,7 +8,9 @@
 mod automatic;
 mod compared;
 mod misread;
+mod plain;
 mod running;
+mod tree;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -37,7 +39,7 @@ use crate::engines::tool::Tool;
 /// reason why there is none, if there is one.
 const RESULTS: [&str; 5] = [NETLIST, PORTS, NOTES, UNCHECKED, UNFIT];
 /// Version of the rules by which designs are refused. Raise it with each new one.
-const RULES: &str = "5";
+const RULES: &str = "6";
 const NETLIST: &str = "netlist.json";
 /// The JSON of Yosys before it simplifies anything.
 const UNSIMPLIFIED: &str = "unsimplified.json";
@@ -49,6 +51,8 @@ const UNFIT: &str = "unfit";
 const WRAPPED: &str = "hpu_parameters";
 const WRAPPER: &str = "hpu_parameters.v";
 const INSTANCE: &str = "hpu_design";
+/// The file of a design as Verilator has read it.
+const PLAIN: &str = "hpu_plain.v";
 
 /// A design as a netlist.
 pub(super) struct Leaping {
@@ -138,6 +142,44 @@ impl Simulators {
         Ok(joined(model, netlist, described, inside).map(|design| Leaping { unchecked, ..design }))
     }
 
+    /// Lets Yosys write the netlist of files, or tells why it does not take them. `lines` are those of the design's
+    /// ports; files as they were written still have parameters.
+    fn synthesise(
+        &self,
+        dut: &Dut,
+        folder: &Path,
+        (files, lines, has_parameters): (&[PlainName], &str, bool),
+    ) -> Result<Result<(), String>, Error> {
+        let is_vhdl = super::is_vhdl(&dut.files);
+        let mut files = files.to_vec();
+        if is_wrapped(dut) {
+            match wrapped(dut, lines, has_parameters) {
+                Ok(text) => write(folder, WRAPPER, text.as_bytes())?,
+                Err(why) => return Ok(Err(why)),
+            }
+            files.push(PlainName::fixed(WRAPPER));
+        }
+        // A name that nothing declares is no net of one bit, but may be one inside of an instance.
+        let files: Script<Yosys> = files.iter().map(|file| script!(Yosys: " {}", file)).collect();
+        let source = script!(Yosys: "read_verilog{} -sv -noautowire -nosynthesis{}; ", NO_DPI, files);
+        let own = if is_vhdl { dut.top.to_lowercase() } else { dut.top.clone() };
+        let top = if is_wrapped(dut) { script!(Yosys: "{}", Fixed(WRAPPED)) } else { script!(Yosys: "{}", own) };
+        let zeros = if is_vhdl { script!(Yosys: "{}; ", Fixed(yosys::ZEROS)) } else { Script::empty() };
+        let (flat, lowered) = (Fixed(yosys::FLAT), Fixed(yosys::LOWERED));
+        let script = script!(
+            Yosys: "{}hierarchy -top {}; {}; write_json {}; {}{}; write_json {}",
+            source, top, flat, Fixed(UNSIMPLIFIED), zeros, lowered, Fixed(NETLIST)
+        );
+        match self.yosys(dut, folder, "write a netlist", &script) {
+            Ok(_) => Ok(Ok(())),
+            // What Yosys does not read, another simulator may.
+            Err(error) if error.tool().is_none_or(|tool| tool.refused()) => {
+                Ok(Err(format!("Yosys does not take it: {}", said(&error))))
+            }
+            Err(error) => Err(error),
+        }
+    }
+
     /// Makes a netlist of a design in a folder, or tells why it has none.
     fn netlist(&self, model: &Model, folder: &Path) -> Result<Result<Texts, String>, Error> {
         let dut = model.dut;
@@ -157,38 +199,38 @@ impl Simulators {
                 all.map(|content| String::from_utf8_lossy(content).into_owned()).collect::<Vec<_>>()
             }
         };
-        if let Some(why) = misread::in_text(&texts, is_vhdl) {
+        if let Some(why) = misread::heard(&texts) {
             return Ok(Err(why));
         }
         let translated = self.translated(model, (folder, &files, &top), (!is_vhdl, true))?;
         if translated.is_timed {
             return Ok(Err("it has delays".to_string()));
         }
-        if !is_vhdl && let Some(why) = misread::in_design(&read(&folder.join(XML))?, &texts) {
+        // What Yosys does not read, or reads otherwise, is written out as Verilator has read it.
+        let xml = if is_vhdl { String::new() } else { read(&folder.join(XML))? };
+        if let Some(why) = misread::in_order(&xml) {
             return Ok(Err(why));
         }
-        let mut files = files;
-        if is_wrapped(dut) {
-            match wrapped(dut, &translated.lines) {
-                Ok(text) => write(folder, WRAPPER, text.as_bytes())?,
-                Err(why) => return Ok(Err(why)),
+        let otherwise =
+            if is_vhdl { None } else { misread::in_text(&texts).or_else(|| misread::in_design(&xml, &texts)) };
+        let read_as_written = match otherwise {
+            Some(why) => Err(why),
+            None => self.synthesise(dut, folder, (&files, &translated.lines, true))?,
+        };
+        match read_as_written {
+            Ok(()) => {}
+            Err(why) if is_vhdl => return Ok(Err(why)),
+            Err(why) => {
+                let told = |other: String| Ok(Err(format!("{why}; written out as Verilator has read it: {other}")));
+                match plain::plain(&xml, &dut.top) {
+                    Ok(plain) => write(folder, PLAIN, plain.as_bytes())?,
+                    Err(what) => return told(format!("it has {what}, which is not known here")),
+                }
+                let lines = &translated.lines;
+                if let Err(other) = self.synthesise(dut, folder, (&[PlainName::fixed(PLAIN)], lines, false))? {
+                    return told(other);
+                }
             }
-            files.push(PlainName::fixed(WRAPPER));
-        }
-        // A name that nothing declares is no net of one bit, but may be one inside of an instance.
-        let files: Script<Yosys> = files.iter().map(|file| script!(Yosys: " {}", file)).collect();
-        let source = script!(Yosys: "read_verilog{} -sv -noautowire -nosynthesis{}; ", NO_DPI, files);
-        let top = if is_wrapped(dut) { script!(Yosys: "{}", Fixed(WRAPPED)) } else { script!(Yosys: "{}", top) };
-        let zeros = if is_vhdl { script!(Yosys: "{}; ", Fixed(yosys::ZEROS)) } else { Script::empty() };
-        let (flat, lowered) = (Fixed(yosys::FLAT), Fixed(yosys::LOWERED));
-        let script = script!(
-            Yosys: "{}hierarchy -top {}; {}; write_json {}; {}{}; write_json {}",
-            source, top, flat, Fixed(UNSIMPLIFIED), zeros, lowered, Fixed(NETLIST)
-        );
-        if let Err(error) = self.yosys(dut, folder, "write a netlist", &script) {
-            // What Yosys does not read, another simulator may.
-            let is_its = error.tool().is_none_or(|tool| tool.refused());
-            return if is_its { Ok(Err(format!("Yosys does not take it: {}", said(&error)))) } else { Err(error) };
         }
         match yosys::turned_shift(&read(&folder.join(UNSIMPLIFIED))?, &self::top(dut)) {
             Ok(None) => {}
@@ -253,7 +295,7 @@ fn top(dut: &Dut) -> String {
 
 /// Returns a module with the ports of a design in these lines and an instance of it, which sets its parameters; else
 /// why there is none.
-fn wrapped(dut: &Dut, lines: &str) -> Result<String, String> {
+fn wrapped(dut: &Dut, lines: &str, has_parameters: bool) -> Result<String, String> {
     let (mut ports, mut connected) = (Vec::new(), Vec::new());
     for port in lines.lines().filter_map(port).filter(|(port, is_hidden)| !is_hidden && !port.is_inside) {
         let (name, width) = (&port.0.name, port.0.format.width());
@@ -266,8 +308,9 @@ fn wrapped(dut: &Dut, lines: &str) -> Result<String, String> {
     }
     let values = dut.generics.iter().map(|(name, value)| format!(".{name}({})", Script::<Verilog>::literal(value)));
     let values: Vec<_> = values.collect();
-    let (ports, connected, values) = (ports.join(", "), connected.join(", "), values.join(", "));
-    Ok(format!("module {WRAPPED}({ports});\n  {} #({values}) {INSTANCE}({connected});\nendmodule\n", dut.top))
+    let (ports, connected) = (ports.join(", "), connected.join(", "));
+    let values = if has_parameters { format!("#({})", values.join(", ")) } else { String::new() };
+    Ok(format!("module {WRAPPED}({ports});\n  {} {values} {INSTANCE}({connected});\nendmodule\n", dut.top))
 }
 
 /// Joins a netlist and the ports of its design, by name and width. Signals inside that the netlist has no word for are
