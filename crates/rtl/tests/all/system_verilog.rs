@@ -66,7 +66,10 @@ const FORMS: [&str; 7] = [
      endmodule",
     // Shifts by signed words, a signed word to a moving part, a loop by a narrow variable's copy.
     "module t(input logic clk, rst, input logic signed [3:0] s, input logic [7:0] a, output logic [15:0] q,
-         output logic signed [15:0] y, output logic [7:0] z);
+         output logic signed [15:0] y, output logic [7:0] z, output logic [7:0] v);
+       always_comb begin
+         v = '0; for (int i = 7; i >= 0; i--) v[i] = a[7 - i] & (i > s); for (int i = 1; i < 8; i = i * 2) v[i] = s[2];
+       end
        assign y = $signed(a) >>> s; assign z = a << s;
        always_ff @(posedge clk) if (rst) q <= '0; else begin
          q[a[3:0] & 4'd7] <= s >>> 1;
