@@ -800,15 +800,15 @@ fn hand_depth(scene: &Scene) -> f64 {
     path.last().map_or(0.0, |end| end.angle_rad) / scene.encoder.count_rad() - scene.wall_count() as f64
 }
 
-/// Returns the greatest distance of a winding's current from its mean, as a share of the stalled one, over a period with
-/// this duty.
+/// Returns the greatest distance of a winding's current from its mean, as a share of the stalled one, over a period
+/// with this duty.
 fn ripple(decay: f64, duty: f64) -> f64 {
     let high = (1.0 - libm::exp(-decay * duty)) / (1.0 - libm::exp(-decay));
     (high - duty).max(duty - high * libm::exp(-decay * (1.0 - duty)))
 }
 
-/// Returns bounds of the second and third derivatives of a pulse's answer by its end, roughly: `after` is the answer to a
-/// pulse that ended a share of the period ago, and `further` its derivative.
+/// Returns bounds of the second and third derivatives of a pulse's answer by its end, roughly: `after` is the answer to
+/// a pulse that ended a share of the period ago, and `further` its derivative.
 fn bends(after: impl Fn(f64) -> [f64; 3], further: impl Fn(&[f64; 3]) -> [f64; 3]) -> [[f64; 3]; 2] {
     let (mut bend, mut third) = ([0.0f64; 3], [0.0f64; 3]);
     for part in 0..=64 {
@@ -822,8 +822,8 @@ fn bends(after: impl Fn(f64) -> [f64; 3], further: impl Fn(&[f64; 3]) -> [f64; 3
     [bend, third]
 }
 
-/// Returns the sums of sizes of the responses of a closed loop to these starts, and to each state: of each state, and of
-/// the steps of the last one.
+/// Returns the sums of sizes of the responses of a closed loop to these starts, and to each state: of each state, and
+/// of the steps of the last one.
 fn sums(closed: &Matrix, starts: [[f64; 3]; 3], radius: f64) -> [[f64; 4]; 6] {
     let unit = |at: usize| std::array::from_fn(|state| f64::from(u8::from(state == at)));
     let mut sums = [[0.0; 4]; 6];
