@@ -103,8 +103,8 @@ impl Escape {
     }
 }
 
-/// What a left eigenvector and its eigenvalue fulfil: l F = λ l, and that the number at a place is 1. Of both, all real
-/// parts come first, then all imaginary parts.
+/// The equations of a left eigenvector and its eigenvalue, l F = λ l, and that the number at a place is 1. Of both, all
+/// real parts come first, then all imaginary parts.
 struct Equations<'m> {
     map: &'m Map<'m>,
     at: usize,

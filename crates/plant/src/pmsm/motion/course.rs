@@ -1,4 +1,4 @@
-//! What a gauge is told of a segment.
+//! The readings of a segment that a gauge takes.
 
 use super::{ONWARD_S, PmsmDevice};
 use crate::flow::gauge::{Extent, Stretch};
