@@ -273,6 +273,7 @@ beside(
     await rest(page);
     const drawn = page.locator("#device svg");
     assert.deepEqual(await drawn.locator(".head").allTextContents(), ["motor", "load"]);
+    assert.match(await drawn.textContent(), /encoder[^]*load: lines/);
     await page.locator("#scene").selectOption("hybrid-wall");
     await page.waitForFunction(() => document.getElementById("command").textContent === "hpu run hybrid-wall");
     await rest(page);

@@ -85,7 +85,7 @@ fn told(
     json!({
         "name": experiment.name,
         "about": experiment.about.trim(),
-        "device": drawn(experiment),
+        "device": hpu_page::device::drawing(experiment),
         "command": command(source, experiment),
         "closed_by": simulation.closed_by(),
         "clock_hz": simulation.clock().frequency_hz(),
@@ -116,12 +116,6 @@ fn told(
         }).collect::<Vec<_>>(),
         "nets": nets(summary),
     })
-}
-
-/// Returns the drawing of a device of bodies and joints.
-fn drawn(experiment: &Experiment) -> Option<String> {
-    let Experiment::Axis(scene) = experiment else { return None };
-    scene.network.as_deref().map(hpu_page::device::drawing)
 }
 
 /// Returns the use of each net.

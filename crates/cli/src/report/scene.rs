@@ -5,7 +5,7 @@ use std::time::Duration;
 use hpu_chart::Diagram;
 use hpu_cosim::dut::Inside;
 use hpu_cosim::scene::{Experiment, Resolved, ValueSource, resolved};
-use hpu_cosim::{AnySimulation, SceneFile, Simulation, Wired, WiredSimulation, judged_window_s};
+use hpu_cosim::{AnySimulation, SceneFile, Simulation, Wired, judged_window_s};
 use hpu_page::{Cell, Column, Page, Table, escaped};
 use hpu_signal::Notation;
 use serde_json::Value;
@@ -59,7 +59,7 @@ impl SceneReport {
         let Some(pieces) = Pieces::of(&simulation, overflows, watch, by_rows)? else { return Ok(None) };
         let judged = simulation.has_device().then(|| judged_window_s(run.scene()));
         let course = pieces.told(&simulation, judged);
-        let drawing = drawing(&simulation, &keys);
+        let drawing = drawing(run.scene(), &simulation, &keys);
         let (scene, source, set) = (scene.clone(), source.clone(), set.to_vec());
         Ok(Some(Self { scene, source, set, run, json, signals, keys, drawing, course }))
     }
@@ -109,7 +109,7 @@ impl SceneReport {
 }
 
 /// Draws the loop of a scene, and below it a device of bodies and joints.
-fn drawing(simulation: &AnySimulation, keys: &[Resolved]) -> String {
+fn drawing(experiment: &Experiment, simulation: &AnySimulation, keys: &[Resolved]) -> String {
     let device = keys.iter().find(|key| (key.section.as_str(), key.key.as_str()) == ("device", "kind"));
     let device = device.map_or("a recording".to_string(), |key| key.value.to_string());
     let nets = simulation.nets();
@@ -130,8 +130,7 @@ fn drawing(simulation: &AnySimulation, keys: &[Resolved]) -> String {
     let notation = Notation::Triple;
     let the_loop =
         Diagram { nets: &nets, inputs, outputs, instances: &instances, name, device: &device, notation }.svg();
-    let AnySimulation::Ours(WiredSimulation::Axis(axis)) = simulation else { return the_loop };
-    the_loop + &axis.scene().network.as_deref().map_or(String::new(), hpu_page::device::drawing)
+    the_loop + &hpu_page::device::drawing(experiment).unwrap_or_default()
 }
 
 /// Returns the report of these scenes, with the parts that were asked for.

@@ -10,9 +10,11 @@
 //!   wiring then ticks and leaps through the step. A command that changes within the step acts by its mean.
 //!
 //! The hand's knots, a ramp and an analog shaper take effect at the start of the next step. An averaged bridge gives
-//! the mean over the step of its output (see [`Latch`]). The rows of the trace lie on the straight line between the
+//! the mean over the step of its output (see [`Latch`]). Commands that a host hands on within a step act by their mean,
+//! those of a latched bridge by what its periods take of them. The rows of the trace lie on the straight line between the
 //! ends of a step. Words are shown only at the rows; those of a wiring are the words at the step's end.
 
+use std::collections::VecDeque;
 use std::sync::atomic::Ordering;
 
 use hpu_datapath::{Loaded, LoopIn};
@@ -71,6 +73,10 @@ struct Course<'d, 'p, C> {
     controller: C,
     /// The force, in N, or the duty asked for in the step before.
     asked: f64,
+    /// What was asked for and is on its way through a host, each with the edge at which the actuator takes it.
+    waiting: VecDeque<Asked>,
+    /// What the host handed on last: force and duty.
+    taken: [f64; 2],
     drive: Drive,
     latch: Option<Latch>,
     shaping: Option<Shaping>,
@@ -88,6 +94,11 @@ struct Course<'d, 'p, C> {
     gauge: Option<Gauge<2>>,
     /// Integrals of current and angle from the start of the verdict's window.
     sums: [f64; 2],
+}
+
+/// Returns force and duty that are asked for.
+fn asked(asked: &Asked) -> [f64; 2] {
+    [asked.force_n, asked.duty]
 }
 
 impl Direct for AxisDirect<'_> {
@@ -233,6 +244,8 @@ impl<'d, 'p, C: Controller> Course<'d, 'p, C> {
             integrator,
             controller,
             asked: 0.0,
+            waiting: VecDeque::new(),
+            taken: [0.0; 2],
             drive,
             latch,
             shaping,
@@ -327,7 +340,11 @@ impl<'d, 'p, C: Controller> Course<'d, 'p, C> {
     /// Returns the actuator's drive in a step for the force or duty that the controller asks for.
     #[inline(always)]
     fn output(&mut self, edge: u64, next: u64) -> Drive {
-        let Asked { force_n, duty, from } = self.controller.asked(edge, next);
+        let now = self.controller.asked(edge, next);
+        if self.direct.plant.late > 0 {
+            return self.handed_on((edge, next), now);
+        }
+        let Asked { force_n, duty, from } = now;
         // Before the edge `from` the previous value is asked for.
         let mut mean = |after: f64| {
             let before = std::mem::replace(&mut self.asked, after);
@@ -344,6 +361,39 @@ impl<'d, 'p, C: Controller> Course<'d, 'p, C> {
                 None if shaping.next <= edge => Drive::Current(-shaping.hand_on(edge)),
                 None => self.drive,
             },
+        }
+    }
+
+    /// Returns the actuator's drive in a step behind a host, which takes what is asked for now and hands on what it took
+    /// before.
+    #[inline(never)]
+    fn handed_on(&mut self, (edge, next): (u64, u64), now: Asked) -> Drive {
+        if self.waiting.back().map_or(self.taken, asked) != asked(&now) {
+            self.waiting.push_back(Asked { from: now.from + self.direct.plant.late, ..now });
+        }
+        let averaged = matches!(self.direct.plant.actuator, Actuator::Averaged { .. });
+        let mut shaped =
+            self.shaping.as_mut().filter(|shaping| shaping.next <= edge).map(|shaping| shaping.hand_on(edge));
+        let (mut area, mut since) = (0.0, edge);
+        while let Some(due) = self.waiting.pop_front_if(|due| due.from < next) {
+            area += self.asked * (due.from - since) as f64;
+            since = due.from;
+            self.taken = asked(&due);
+            self.asked = if averaged { due.duty } else { due.force_n };
+            if let Some(latch) = &mut self.latch {
+                latch.want(edge, due.from, due.duty);
+            }
+            if let Some(shaping) = &mut self.shaping {
+                shaped = shaping.take(due.from, due.force_n).or(shaped);
+            }
+        }
+        let last = self.asked;
+        let mean = if since == edge { last } else { (area + last * (next - since) as f64) / (next - edge) as f64 };
+        match (averaged, &mut self.latch, &self.shaping) {
+            (true, Some(latch), _) => Drive::Average(latch.mean((edge, next), edge, last)),
+            (true, None, _) => Drive::Average(mean),
+            (false, _, Some(_)) => shaped.map_or(self.drive, |shaped_n| Drive::Current(-shaped_n)),
+            (false, ..) => Drive::Current(-mean),
         }
     }
 

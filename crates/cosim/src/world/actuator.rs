@@ -222,7 +222,7 @@ impl Latch {
 
     /// Takes another duty, which stands from `from` on and is known at `edge`.
     #[inline]
-    fn want(&mut self, edge: u64, from: u64, duty: f64) {
+    pub(crate) fn want(&mut self, edge: u64, from: u64, duty: f64) {
         self.settle(edge, from);
         self.wanted = duty;
         // Periods begin at the edges after those that `period` divides; the modulator sees a word at the edge after its

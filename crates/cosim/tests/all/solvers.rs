@@ -40,6 +40,8 @@ fn drivers_agree_on_stepped_motors() {
         }
         let stepped = [("model.solver", method), ("model.step", "0.7 us")];
         for rest in [
+            &[("host.late", "1"), ("host.latency", "37.3 us")][..],
+            &[("host.late", "1"), ("model.bridge", "averaged")],
             &[("method.pwm.off", "float"), ("device.coulomb_friction", "8 mN.m"), ("method.pwm.dead_time", "2 us")][..],
             &[("model.bridge", "averaged"), ("model.winding", "resistive"), ("device.coulomb_friction", "8 mN.m")],
             &[
@@ -308,5 +310,87 @@ fn a_live_spring_without_a_clock_is_of_the_second_order() {
         let worst = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         let ratio = worst(&coarse, &fine) / worst(&fine, &finest);
         assert!((ratio - 4.0).abs() < 0.6, "{method}: {ratio}");
+    }
+}
+
+/// A mass whose hand imposes its motion, so that what it does to the force does not come back.
+const IMPOSED: &str = r#"
+about = "A mass on an amplifier."
+clock.frequency = "1 MHz"
+run.duration = "80 ms"
+device = { kind = "mass", mass = "0.1 kg", damping = 0 }
+encoder.resolution = "1 um"
+amplifier.full_scale = "10 N"
+method = { kind = "conventional", sample_rate = "1 kHz", position_bits = 16, stiffness_format = "(0,16,4)" }
+wall = { position = "1 mm", stiffness = "250 N/m" }
+hand = { kind = "prescribed", path = [["0 s", 0], ["30 ms", "5 mm"], ["60 ms", "2 mm"], ["80 ms", "8 mm"]] }
+"#;
+
+/// Returns the force on the mass a clock before each sample.
+fn before_samples(more: &str) -> Vec<f64> {
+    let text = format!("{IMPOSED}record.plant_rate = \"1 kHz\"\n{more}");
+    let none = &mut |_: &str| Err(std::io::Error::other("no file"));
+    let scene = Scene::parse("imposed.toml", &text, &[], none).unwrap_or_else(|error| panic!("{error}\n{text}"));
+    run(&scene).1.real(0).to_vec()
+}
+
+/// The motion is imposed, so a host that is late by whole samples moves the forces by as many rows. Of one that is late
+/// by a quarter of a sample, the mean over a step of a sample is a quarter of the force before and three of the present
+/// one; but the words' command leaves two clocks after the sample.
+#[test]
+fn a_host_hands_on_commands_in_fixed_steps() {
+    let steps = ["model.solver = \"sample\"\n", "model.solver = \"rk4\"\nmodel.step = \"170 us\"\n"];
+    for how in ["model.datapath = \"law\"\n", "model.encoder = \"loaded\"\n"] {
+        for solver in steps {
+            let more = format!("{how}{solver}");
+            let plain = before_samples(&more);
+            assert!(plain.iter().filter(|force| force.abs() > 0.1).count() > 40, "{more}: {plain:?}");
+            for late in [1, 3] {
+                let later = before_samples(&format!("{more}host.late = {late}\n"));
+                assert_eq!(plain[..plain.len() - late], later[late..], "{more}, {late}");
+            }
+        }
+        let more = format!("{how}{}", steps[0]);
+        let (plain, later) = (before_samples(&more), before_samples(&format!("{more}host.latency = \"250 us\"\n")));
+        for (pair, later) in plain.windows(2).zip(&later[1..]) {
+            let mean = 0.25 * pair[0] + 0.75 * pair[1];
+            assert!((mean - later).abs() <= 0.003 * (pair[0] - pair[1]).abs() + 1e-12, "{more}: {mean}, {later}");
+        }
+    }
+}
+
+/// Behind a host that makes a wall swing, fixed steps come to the motion of the exact flow: of a bridge whose latch
+/// takes a duty once a period, of one that takes it at once, and of an amplifier. What is left is less than a hundredth of
+/// what the host does.
+#[test]
+fn steps_behind_a_host_converge() {
+    let motor = "about = \"A motor.\"\nclock.frequency = \"1 MHz\"\nrun.duration = \"80 ms\"\n\
+                 device = { kind = \"motor\", motor = \"vasudevan_2007\", initial_angle = 0.02 }\n\
+                 method = { kind = \"conventional\", sample_rate = \"1 kHz\", pwm.bits = 9, WHEN }\n\
+                 wall = { position = \"0.01 rad\", stiffness = \"1 N.m/rad\" }\nmodel.bridge = \"averaged\"\n\
+                 hand = { kind = \"spring_damper\", stiffness = \"0.3 N.m/rad\", damping = \"1 mN.m.s/rad\", \
+                 path = [[\"0 s\", 0.02], [\"1 ms\", 0.03]] }\n";
+    let held = "hand = { kind = \"spring_damper\", stiffness = \"500 N/m\", damping = \"5 N.s/m\"";
+    let mass = IMPOSED.replace("hand = { kind = \"prescribed\"", held);
+    let latched = motor.replace("WHEN", "pwm.duty = \"latched\"");
+    let at_once = motor.replace("WHEN", "pwm.duty = \"immediate\"");
+    for text in [&mass, &latched, &at_once] {
+        let end = |more: &str| {
+            let none = &mut |_: &str| Err(std::io::Error::other("no file"));
+            let text = format!("{text}{more}");
+            let scene = Scene::parse("a.toml", &text, &[], none).unwrap_or_else(|error| panic!("{error}\n{text}"));
+            run(&scene).1.angles_rad().to_vec()
+        };
+        let apart = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        let host = "host = { late = 1, latency = \"137 us\" }\n";
+        let (exact, on_time) = (end(host), end(""));
+        let span = apart(&exact, &on_time);
+        let mut best = f64::INFINITY;
+        for step in ["64 us", "16 us", "4 us"] {
+            let how = format!("{host}model.encoder = \"loaded\"\nmodel.solver = \"rk4\"\nmodel.step = \"{step}\"\n");
+            let off = apart(&exact, &end(&how)) / span;
+            best = off.min(best);
+        }
+        assert!(best < 0.01, "{best}");
     }
 }

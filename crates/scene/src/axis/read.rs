@@ -65,13 +65,7 @@ pub(crate) fn scene(file: &str, source: &Source, kind: Kind, load: Load) -> Resu
     let bridge = bridge(&root.section("bridge")?)?;
     let method = method(&root.section("method")?, &[])?;
     let (wall, target) = if follows { followed(&root)? } else { (wall(&root.section("wall")?)?, None) };
-    let refused = match &model.solver {
-        _ if !words => Some("the linear law has model.delay; write that instead"),
-        solver if !solver.is_exact() => {
-            Some("a fixed step hands commands on at once; write solver = \"events\" or \"clock\"")
-        }
-        _ => None,
-    };
+    let refused = (!words).then_some("the linear law has model.delay; write that instead");
     let host_clocks = host(&root, clock, Some(method.sample_rate_hz), (kind, refused))?;
     let mut parts = Scene {
         device,
