@@ -4,7 +4,7 @@ mod firmware;
 
 use hpu_datapath::AnyWiring;
 use hpu_datapath::paddle::{EpflPaddleLoop, PaddleIn, TimerPwm, TimerPwmConfig};
-use hpu_signal::Ports;
+use hpu_signal::{Ports, Signal};
 
 use crate::result::outline::Outline;
 use crate::result::stays::Places;
@@ -63,7 +63,10 @@ impl<'s> PaddleSimulation<'s> {
             Closed::Words(wiring)
         };
         let wiring = closed.wiring();
-        let closed_by = (wiring.name(), wiring.nets());
+        // The filtered angle is in counts where the controller reads the encoder, else in codes of a sensor.
+        let is_count = |net: &Signal| net.name == "filtered" && scene.method.position.is_none();
+        let shown = |net: Signal| if is_count(&net) { Signal { unit: "count", ..net } } else { net };
+        let closed_by = (wiring.name(), wiring.nets().into_iter().map(shown).collect());
         let outline = Outline::of_axis(scene, device, None, closed_by, Vec::new(), true);
         let outline = outline.with_hand(scene.hand_path()).with_sensors(&scene.network.sensors);
         let outline = Outline { has_contact: false, ..outline };

@@ -24,6 +24,7 @@ static FILES: &[(&str, &str)] = &[
     paddle!("step-p05-d0003.csv"),
     paddle!("step-p05-d0008.csv"),
     paddle!("step-p01-d0003.csv"),
+    paddle!("step-p05-i0001-d0008.csv"),
 ];
 
 /// Returns a data file that a shipped scene names.
