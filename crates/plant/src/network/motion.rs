@@ -548,8 +548,14 @@ where
         self.mode.angle.side(&mut watch, edges, angle_rad).way()
     }
 
+    /// Returns the edge at which the motion is anchored anew if nothing happens before.
+    fn renewed(&self) -> u64 {
+        self.anchor.saturating_add(self.mode.renewed)
+    }
+
     /// Returns the first edge in (`from`, `to`] at which a mode ends or the angle leaves `[low_rad, high_rad)`, or a
-    /// watched sensor its band, where none of it has happened at `from`.
+    /// watched sensor its band, where none of it has happened at `from`; or, before it, the one at which the motion is
+    /// anchored anew.
     #[must_use]
     pub fn next_event(&mut self, from: u64, to: u64, band: (f64, f64)) -> Option<Event> {
         let ahead = &self.ahead;
@@ -558,7 +564,10 @@ where
             // A short search costs as much as a longer one; whoever asks again and again, as a converter does, is
             // answered for longer and longer.
             let until = to.max(from + (AGAIN * (from - self.anchor)).clamp(NEAR, FAR));
+            let renewed = Some(self.renewed()).filter(|renewed| (from + 1..=until).contains(renewed));
+            let until = renewed.unwrap_or(until);
             let event = self.look_for(from, until, band);
+            let event = event.or_else(|| renewed.map(|edge| (edge, first(&self.states(edge)))));
             self.ahead = Ahead { until, band, event };
         }
         self.ahead.event.filter(|event| event.0 <= to)
@@ -648,8 +657,14 @@ where
             let mut watch = Watch { motion: &self.motion, limits: check.limits, noise, again };
             has_ended |= check.guard.side(&mut watch, edges, check.guard.value(x)) != Side::Inside;
         }
-        if !has_ended {
+        if !has_ended && edge < self.renewed() {
             return first(x);
+        }
+        if !has_ended {
+            self.pass(edge);
+            let x = self.account(edge);
+            self.enter(edge, x);
+            return first(self.motion.anchor());
         }
         self.pass(edge - 1);
         self.change(edge);

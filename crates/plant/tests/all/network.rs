@@ -579,3 +579,40 @@ fn a_network_rests_where_its_springs_balance() {
     assert_eq!(pair(1, 0.0, Hand::Torque(0.0)), None);
     assert_eq!(pair(0, spring, Hand::Prescribed), None);
 }
+
+/// Two bodies drift and swing against each other for a second without a drive, a hand or any damping. Every count comes
+/// at its edge by the closed form, and next to none is too near to an edge for `f64` to tell: bounds that grow with
+/// the time since the start would leave every decision to double-double, at the price of an edge each.
+#[test]
+fn bodies_that_swing_freely_are_looked_at_seldom() {
+    let (inertias, stiffness, starts) = ([5e-6, 2e-6], 1.5, [2.0, -1.0]);
+    let mut bodies = inertias.map(body).to_vec();
+    (bodies[0].speed, bodies[1].speed) = (starts[0], starts[1]);
+    let joint = Joint { from: 0, to: 1, ratio: 1.0, compliance: Some((stiffness, 0.0)) };
+    let net = network(bodies, vec![joint]);
+    let edges = 50_000_000;
+    let laws = NetworkLaws::<8>::new(reduced(&net), EDGE_S, edges);
+    let mut device = NetworkDevice::new(&laws, 0.0);
+    let [first, second] = inertias;
+    let mean = (first * starts[0] + second * starts[1]) / (first + second);
+    let omega = (stiffness * (first + second) / (first * second)).sqrt();
+    let swing = second / (first + second) * (starts[0] - starts[1]) / omega;
+    let angle = |edge: u64| {
+        let t = edge as f64 * EDGE_S;
+        mean * t + swing * (omega * t).sin()
+    };
+    let count = 1e-3;
+    let (mut edge, mut at, mut counts) = (0, 0.0, 0);
+    while let Some(event) = device.next_event(edge, edges, (at * count, (at + 1.0) * count)) {
+        edge = event.0;
+        device.arrive(event);
+        let now = (angle(edge) / count).floor();
+        if now != at {
+            let before = angle(edge - 1) / count;
+            assert!(before > at - 1e-6 && before < at + 1.0 + 1e-6, "edge {edge}: {before} after {at}");
+            (at, counts) = (now, counts + 1);
+        }
+    }
+    close(device.state(edges)[2], angle(edges), 1e-12);
+    assert!(counts > 1000 && device.redecided() < 10, "{counts} counts, {} decided again", device.redecided());
+}
