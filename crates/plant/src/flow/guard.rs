@@ -309,6 +309,11 @@ where
             + 4.0 * UNIT * limits.size()
     }
 
+    /// Returns the part of [`noise`](Self::noise) that follows from an anchor's slope.
+    pub(crate) fn blur(&self, dyadic: usize, slope: &State<N>) -> f64 {
+        self.bounds.get(dyadic).map_or(0.0, |bounds| dot(&bounds.noise_w, &sizes(slope)))
+    }
+
     /// Returns whether a state that is exact but for the rounding to `f64` certainly lies inside.
     #[inline(always)]
     pub(crate) fn is_surely_inside(&self, x: &State<N>, limits: &Limits) -> bool {

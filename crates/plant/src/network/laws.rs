@@ -17,9 +17,6 @@ pub(super) const FAR: u64 = 16384;
 
 /// A bound of how a state follows from itself that is larger than this is loose: of a body that swings it is about 1.
 const LOOSE: f64 = 4.0;
-/// The exponent of the least length of two after which a motion may be anchored anew.
-const RENEWED: usize = 13;
-
 /// A functional of the state, in double-double.
 pub(super) type Row<const N: usize> = [Double; N];
 
@@ -78,9 +75,9 @@ pub(super) struct Mode<const N: usize> {
     pub borne: State<N>,
     /// The readings of the further sensors, in units of their bodies.
     pub sensed: Vec<Guard<N>>,
-    /// The edges after which a motion is anchored anew. The bounds of a motion that swings on and on grow with the time
-    /// since its anchor, far beyond the motion itself, and then decide nothing.
-    pub renewed: u64,
+    /// The exponent of the length of two over which the bounds of a motion are far larger than the motion itself, as
+    /// those of one that swings on and on become with time.
+    pub loose: usize,
 }
 
 /// The immutable laws of a network on a clock, with `N` states in use or spare; each mode is tabulated when it is first
@@ -383,8 +380,8 @@ where
         };
         let sensed = (0..self.net.sensed.len()).map(reading).collect();
         let is_loose = |dyadic: &usize| (0..N).any(|k| system.bound(*dyadic)[k][k] > LOOSE);
-        let renewed = (RENEWED..system.dyadic()).find(is_loose).map_or(u64::MAX, |dyadic| 1 << (dyadic - 1));
-        Mode { borne, system, current, speed, angle, rubs, stops, demand, emf, sensed, renewed }
+        let loose = (0..system.dyadic()).find(is_loose).unwrap_or(usize::MAX);
+        Mode { borne, system, current, speed, angle, rubs, stops, demand, emf, sensed, loose }
     }
 
     /// Returns the factor of a current that makes it about as large as a speed divided by it; `None` if the audit needs

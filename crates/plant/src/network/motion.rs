@@ -24,6 +24,8 @@ const AGAIN: u64 = 4;
 const FARTHEST: f64 = 65536.0;
 /// The least number of edges for which the bounds of the errors are made.
 const HEARD: u64 = 4096;
+/// The least edges after which a motion may be anchored anew, and the factor by which errors hide it then.
+const RENEWED: u64 = 8192;
 
 /// The condition of a mode.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -548,9 +550,24 @@ where
         self.mode.angle.side(&mut watch, edges, angle_rad).way()
     }
 
-    /// Returns the edge at which the motion is anchored anew if nothing happens before.
-    fn renewed(&self) -> u64 {
-        self.anchor.saturating_add(self.mode.renewed)
+    /// Returns the first edge in (`from`, `to`] at which the motion is anchored anew.
+    fn renewal(&self, from: u64, to: u64) -> Option<u64> {
+        let next = |edges: &u64| edges.checked_mul(2);
+        let first = (from - self.anchor).saturating_add(1).checked_next_power_of_two()?.max(RENEWED);
+        let mut all = std::iter::successors(Some(first), next).take_while(|edges| *edges <= to - self.anchor);
+        all.find(|edges| self.is_stale(*edges)).map(|edges| self.anchor + edges)
+    }
+
+    /// Returns whether the motion is anchored anew this number of edges after its anchor, a power of two: its bounds have become
+    /// loose, or it has all but come to rest, so that errors of the motion before hide what is left of it.
+    fn is_stale(&self, edges: u64) -> bool {
+        let dyadic = dyadic(edges);
+        let (_, now) = self.motion.at_with_slope(edges);
+        let is_hidden = |guard: &Guard<N>| {
+            let [before, after] = [&self.motion.w.hi, &now].map(|w| guard.blur(dyadic, w));
+            after < before / RENEWED as f64
+        };
+        dyadic >= self.mode.loose || self.checks.iter().any(|check| is_hidden(check.guard))
     }
 
     /// Returns the first edge in (`from`, `to`] at which a mode ends or the angle leaves `[low_rad, high_rad)`, or a
@@ -564,10 +581,10 @@ where
             // A short search costs as much as a longer one; whoever asks again and again, as a converter does, is
             // answered for longer and longer.
             let until = to.max(from + (AGAIN * (from - self.anchor)).clamp(NEAR, FAR));
-            let renewed = Some(self.renewed()).filter(|renewed| (from + 1..=until).contains(renewed));
-            let until = renewed.unwrap_or(until);
+            let renewal = self.renewal(from, until);
+            let until = renewal.unwrap_or(until);
             let event = self.look_for(from, until, band);
-            let event = event.or_else(|| renewed.map(|edge| (edge, first(&self.states(edge)))));
+            let event = event.or_else(|| renewal.map(|edge| (edge, first(&self.states(edge)))));
             self.ahead = Ahead { until, band, event };
         }
         self.ahead.event.filter(|event| event.0 <= to)
@@ -657,10 +674,10 @@ where
             let mut watch = Watch { motion: &self.motion, limits: check.limits, noise, again };
             has_ended |= check.guard.side(&mut watch, edges, check.guard.value(x)) != Side::Inside;
         }
-        if !has_ended && edge < self.renewed() {
-            return first(x);
-        }
         if !has_ended {
+            if !edges.is_power_of_two() || edges < RENEWED || !self.is_stale(edges) {
+                return first(x);
+            }
             self.pass(edge);
             let x = self.account(edge);
             self.enter(edge, x);

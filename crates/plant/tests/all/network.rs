@@ -616,3 +616,27 @@ fn bodies_that_swing_freely_are_looked_at_seldom() {
     close(device.state(edges)[2], angle(edges), 1e-12);
     assert!(counts > 1000 && device.redecided() < 10, "{counts} counts, {} decided again", device.redecided());
 }
+
+/// A body slips toward where its spring and its friction balance, ever slower, and never stops: its speed falls by 10^13
+/// in each second. Whether it still moves is told by `f64` all the same.
+#[test]
+fn a_body_that_creeps_to_its_rest_is_looked_at_seldom() {
+    let slips = Body {
+        coulomb: 1e-4,
+        stiction: 1.5e-4,
+        speed: -1.0,
+        position: 0.1,
+        viscous: 1e-3,
+        spring: 0.033,
+        ..body(1e-6)
+    };
+    let net = network(vec![slips, body(1e-6)], vec![Joint { from: 0, to: 1, ratio: 1.0, compliance: None }]);
+    let edges = 100_000_000;
+    let laws = NetworkLaws::<8>::new(reduced(&net), EDGE_S, edges);
+    let mut device = NetworkDevice::new(&laws, 0.0);
+    flow(&mut device, 0, edges);
+    // 2e-6 kg.m2 on 1e-3 N.m.s/rad and 0.033 N.m/rad: poles at -35.5 and -464.5 /s, so after 2 s nothing is left.
+    close(device.state(edges)[2], 1e-4 / 0.033, 1e-12);
+    assert_eq!(device.mode_changes(), 0);
+    assert!(device.redecided() < 10, "{} decided again", device.redecided());
+}
