@@ -17,7 +17,7 @@ use super::circuit::{Affine, Change, Circuit, Freedom, PHASES, Path, Plane, dot,
 use super::energy::{self, Passed};
 use super::lag::Lag;
 use super::room::Room;
-use super::series::{ALPHA, ANGLE, BETA, Driven, Hold, SPEED, Series, Start};
+use super::series::{ALPHA, ANGLE, BETA, Driven, FEWEST, Hold, SPEED, Series, Start};
 use super::{Grip, Pmsm};
 use crate::Leg;
 use crate::device::{Drive, Event, REALS};
@@ -34,8 +34,6 @@ const LONGEST_S: f64 = 1.0;
 const SHORTEST_S: f64 = 1e-9;
 /// The time by which the motion goes on where a condition comes too near to its limit to be decided.
 const ONWARD_S: f64 = 1e-12;
-/// The fewest powers of a series.
-const FEWEST: usize = 4;
 /// The switchings in a period of three legs with dead time.
 const PATTERN: usize = 12;
 /// The most segments that begin within one edge; more would be a fault of rounding.
