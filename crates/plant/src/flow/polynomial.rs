@@ -83,13 +83,17 @@ pub(crate) enum Reach {
     Until(f64),
 }
 
-/// Returns [`Polynomial::keeps`] of `limit + terms` over `[0, end]`. Most are clear at a glance.
+/// Returns [`Polynomial::keeps`] of a polynomial of this number of terms and the limit 0, over `[0, end]`. Most are
+/// clear at a glance.
 #[inline(always)]
-pub(crate) fn keeps(terms: &[f64; ORDER + 1], count: usize, end: f64, limit: f64, from: f64) -> Reach {
-    if is_clear(&terms[..count], end, limit, 1.0) {
+pub(crate) fn keeps(term: impl Fn(usize) -> f64, count: usize, end: f64, from: f64) -> Reach {
+    let most = (1..count).rev().fold(0.0, |most, k| (most + (-term(k)).max(0.0)) * end);
+    if term(0) > most {
         return Reach::Clear;
     }
-    Polynomial::of(*terms, count, end).keeps(limit, 1.0, from)
+    let mut terms = [0.0; ORDER + 1];
+    terms[..count].iter_mut().zip(0..).for_each(|(of, k)| *of = term(k));
+    Polynomial::of(terms, count, end).keeps(0.0, 1.0, from)
 }
 
 /// Returns whether `limit + sign · terms` certainly stays above 0 over `[0, end]`.

@@ -2,6 +2,8 @@
 
 use super::Pmsm;
 use super::circuit::Plane;
+use crate::flow::double::Product;
+use crate::flow::lanes::Lanes as _;
 use crate::flow::polynomial::{Lanes, ORDER};
 
 /// Lanes of [`Start::x`] and of [`Series::x`].
@@ -49,6 +51,20 @@ pub(super) struct Start {
 impl Start {
     pub fn current(&self) -> Plane {
         [self.x[ALPHA], self.x[BETA]]
+    }
+
+    /// Returns the state a time after this start, with the parts that rounding takes from it, by the terms of the state
+    /// from the first power on: the start and the change since are added without error, and the change is small.
+    #[inline(always)]
+    pub fn after<P: Product>(&self, terms: &[Lanes], t: f64) -> (Lanes, Lanes) {
+        let (x, low, t) = (P::lanes(&self.x), P::lanes(&self.low), P::all(t));
+        let rates = terms.iter().rev().fold(P::all(0.0), |sum, term| sum * t + P::lanes(term));
+        // The angle also moves by the low part of the speed; -0 changes no number.
+        let rates = rates + P::lanes(&[-0.0, -0.0, -0.0, self.low[SPEED]]);
+        let change = low + rates * t;
+        let whole = x + change;
+        let kept = whole - x;
+        (whole.state(), ((x - (whole - kept)) + (change - kept)).state())
     }
 
     /// Returns the rate at which the rotor's direction changes.

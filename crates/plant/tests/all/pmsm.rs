@@ -35,8 +35,8 @@ fn laws(motor: PmsmMotor, inverter: Inverter, edge_s: f64) -> Pmsm {
 fn leap(device: &mut PmsmDevice, from: u64, to: u64) -> Vec<u64> {
     let (mut edge, mut events) = (from, Vec::new());
     while let Some(event) = device.next_event(edge, to, ANYWHERE) {
-        edge = event.0;
-        device.arrive(event);
+        edge = event;
+        device.step(edge);
         events.push(edge);
     }
     device.step(to);

@@ -196,8 +196,8 @@ fn a_stop_gives_back_what_its_damper_leaves() {
         let (mut edge, to) = (0, ((touched_s + 3.0 * left_s) / edge_s) as u64);
         let mut modes = device.mode_changes();
         while let Some(event) = device.next_event(edge, to, ANYWHERE) {
-            edge = event.0;
-            device.arrive(event);
+            edge = event;
+            device.step(edge);
             if std::mem::replace(&mut modes, device.mode_changes()) != modes {
                 edges.push(edge);
             }
@@ -298,8 +298,8 @@ impl<'a> Counted<'a> {
 
     fn leap(&mut self, mut edge: u64, to: u64) {
         while let Some(event) = self.device.next_event(edge, to, band(self.counts[0])) {
-            edge = event.0;
-            let x = self.device.arrive(event);
+            edge = event;
+            let x = self.device.step(edge);
             self.look(edge, x);
         }
     }

@@ -155,12 +155,12 @@ fn motions_are_those_of_forty_digits() {
         for (to, legs) in ends {
             while let Some(event) = device.next_event(edge, to, (f64::NEG_INFINITY, f64::INFINITY)) {
                 let before = device.circuit_changes();
-                device.arrive(event);
+                device.step(event);
                 for _ in before..device.circuit_changes() {
                     let expected = *due.next().unwrap();
-                    assert!(event.0.abs_diff(expected) <= 1, "{name}: a change at {} instead of {expected}", event.0);
+                    assert!(event.abs_diff(expected) <= 1, "{name}: a change at {event} instead of {expected}");
                 }
-                edge = event.0;
+                edge = event;
             }
             edge = to;
             if let Some(legs) = legs {
