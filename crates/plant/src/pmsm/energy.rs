@@ -110,7 +110,7 @@ impl Passed {
             squared += weight * (speed * speed);
             across += weight * (cosine * beta - sine * alpha);
         }
-        let end = start.after::<P>(&x[1..], t);
+        let end = start.after::<P::Lanes>(&x[1..], t);
         let turned = (end.0[ANGLE] - start.x[ANGLE]) + (end.1[ANGLE] - start.low[ANGLE]);
         Self { states, heat: heat * t, squared: squared * t, across_as: across * t, end, turned }
     }

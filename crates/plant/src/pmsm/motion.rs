@@ -22,8 +22,9 @@ use super::{Grip, Pmsm};
 use crate::Leg;
 use crate::device::{Drive, REALS};
 use crate::energy::Energy;
-use crate::flow::double::{Double, Native, two_sum};
+use crate::flow::double::{Double, two_sum};
 use crate::flow::gauge::{Gauge, Measured, Pace};
+use crate::flow::lanes::Array;
 use crate::flow::matrix::State;
 use crate::flow::polynomial::{Bounds, Lanes, ORDER, Polynomial, Reach, keeps};
 use crate::network::Touch;
@@ -163,7 +164,7 @@ impl<'a> PmsmDevice<'a> {
     /// since are added without error, and the change is small.
     #[inline(always)]
     fn sum(&self, t: f64) -> (Lanes, Lanes) {
-        self.start.after::<Native>(&self.series.x[1..=self.series.powers], t)
+        self.start.after::<Array>(&self.series.x[1..=self.series.powers], t)
     }
 
     /// Returns the angle of [`sum`](Self::sum) alone, with the part that rounding takes from it.

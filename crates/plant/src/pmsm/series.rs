@@ -6,7 +6,7 @@ pub(super) use super::start::{ALPHA, ANGLE, BETA, Hold, SHARES, SPEED, Start};
 use super::{Grip, Pmsm};
 use crate::flow::double::{Product, versions};
 use crate::flow::lanes::Lanes as _;
-use crate::flow::polynomial::{Coefficients, ORDER, convolved};
+use crate::flow::polynomial::{Coefficients, Lanes, ORDER, convolved};
 
 /// The fewest powers of a series.
 pub(super) const FEWEST: usize = 4;
@@ -130,32 +130,35 @@ impl Series {
         let terms = Terms::of(driven, start);
         let done = series.powers;
         if done == 0 {
-            series.begin::<PLAIN>(driven.laws, start);
-            // The fewest powers, one by one: each is compiled for its own number of terms.
             assert!(powers >= FEWEST);
-            series.next::<P, PLAIN>(&terms, (driven, start), 0);
-            series.next::<P, PLAIN>(&terms, (driven, start), 1);
-            series.next::<P, PLAIN>(&terms, (driven, start), 2);
-            series.next::<P, PLAIN>(&terms, (driven, start), 3);
+            // The fewest powers, one by one: each is compiled for its own number of terms, which stay in registers.
+            let of = (driven, start);
+            let first = series.begin::<P, PLAIN>(driven.laws, start);
+            let second = series.next::<P, PLAIN>(&terms, of, 0, first.x, product::<P>(&[first]));
+            let third = series.next::<P, PLAIN>(&terms, of, 1, second.x, product::<P>(&[first, second]));
+            let fourth = series.next::<P, PLAIN>(&terms, of, 2, third.x, product::<P>(&[first, second, third]));
+            let all = [first, second, third, fourth];
+            series.next::<P, PLAIN>(&terms, of, 3, fourth.x, product::<P>(&all));
         }
         for k in done.max(FEWEST)..powers {
-            series.next::<P, PLAIN>(&terms, (driven, start), k);
+            let product = convolved::<P>(&series.flux[..=k], &series.turned[..=k]);
+            series.next::<P, PLAIN>(&terms, (driven, start), k, series.x[k], product);
         }
         series.powers = powers;
     }
 
-    /// Begins the series at a start.
+    /// Begins the series at a start, and returns its first term.
     #[inline(always)]
-    fn begin<const PLAIN: bool>(&mut self, laws: &Pmsm, start: &Start) {
+    fn begin<P: Product, const PLAIN: bool>(&mut self, laws: &Pmsm, start: &Start) -> Term<P::Lanes> {
         let motor = &laws.motor;
         let (e, i) = (start.e, start.current());
         let salience = motor.direct_h - motor.quadrature_h;
         let active = motor.flux_vs + salience * dot(e, i);
-        self.x[0] = start.x;
-        self.flux[0] = [start.x[SPEED], start.x[SPEED], active * e[0], active * e[1]];
-        self.turned[0] = [e[1], e[0], i[1], i[0]];
+        let speed = start.x[SPEED];
+        let flux = [speed, speed, active * e[0], active * e[1]];
+        let first = self.put::<P>(0, start.x, flux, [e[1], e[0], i[1], i[0]]);
         if PLAIN {
-            return;
+            return first;
         }
         self.along[0] = [e[0], e[1], active, active];
         self.crossed[0] = [i[0], i[1], e[0], e[1]];
@@ -166,20 +169,37 @@ impl Series {
                 (wave[0][2 * lane], wave[0][2 * lane + 1]) = (sine, cosine);
             }
         }
+        first
     }
 
-    /// Writes the terms of power `k + 1` from those up to power `k`.
+    /// Writes the terms of power `k`, and returns them.
     #[inline(always)]
-    fn next<P: Product, const PLAIN: bool>(&mut self, terms: &Terms, (driven, start): (&Driven, &Start), k: usize) {
+    fn put<P: Product>(&mut self, k: usize, x: Lanes, flux: Lanes, turned: Lanes) -> Term<P::Lanes> {
+        let term = Term { x, flux: P::lanes(&flux), turned: P::lanes(&turned) };
+        self.x[k] = P::lanes(&x).state();
+        (self.flux[k], self.turned[k]) = (term.flux.state(), term.turned.state());
+        term
+    }
+
+    /// Writes the terms of power `k + 1`, and returns them, from those up to power `k`: from that of `x` and from that
+    /// of the product of `flux` and `turned`.
+    #[inline(always)]
+    fn next<P: Product, const PLAIN: bool>(
+        &mut self,
+        terms: &Terms,
+        (driven, start): (&Driven, &Start),
+        k: usize,
+        [alpha, beta, speed, angle]: Lanes,
+        product: P::Lanes,
+    ) -> Term<P::Lanes> {
         let Driven { laws, circuit, hold } = driven;
         let (motor, e) = (&laws.motor, start.e);
-        let Self { x, flux, turned, along, crossed, waves, around, torque, .. } = self;
+        let Self { x, along, crossed, waves, around, torque, .. } = self;
         let share = SHARES[k + 1];
-        let [sine, cosine, ahead, behind] = convolved::<P>(&flux[..=k], &turned[..=k]).state();
+        let [sine, cosine, ahead, behind] = product.state();
         let turn = terms.pairs * share;
         let (cosine, sine) = (-turn * sine, turn * cosine);
         // The shaft.
-        let [alpha, beta, speed, angle] = x[k];
         let mut sum = terms.torque_per_flux * (ahead - behind) + if k == 0 { terms.hand_nm } else { 0.0 };
         sum -= terms.damping * speed;
         if terms.stiffness != 0.0 && k > 0 {
@@ -237,9 +257,8 @@ impl Series {
             along[k + 1] = [cosine, sine, pull, pull];
             crossed[k + 1] = [current[0], current[1], cosine, sine];
         }
-        x[k + 1] = [current[0], current[1], next, speed * share];
-        turned[k + 1] = [sine, cosine, current[1], current[0]];
-        flux[k + 1] = [next, next, part[0], part[1]];
+        let [a, b] = current;
+        self.put::<P>(k + 1, [a, b, next, speed * share], [next, next, part[0], part[1]], [sine, cosine, b, a])
     }
 
     /// Returns the term of power `k` of `i_q`.
@@ -256,6 +275,21 @@ impl Series {
         let q = laws.motor.quadrature_h;
         [next * (q * x[ALPHA] + flux[2]), next * (q * x[BETA] + flux[3])]
     }
+}
+
+/// The terms of one power.
+#[derive(Clone, Copy)]
+struct Term<L> {
+    x: Lanes,
+    flux: L,
+    turned: L,
+}
+
+/// Returns the last known term of the product of `flux` and `turned`, from all terms of both.
+#[inline(always)]
+fn product<P: Product>(terms: &[Term<P::Lanes>]) -> P::Lanes {
+    let pairs = terms.iter().zip(terms.iter().rev());
+    pairs.fold(P::all(0.0), |sum, (flux, turned)| sum + flux.flux * turned.turned)
 }
 
 impl Pmsm {

@@ -2,8 +2,7 @@
 
 use super::Pmsm;
 use super::circuit::Plane;
-use crate::flow::double::Product;
-use crate::flow::lanes::Lanes as _;
+use crate::flow::lanes::Lanes as InLanes;
 use crate::flow::polynomial::{Lanes, ORDER};
 
 /// Lanes of [`Start::x`] and of [`Series::x`].
@@ -56,11 +55,11 @@ impl Start {
     /// Returns the state a time after this start, with the parts that rounding takes from it, by the terms of the state
     /// from the first power on: the start and the change since are added without error, and the change is small.
     #[inline(always)]
-    pub fn after<P: Product>(&self, terms: &[Lanes], t: f64) -> (Lanes, Lanes) {
-        let (x, low, t) = (P::lanes(&self.x), P::lanes(&self.low), P::all(t));
-        let rates = terms.iter().rev().fold(P::all(0.0), |sum, term| sum * t + P::lanes(term));
+    pub fn after<L: InLanes>(&self, terms: &[Lanes], t: f64) -> (Lanes, Lanes) {
+        let (x, low, t) = (L::of(&self.x), L::of(&self.low), L::all(t));
+        let rates = terms.iter().rev().fold(L::all(0.0), |sum, term| sum * t + L::of(term));
         // The angle also moves by the low part of the speed; -0 changes no number.
-        let rates = rates + P::lanes(&[-0.0, -0.0, -0.0, self.low[SPEED]]);
+        let rates = rates + L::of(&[-0.0, -0.0, -0.0, self.low[SPEED]]);
         let change = low + rates * t;
         let whole = x + change;
         let kept = whole - x;
