@@ -407,6 +407,7 @@ impl<'a> PmsmDevice<'a> {
     /// Returns the first edge in (`from`, `to`] at which the angle leaves `[low_rad, high_rad)`, a mode ends, or the
     /// series that describe the motion end, where none of it has happened at `from`.
     #[must_use]
+    #[inline]
     pub fn next_event(&mut self, from: u64, to: u64, (low, high): (f64, f64)) -> Option<u64> {
         self.reach(from);
         if self.end_edge == u64::MAX {

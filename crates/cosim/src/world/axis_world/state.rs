@@ -169,9 +169,14 @@ impl<I: Placed> World for AxisWorld<'_, I> {
 
     #[inline(always)]
     fn drive(&mut self, out: I::Out, words: &[i64]) {
-        if !self.is_driven_by(&out, words) {
-            let word = if self.plant.actuator == Actuator::Switching { 0 } else { I::command(self, &out, words) };
-            self.drive_anew(I::bridge(&out), word);
+        let bridge = I::bridge(&out);
+        if self.told == Some(bridge) {
+            return;
+        }
+        let word = if self.plant.actuator == Actuator::Switching { 0 } else { I::command(self, &out, words) };
+        // A bridge that switches has no command.
+        if self.commanded != Some(word) {
+            self.drive_anew(bridge, word);
         }
     }
 
