@@ -197,6 +197,48 @@ impl Polynomial {
         0.25 * ahead
     }
 
+    /// Returns the first edge in (`from`, `last`] at which a reading is out of its band. The polynomial, which is `now`
+    /// at `from`, is that reading but for the noise; edges at which it is too near to an end of the band are asked one
+    /// by one.
+    #[inline(always)]
+    pub(crate) fn leaves(
+        &self,
+        mut now: [f64; 3],
+        (low, high, noise): (f64, f64, f64),
+        (from, last): (u64, u64),
+        edge_s: f64,
+        time_s: impl Fn(u64) -> f64,
+        is_out: impl Fn(u64) -> bool,
+    ) -> Option<u64> {
+        let mut edge = from;
+        while edge < last {
+            let mut safe_s = (last - edge) as f64 * edge_s;
+            let [x, slope, curvature] = now;
+            for [room, slope, curvature] in
+                [[x - low - noise, slope, curvature], [high - x - noise, -slope, -curvature]]
+            {
+                if room < f64::INFINITY {
+                    safe_s = if room > 0.0 { self.safe_for([room, slope, curvature], safe_s) } else { 0.0 };
+                }
+            }
+            // The last edge that is proved safe without evaluation.
+            let edges = (safe_s / edge_s) as u64;
+            if edges >= last - edge {
+                return None;
+            }
+            if edges > 1 {
+                edge += edges - 1;
+            } else {
+                edge += 1;
+                if is_out(edge) {
+                    return Some(edge);
+                }
+            }
+            now = self.at(time_s(edge));
+        }
+        None
+    }
+
     /// Returns the first time from `from` on at which `limit + sign · polynomial`, not negative at `from`, becomes
     /// negative.
     pub(crate) fn keeps(&self, limit: f64, sign: f64, from: f64) -> Reach {

@@ -62,6 +62,12 @@ impl Passed {
         ) -> Passed
     }
 
+    /// Takes the flows in the lanes of any processor.
+    #[cfg(test)]
+    pub fn take_anywhere(energy: &mut Energy, driven: &Driven, start: &Start, series: &Series, t: f64) -> Self {
+        Self::take_with::<crate::flow::double::Native>(energy, driven, start, series, t)
+    }
+
     #[inline(always)]
     fn take_with<P: Product>(energy: &mut Energy, driven: &Driven, start: &Start, series: &Series, t: f64) -> Passed {
         let passed = Self::of::<P>(driven.circuit, start, series, t);

@@ -173,10 +173,7 @@ impl<'a> PmsmDevice<'a> {
         let (x, low) = (self.start.x[ANGLE], self.start.low[ANGLE]);
         let terms = self.series.x[1..=self.series.powers].iter().rev();
         let rate = terms.fold(0.0, |sum, term| sum * t + term[ANGLE]) + self.start.low[SPEED];
-        let change = low + rate * t;
-        let whole = x + change;
-        let kept = whole - x;
-        (whole, (x - (whole - kept)) + (change - kept))
+        two_sum(x, low + rate * t)
     }
 
     /// Returns the current a time after the anchor, in the stator's frame.
@@ -433,7 +430,6 @@ impl<'a> PmsmDevice<'a> {
             return None;
         }
         let (low, high) = band;
-        let edge_s = self.laws.edge_s;
         let t = self.time_s(last);
         let [.., speed, angle] = self.start.x;
         // Bounds of what the acceleration moves, and of the rounding of the angle's value and of its way.
@@ -447,32 +443,9 @@ impl<'a> PmsmDevice<'a> {
         let bounds = Bounds::of(terms, t);
         let polynomial = Polynomial::bounded(terms, ANGLE, &bounds);
         let noise = noise + bounds.noise[ANGLE];
-        let mut edge = from;
-        while edge < last {
-            let [x, slope, curvature] = polynomial.at(self.time_s(edge));
-            let mut safe_s = (last - edge) as f64 * edge_s;
-            for [room, slope, curvature] in
-                [[x - low - noise, slope, curvature], [high - x - noise, -slope, -curvature]]
-            {
-                if room < f64::INFINITY {
-                    safe_s = if room > 0.0 { polynomial.safe_for([room, slope, curvature], safe_s) } else { 0.0 };
-                }
-            }
-            // The last edge that is proved safe without evaluation.
-            let edges = (safe_s / edge_s) as u64;
-            if edges >= last - edge {
-                return None;
-            }
-            if edges > 1 {
-                edge += edges - 1;
-            } else {
-                edge += 1;
-                if self.side(edge, band) != 0 {
-                    return Some(edge);
-                }
-            }
-        }
-        None
+        let now = polynomial.at(self.time_s(from));
+        let is_out = |edge| self.side(edge, band) != 0;
+        polynomial.leaves(now, (low, high, noise), (from, last), self.laws.edge_s, |edge| self.time_s(edge), is_out)
     }
 
     /// Returns on which side of a band the angle, with its low part, lies at an edge of the segment.

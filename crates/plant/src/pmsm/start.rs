@@ -2,6 +2,7 @@
 
 use super::Pmsm;
 use super::circuit::Plane;
+use crate::flow::double::two_sum;
 use crate::flow::lanes::Lanes as InLanes;
 use crate::flow::polynomial::{Lanes, ORDER};
 
@@ -60,10 +61,8 @@ impl Start {
         let rates = terms.iter().rev().fold(L::all(0.0), |sum, term| sum * t + L::of(term));
         // The angle also moves by the low part of the speed; -0 changes no number.
         let rates = rates + L::of(&[-0.0, -0.0, -0.0, self.low[SPEED]]);
-        let change = low + rates * t;
-        let whole = x + change;
-        let kept = whole - x;
-        (whole.state(), ((x - (whole - kept)) + (change - kept)).state())
+        let (whole, rest) = two_sum(x, low + rates * t);
+        (whole.state(), rest.state())
     }
 
     /// Returns the rate at which the rotor's direction changes.
