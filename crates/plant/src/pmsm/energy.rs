@@ -135,7 +135,7 @@ impl Passed {
         let squared = passed.squared;
         let mut viscous = shaft.viscous * squared;
         let mut coulomb = if let Hold::Slip(sign) = hold { sign * shaft.coulomb * turned } else { 0.0 };
-        // Of the body at the grip, in its units: the integral of the square of its speed, its way, the integral of that.
+        // Of the body at the grip, in its units: the integral of the square of its speed, its way and its integral.
         let mut held = [squared, turned, passed.states[ANGLE]];
         let mut bearing = 0.0;
         if laws.is_around {
