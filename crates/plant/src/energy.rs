@@ -195,8 +195,14 @@ impl Energy {
 
     /// Accounts for a stretch of a network, given the integrals of its first four states and its flows.
     pub(crate) fn passed(&mut self, states: &State, flows: [f64; 6]) {
-        self.states.add(Array::of(states));
-        self.take(flows);
+        self.passed_by::<Array>(states, flows);
+    }
+
+    /// Does as [`passed`](Self::passed), in the lanes of the caller.
+    #[inline(always)]
+    pub(crate) fn passed_by<L: Lanes>(&mut self, states: &State, flows: [f64; 6]) {
+        self.states.add(L::of(states));
+        self.take_by::<L>(flows);
     }
 
     /// Adds what was exchanged from one state to another so many times.

@@ -99,13 +99,19 @@ impl Other<'_> {
             Self::Small(body) => body.next_event(from, to, band),
             Self::Large(body) => body.next_event(from, to, band),
             Self::Stepped(body) => body.next_event(from, to, band),
-            Self::Pmsm(Phased { body, .. }) => body.next_event(from, to, band),
+            Self::Pmsm(Phased { body, .. }) => body.next_event(from, to, band).map(|edge| (edge, State::default())),
         }
     }
 
     #[inline(never)]
     fn arrive(&mut self, event: Event) -> f64 {
-        each!(self, body => body.arrive(event)[ANGLE])
+        match self {
+            Self::Small(body) => body.arrive(event)[ANGLE],
+            Self::Large(body) => body.arrive(event)[ANGLE],
+            Self::Stepped(body) => body.arrive(event)[ANGLE],
+            // It knows no more of its event than the edge.
+            Self::Pmsm(Phased { body, .. }) => body.step(event.0)[ANGLE],
+        }
     }
 
     #[inline(never)]

@@ -261,11 +261,12 @@ impl<'p> Sensors<'p> {
         }
     }
 
-    /// Takes a sample of each sensor whose bit rises at this edge. A sensor that is still converting misses it.
-    pub(crate) fn start(&mut self, edge: u64, legs: [Leg; 3], bits: i64, device: &mut AnyDevice) {
+    /// Takes a sample of each sensor whose bit rises at this edge. A sensor that is still converting misses it. Returns
+    /// whether anything may be due at another edge than before.
+    pub(crate) fn start(&mut self, edge: u64, legs: [Leg; 3], bits: i64, device: &mut AnyDevice) -> bool {
         self.legs = legs;
         if std::mem::replace(&mut self.told, bits) == bits {
-            return;
+            return false;
         }
         let lines = bits >> MOST_SENSORS;
         for (place, (sensor, chip)) in self.chips.iter_mut().enumerate() {
@@ -289,6 +290,7 @@ impl<'p> Sensors<'p> {
             }
         }
         self.plan();
+        true
     }
 
     /// Returns the frames of each chip, by the index of its sensor.

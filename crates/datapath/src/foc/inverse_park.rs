@@ -14,7 +14,7 @@
 
 use hpu_signal::{Narrowed, Word};
 
-use super::park::RotationConfig;
+use super::park::{RotationConfig, rotation};
 use crate::base::listed::Listed;
 use crate::step::in_machine;
 use crate::{Block, Combinational, ConfigError, Step};
@@ -34,32 +34,9 @@ hpu_signal::ports! {
     }
 }
 
-/// The inverse of Park's transformation; the [module](self) describes it.
-#[derive(Clone, PartialEq, Eq, Debug)]
-pub struct InversePark {
-    config: RotationConfig,
-    fits_64: bool,
-}
-
-impl InversePark {
-    /// Returns a transformation of these words.
-    ///
-    /// # Errors
-    ///
-    /// Returns an error unless a vector's word has 2 to 32 bits, and sines have 1 to 35 integer bits, 4 to 30 fraction
-    /// bits and at most 40 bits.
-    pub fn new(config: RotationConfig) -> Result<Self, ConfigError> {
-        config.accept(Self::NAME)?;
-        let mut block = Self { config, fits_64: false };
-        block.fits_64 = Step::fits_64(&block);
-        Ok(block)
-    }
-
-    /// Returns the outputs for these inputs, and which bits were lost to make them.
-    #[inline]
-    pub fn eval(&self, input: In<i64>) -> Out<Narrowed> {
-        in_machine!(self.fits_64, input, |input| self.made(input))
-    }
+rotation! {
+    /// The inverse of Park's transformation; the [module](self) describes it.
+    InversePark = "inverse_park"
 }
 
 impl Combinational for InversePark {
@@ -69,21 +46,5 @@ impl Combinational for InversePark {
         let alpha = (d * cosine).cut("d_cosine", width) - (q * sine).cut("q_sine", width);
         let beta = (d * sine).cut("d_sine", width) + (q * cosine).cut("q_cosine", width);
         Out { alpha: alpha.narrow(&rule), beta: beta.narrow(&rule) }
-    }
-}
-
-crate::base::listed::configured!(InversePark: RotationConfig);
-
-impl Block for InversePark {
-    const NAME: &'static str = "inverse_park";
-
-    crate::base::block::combinational!(self, input => self.eval(input).map(|port| port.word));
-}
-
-crate::circuit::part::telling!(InversePark);
-
-impl Listed for InversePark {
-    fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
-        RotationConfig::variants().into_iter().map(|(label, config)| Ok((label, Self::new(config)?))).collect()
     }
 }

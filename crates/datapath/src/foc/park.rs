@@ -79,32 +79,59 @@ impl RotationConfig {
     }
 }
 
-/// Park's transformation; the [module](self) describes it.
-#[derive(Clone, PartialEq, Eq, Debug)]
-pub struct Park {
-    config: RotationConfig,
-    fits_64: bool,
+/// Defines a rotation: a block of these words with an `impl Combinational`.
+macro_rules! rotation {
+    ($(#[$about:meta])* $block:ident = $name:literal) => {
+        $(#[$about])*
+        #[derive(Clone, PartialEq, Eq, Debug)]
+        pub struct $block {
+            config: RotationConfig,
+            fits_64: bool,
+        }
+
+        impl $block {
+            /// Returns a transformation of these words.
+            ///
+            /// # Errors
+            ///
+            /// Returns an error unless a vector's word has 2 to 32 bits, and sines have 1 to 35 integer bits, 4 to 30
+            /// fraction bits and at most 40 bits.
+            pub fn new(config: RotationConfig) -> Result<Self, ConfigError> {
+                config.accept(Self::NAME)?;
+                let mut block = Self { config, fits_64: false };
+                block.fits_64 = Step::fits_64(&block);
+                Ok(block)
+            }
+
+            /// Returns the outputs for these inputs, and which bits were lost to make them.
+            #[inline]
+            pub fn eval(&self, input: In<i64>) -> Out<Narrowed> {
+                in_machine!(self.fits_64, input, |input| self.made(input))
+            }
+        }
+
+        crate::base::listed::configured!($block: RotationConfig);
+
+        impl Block for $block {
+            const NAME: &'static str = $name;
+
+            crate::base::block::combinational!(self, input => self.eval(input).map(|port| port.word));
+        }
+
+        crate::circuit::part::telling!($block);
+
+        impl Listed for $block {
+            fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
+                RotationConfig::variants().into_iter().map(|(label, config)| Ok((label, Self::new(config)?))).collect()
+            }
+        }
+    };
 }
+pub(super) use rotation;
 
-impl Park {
-    /// Returns a transformation of these words.
-    ///
-    /// # Errors
-    ///
-    /// Returns an error unless a vector's word has 2 to 32 bits, and sines have 1 to 35 integer bits, 4 to 30 fraction
-    /// bits and at most 40 bits.
-    pub fn new(config: RotationConfig) -> Result<Self, ConfigError> {
-        config.accept(Self::NAME)?;
-        let mut block = Self { config, fits_64: false };
-        block.fits_64 = Step::fits_64(&block);
-        Ok(block)
-    }
-
-    /// Returns the outputs for these inputs, and which bits were lost to make them.
-    #[inline]
-    pub fn eval(&self, input: In<i64>) -> Out<Narrowed> {
-        in_machine!(self.fits_64, input, |input| self.made(input))
-    }
+rotation! {
+    /// Park's transformation; the [module](self) describes it.
+    Park = "park"
 }
 
 impl Combinational for Park {
@@ -114,21 +141,5 @@ impl Combinational for Park {
         let d = (alpha * cosine).cut("alpha_cosine", width) + (beta * sine).cut("beta_sine", width);
         let q = (beta * cosine).cut("beta_cosine", width) - (alpha * sine).cut("alpha_sine", width);
         Out { d: d.narrow(&rule), q: q.narrow(&rule) }
-    }
-}
-
-crate::base::listed::configured!(Park: RotationConfig);
-
-impl Block for Park {
-    const NAME: &'static str = "park";
-
-    crate::base::block::combinational!(self, input => self.eval(input).map(|port| port.word));
-}
-
-crate::circuit::part::telling!(Park);
-
-impl Listed for Park {
-    fn variants() -> Result<Vec<(&'static str, Self)>, ConfigError> {
-        RotationConfig::variants().into_iter().map(|(label, config)| Ok((label, Self::new(config)?))).collect()
     }
 }

@@ -210,44 +210,11 @@ impl<'a, L: Links> ArmMotion<'a, L> {
     }
 
     /// Returns the first edge in (`from`, `last`] at which the joint's encoder, which is at `now`, is outside its band.
-    fn leaves(
-        &self,
-        joint: usize,
-        band: &Band,
-        from: u64,
-        last: u64,
-        mut now: [f64; 3],
-        bounds: &Bounds,
-    ) -> Option<u64> {
+    fn leaves(&self, joint: usize, band: &Band, from: u64, last: u64, now: [f64; 3], bounds: &Bounds) -> Option<u64> {
         let angle = Polynomial::bounded(&self.series.p[..=self.series.powers], joint, bounds);
         let noise = bounds.noise[joint];
-        let mut edge = from;
-        while edge < last {
-            let mut safe_s = (last - edge) as f64 * self.arm.edge_s;
-            let [x, slope, curvature] = now;
-            for [room, slope, curvature] in
-                [[x - band.low - noise, slope, curvature], [band.high - x - noise, -slope, -curvature]]
-            {
-                if room < f64::INFINITY {
-                    safe_s = if room > 0.0 { angle.safe_for([room, slope, curvature], safe_s) } else { 0.0 };
-                }
-            }
-            // The last edge that is proved safe without evaluation.
-            let edges = (safe_s / self.arm.edge_s) as u64;
-            if edges >= last - edge {
-                return None;
-            }
-            if edges > 1 {
-                edge += edges - 1;
-            } else {
-                edge += 1;
-                if band.left_by(self.encoder_rad(edge)[joint]) {
-                    return Some(edge);
-                }
-            }
-            now = angle.at(self.time_s(edge));
-        }
-        None
+        let is_out = |edge| band.left_by(self.encoder_rad(edge)[joint]);
+        angle.leaves(now, (band.low, band.high, noise), (from, last), self.arm.edge_s, |edge| self.time_s(edge), is_out)
     }
 
     /// Commands torques from `edge` on; the motion has already come to that edge.

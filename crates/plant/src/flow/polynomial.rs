@@ -83,13 +83,17 @@ pub(crate) enum Reach {
     Until(f64),
 }
 
-/// Returns [`Polynomial::keeps`] of `limit + terms` over `[0, end]`. Most are clear at a glance.
+/// Returns [`Polynomial::keeps`] of a polynomial of this number of terms and the limit 0, over `[0, end]`. Most are
+/// clear at a glance.
 #[inline(always)]
-pub(crate) fn keeps(terms: &[f64; ORDER + 1], count: usize, end: f64, limit: f64, from: f64) -> Reach {
-    if is_clear(&terms[..count], end, limit, 1.0) {
+pub(crate) fn keeps(term: impl Fn(usize) -> f64, count: usize, end: f64, from: f64) -> Reach {
+    let most = (1..count).rev().fold(0.0, |most, k| (most + (-term(k)).max(0.0)) * end);
+    if term(0) > most {
         return Reach::Clear;
     }
-    Polynomial::of(*terms, count, end).keeps(limit, 1.0, from)
+    let mut terms = [0.0; ORDER + 1];
+    terms[..count].iter_mut().zip(0..).for_each(|(of, k)| *of = term(k));
+    Polynomial::of(terms, count, end).keeps(0.0, 1.0, from)
 }
 
 /// Returns whether `limit + sign · terms` certainly stays above 0 over `[0, end]`.
@@ -191,6 +195,48 @@ impl Polynomial {
             ahead = 4.0 * safe;
         }
         0.25 * ahead
+    }
+
+    /// Returns the first edge in (`from`, `last`] at which a reading is out of its band. The polynomial, which is `now`
+    /// at `from`, is that reading but for the noise; edges at which it is too near to an end of the band are asked one
+    /// by one.
+    #[inline(always)]
+    pub(crate) fn leaves(
+        &self,
+        mut now: [f64; 3],
+        (low, high, noise): (f64, f64, f64),
+        (from, last): (u64, u64),
+        edge_s: f64,
+        time_s: impl Fn(u64) -> f64,
+        is_out: impl Fn(u64) -> bool,
+    ) -> Option<u64> {
+        let mut edge = from;
+        while edge < last {
+            let mut safe_s = (last - edge) as f64 * edge_s;
+            let [x, slope, curvature] = now;
+            for [room, slope, curvature] in
+                [[x - low - noise, slope, curvature], [high - x - noise, -slope, -curvature]]
+            {
+                if room < f64::INFINITY {
+                    safe_s = if room > 0.0 { self.safe_for([room, slope, curvature], safe_s) } else { 0.0 };
+                }
+            }
+            // The last edge that is proved safe without evaluation.
+            let edges = (safe_s / edge_s) as u64;
+            if edges >= last - edge {
+                return None;
+            }
+            if edges > 1 {
+                edge += edges - 1;
+            } else {
+                edge += 1;
+                if is_out(edge) {
+                    return Some(edge);
+                }
+            }
+            now = self.at(time_s(edge));
+        }
+        None
     }
 
     /// Returns the first time from `from` on at which `limit + sign · polynomial`, not negative at `from`, becomes

@@ -4,7 +4,7 @@ use std::array::from_fn;
 
 use super::start::{ANGLE, Hold, SHARES, SPEED, Start};
 use super::{MOST_BODIES, Pmsm};
-use crate::flow::double::Double;
+use crate::flow::double::{Double, two_sum};
 use crate::flow::polynomial::{Coefficients, ORDER};
 use crate::network::{Link, MOST_STOPS, Reduced, Touch};
 
@@ -95,13 +95,8 @@ impl Further {
         let rates = self.terms[1..=powers].iter().rev().fold([0.0; 2], |sum, term| from_fn(|k| sum[k] * t + term[k]));
         // The position also moves by the low part of the speed.
         let rates = [rates[0], rates[1] + self.low[0]];
-        let sums: [[f64; 2]; 2] = from_fn(|lane| {
-            let change = self.low[lane] + rates[lane] * t;
-            let whole = self.x[lane] + change;
-            let kept = whole - self.x[lane];
-            [whole, (self.x[lane] - (whole - kept)) + (change - kept)]
-        });
-        (sums.map(|[whole, _]| whole), sums.map(|[_, low]| low))
+        let sums: [(f64, f64); 2] = from_fn(|lane| two_sum(self.x[lane], self.low[lane] + rates[lane] * t));
+        (sums.map(|(whole, _)| whole), sums.map(|(_, low)| low))
     }
 }
 

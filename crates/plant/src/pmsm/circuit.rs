@@ -333,14 +333,13 @@ pub(super) fn settled(
     }
     // All choices for the phases without current; the equations have one solution, up to rounding.
     let mut best: Option<(f64, &Circuit)> = None;
-    for choice in 0..27 {
+    // A chosen phase has the first of its picks alone.
+    let picks = chosen.map(|is_chosen| if is_chosen { 1 } else { 3 });
+    for choice in 0..picks[0] * picks[1] * picks[2] {
         let mut tried = paths;
-        let picks = [choice % 3, choice / 3 % 3, choice / 9];
-        if (0..3).any(|x| chosen[x] && picks[x] != 0) {
-            continue;
-        }
+        let picked = [choice % picks[0], choice / picks[0] % picks[1], choice / (picks[0] * picks[1])];
         for x in (0..3).filter(|&x| !chosen[x]) {
-            tried[x] = [Path::Floating, Path::Lower, Path::Upper][picks[x]];
+            tried[x] = [Path::Floating, Path::Lower, Path::Upper][picked[x]];
         }
         let floating = tried.iter().filter(|path| **path == Path::Floating).count();
         if floating == 2 && !tried.iter().any(|path| matches!(path, Path::High | Path::Low)) {

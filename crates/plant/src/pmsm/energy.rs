@@ -2,7 +2,7 @@
 
 use super::around::Around;
 use super::circuit::{Circuit, Plane, dot};
-use super::series::{ALPHA, ANGLE, BETA, Hold, SHARES, SPEED, Series, Start};
+use super::series::{ALPHA, ANGLE, BETA, Driven, Hold, SHARES, SPEED, Series, Start};
 use super::{Grip, MOST_BODIES, Pmsm};
 use crate::energy::Energy;
 use crate::flow::double::{Product, versions};
@@ -36,8 +36,8 @@ const NODES: [(f64, f64); 42] = [
     (0.918_015_553_663_317_9, 0.090_324_080_347_428_7), (0.984_080_119_753_813, 0.040_637_194_180_787_206),
 ];
 
-/// Integrals over a part of a segment.
-#[derive(Clone, Copy, Default)]
+/// A part of a segment: integrals over it, and its end.
+#[derive(Clone, Copy)]
 pub(super) struct Passed {
     /// Integrals of the currents, the speed, and the angle since the start.
     pub states: Lanes,
@@ -47,19 +47,54 @@ pub(super) struct Passed {
     squared: f64,
     /// Integral of `i_q`.
     across_as: f64,
+    /// The state at the end, and the parts of it that rounding takes.
+    pub end: (Lanes, Lanes),
+    /// The angle through which the shaft turned.
+    turned: f64,
 }
 
 impl Passed {
     versions! {
-        /// Integrates the first `t` seconds of a series: the states term by term, products of two series of power `N`
-        /// by Gauss's rule, which is exact up to the power `N` at least.
-        pub(super) fn of[of_fused, of_native, of_with](series: &Series, circuit: &Circuit, t: f64) -> Passed
+        /// Adds the flows of the first `t` seconds of a series to an audit. The states are integrated term by term,
+        /// products of two series of power `N` by Gauss's rule, which is exact up to the power `N` at least.
+        pub(super) fn take[take_fused, take_native, take_with](
+            energy: &mut Energy, driven: &Driven, start: &Start, series: &Series, t: f64
+        ) -> Passed
+    }
+
+    /// Takes the flows in the lanes of any processor.
+    #[cfg(test)]
+    pub fn take_anywhere(energy: &mut Energy, driven: &Driven, start: &Start, series: &Series, t: f64) -> Self {
+        Self::take_with::<crate::flow::double::Native>(energy, driven, start, series, t)
     }
 
     #[inline(always)]
-    fn of_with<P: Product>(series: &Series, circuit: &Circuit, t: f64) -> Passed {
-        let powers = series.powers;
-        let (x, turned) = (&series.x[..=powers], &series.turned[..=powers]);
+    fn take_with<P: Product>(energy: &mut Energy, driven: &Driven, start: &Start, series: &Series, t: f64) -> Passed {
+        let passed = Self::of::<P>(driven.circuit, start, series, t);
+        let (states, flows) = passed.flows(driven, start, series, t);
+        energy.passed_by::<P::Lanes>(&states, flows);
+        passed
+    }
+
+    #[inline(always)]
+    fn of<P: Product>(circuit: &Circuit, start: &Start, series: &Series, t: f64) -> Self {
+        let Series { x, turned, powers, .. } = series;
+        match *powers {
+            // The usual ones are compiled for their own numbers of terms and nodes.
+            4 => Self::of_terms::<P>((&x[..5], &turned[..5]), nodes(4), circuit, start, t),
+            5 => Self::of_terms::<P>((&x[..6], &turned[..6]), nodes(5), circuit, start, t),
+            powers => Self::of_terms::<P>((&x[..=powers], &turned[..=powers]), nodes(powers), circuit, start, t),
+        }
+    }
+
+    #[inline(always)]
+    fn of_terms<P: Product>(
+        (x, turned): (&[Lanes], &[Lanes]),
+        nodes: &[(f64, f64)],
+        circuit: &Circuit,
+        start: &Start,
+        t: f64,
+    ) -> Self {
         let mut states = P::all(0.0);
         let step = P::all(t);
         for (x, share) in x.iter().zip(&SHARES[1..]).rev() {
@@ -68,7 +103,7 @@ impl Passed {
         let mut states = (states * step).state();
         states[ANGLE] -= x[0][ANGLE] * t;
         let [mut heat, mut squared, mut across] = [0.0; 3];
-        for (node, weight) in nodes(powers) {
+        for (node, weight) in nodes {
             let step = P::all(node * t);
             let (mut point, mut speed) = (P::all(0.0), 0.0);
             for (turned, x) in turned.iter().zip(x).rev() {
@@ -81,61 +116,67 @@ impl Passed {
             squared += weight * (speed * speed);
             across += weight * (cosine * beta - sine * alpha);
         }
-        Passed { states, heat: heat * t, squared: squared * t, across_as: across * t }
+        let end = start.after::<P::Lanes>(&x[1..], t);
+        let turned = (end.0[ANGLE] - start.x[ANGLE]) + (end.1[ANGLE] - start.low[ANGLE]);
+        Self { states, heat: heat * t, squared: squared * t, across_as: across * t, end, turned }
+    }
+
+    /// Returns the integrals of the states that a row shows, and the flows.
+    #[inline(always)]
+    fn flows(&self, driven: &Driven, start: &Start, series: &Series, t: f64) -> (State, [f64; 6]) {
+        let Driven { laws, circuit, hold } = *driven;
+        let (passed, turned) = (self, self.turned);
+        let inverter = &laws.inverter;
+        let shaft = &laws.net.bodies[0];
+        let charge: Plane = [passed.states[ALPHA], passed.states[BETA]];
+        let source = inverter.supply_v * dot(circuit.rail, charge);
+        let copper = 1.5 * passed.heat;
+        let diodes = inverter.diode_drop_v * dot(circuit.diodes, charge);
+        let squared = passed.squared;
+        let mut viscous = shaft.viscous * squared;
+        let mut coulomb = if let Hold::Slip(sign) = hold { sign * shaft.coulomb * turned } else { 0.0 };
+        // Of the body at the grip, in its units: the integral of the square of its speed, its way and its integral.
+        let mut held = [squared, turned, passed.states[ANGLE]];
+        let mut bearing = 0.0;
+        if laws.is_around {
+            let around = Beside::of(laws, series, t, [passed.squared, turned, passed.states[ANGLE]]);
+            viscous += around.viscous;
+            coulomb += around.coulomb;
+            held = around.held;
+            bearing = around.borne(laws, (start, series), passed, (t, turned));
+        }
+        let v = start.intent_rad_per_s;
+        let Grip { torque_nm, stiffness_nm_per_rad, damping_nm_s_per_rad, units, .. } = laws.grip;
+        let [squared, moved, passed_by] = [units * units * held[0], units * held[1], units * held[2]];
+        // With y = intent - angle and y' = v - ω: ∫ yω = v ∫ y - Δ(y²)/2.
+        let y = start.twist_rad;
+        let stretch = y * t + 0.5 * v * t * t - passed_by;
+        let change = v * t - moved;
+        let spring = v * stretch - 0.5 * change * (2.0 * y + change);
+        let mut hand = torque_nm * moved + stiffness_nm_per_rad * spring + damping_nm_s_per_rad * (v * moved - squared);
+        if laws.imposes(laws.grip.body) {
+            // The hand bears all torques on a body that keeps its speed.
+            let body = &laws.net.bodies[laws.grip.body];
+            let friction = body.coulomb * held[1].abs();
+            coulomb += friction;
+            hand = friction + body.viscous * held[0] - bearing;
+        }
+        let angle = start.x[ANGLE] * t + passed.states[ANGLE];
+        let intent = laws.intended(start, &series.around) * t + 0.5 * v * t * t;
+        let states: State = [passed.across_as, turned, angle, intent];
+        (states, [source, hand, copper, diodes, viscous, coulomb])
     }
 }
 
-/// Adds the flows of the first `t` seconds of a series, through which the shaft turned by `turned`.
-pub(super) fn take(
-    energy: &mut Energy,
-    laws: &Pmsm,
-    (circuit, hold): (&Circuit, Hold),
-    (start, series): (&Start, &Series),
-    passed: &Passed,
-    (t, turned): (f64, f64),
-) {
-    let inverter = &laws.inverter;
-    let shaft = &laws.net.bodies[0];
-    let charge: Plane = [passed.states[ALPHA], passed.states[BETA]];
-    let source = inverter.supply_v * dot(circuit.rail, charge);
-    let copper = 1.5 * passed.heat;
-    let diodes = inverter.diode_drop_v * dot(circuit.diodes, charge);
-    let squared = passed.squared;
-    let mut viscous = shaft.viscous * squared;
-    let mut coulomb = if let Hold::Slip(sign) = hold { sign * shaft.coulomb * turned } else { 0.0 };
-    // Of the body at the grip, in its units: the integral of the square of its speed, its way, the integral of that.
-    let mut held = [squared, turned, passed.states[ANGLE]];
-    let mut bearing = 0.0;
-    if laws.is_around {
-        let around = Beside::of(laws, series, t, [passed.squared, turned, passed.states[ANGLE]]);
-        viscous += around.viscous;
-        coulomb += around.coulomb;
-        held = around.held;
-        bearing = around.borne(laws, (start, series), passed, (t, turned));
-    }
-    let v = start.intent_rad_per_s;
-    let Grip { torque_nm, stiffness_nm_per_rad, damping_nm_s_per_rad, units, .. } = laws.grip;
-    let [squared, moved, passed_by] = [units * units * held[0], units * held[1], units * held[2]];
-    // With y = intent - angle and y' = v - ω: ∫ yω = v ∫ y - Δ(y²)/2.
-    let y = start.twist_rad;
-    let stretch = y * t + 0.5 * v * t * t - passed_by;
-    let change = v * t - moved;
-    let spring = v * stretch - 0.5 * change * (2.0 * y + change);
-    let mut hand = torque_nm * moved + stiffness_nm_per_rad * spring + damping_nm_s_per_rad * (v * moved - squared);
-    if laws.imposes(laws.grip.body) {
-        // The hand bears all torques on a body that keeps its speed.
-        let body = &laws.net.bodies[laws.grip.body];
-        let friction = body.coulomb * held[1].abs();
-        coulomb += friction;
-        hand = friction + body.viscous * held[0] - bearing;
-    }
-    let angle = start.x[ANGLE] * t + passed.states[ANGLE];
-    let intent = laws.intended(start, &series.around) * t + 0.5 * v * t * t;
-    let states: State = [passed.across_as, turned, angle, intent];
-    energy.passed(&states, [source, hand, copper, diodes, viscous, coulomb]);
+/// Returns the integrals of the currents over the first `t` seconds of a series.
+pub(super) fn charge(series: &Series, t: f64) -> Plane {
+    let terms = series.x[..=series.powers].iter().zip(&SHARES[1..]).rev();
+    let sums = terms.fold([0.0; 2], |sum, (x, share)| [ALPHA, BETA].map(|axis| sum[axis] * t + x[axis] * share));
+    sums.map(|sum| sum * t)
 }
 
 /// The nodes and weights for the product of two series of these powers.
+#[inline(always)]
 fn nodes(powers: usize) -> &'static [(f64, f64)] {
     let count = powers / 2 + 1;
     let first = count * (count - 1) / 2 - 3;

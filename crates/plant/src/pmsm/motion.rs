@@ -14,18 +14,19 @@ mod stops;
 use std::borrow::Cow;
 
 use super::circuit::{Affine, Change, Circuit, Freedom, PHASES, Path, Plane, dot, settled};
-use super::energy::{self, Passed};
+use super::energy::{Passed, charge};
 use super::lag::Lag;
 use super::room::Room;
-use super::series::{ALPHA, ANGLE, BETA, Driven, Hold, SPEED, Series, Start};
+use super::series::{ALPHA, ANGLE, BETA, Driven, FEWEST, Hold, SPEED, Series, Start};
 use super::{Grip, Pmsm};
 use crate::Leg;
-use crate::device::{Drive, Event, REALS};
+use crate::device::{Drive, REALS};
 use crate::energy::Energy;
 use crate::flow::double::{Double, two_sum};
 use crate::flow::gauge::{Gauge, Measured, Pace};
+use crate::flow::lanes::Array;
 use crate::flow::matrix::State;
-use crate::flow::polynomial::{Bounds, Lanes, ORDER, Polynomial, Reach, keeps, value};
+use crate::flow::polynomial::{Bounds, Lanes, ORDER, Polynomial, Reach, keeps};
 use crate::network::Touch;
 
 /// The longest duration of a segment, unless all is at rest.
@@ -34,8 +35,6 @@ const LONGEST_S: f64 = 1.0;
 const SHORTEST_S: f64 = 1e-9;
 /// The time by which the motion goes on where a condition comes too near to its limit to be decided.
 const ONWARD_S: f64 = 1e-12;
-/// The fewest powers of a series.
-const FEWEST: usize = 4;
 /// The switchings in a period of three legs with dead time.
 const PATTERN: usize = 12;
 /// The most segments that begin within one edge; more would be a fault of rounding.
@@ -165,18 +164,7 @@ impl<'a> PmsmDevice<'a> {
     /// since are added without error, and the change is small.
     #[inline(always)]
     fn sum(&self, t: f64) -> (Lanes, Lanes) {
-        let Start { x, low, .. } = &self.start;
-        let mut rates = value(&self.series.x[1..=self.series.powers], t);
-        // The angle also moves by the low part of the speed.
-        rates[ANGLE] += low[SPEED];
-        let mut sums = ([0.0; 4], [0.0; 4]);
-        for lane in 0..4 {
-            let change = low[lane] + rates[lane] * t;
-            let whole = x[lane] + change;
-            let kept = whole - x[lane];
-            (sums.0[lane], sums.1[lane]) = (whole, (x[lane] - (whole - kept)) + (change - kept));
-        }
-        sums
+        self.start.after::<Array>(&self.series.x[1..=self.series.powers], t)
     }
 
     /// Returns the angle of [`sum`](Self::sum) alone, with the part that rounding takes from it.
@@ -185,10 +173,7 @@ impl<'a> PmsmDevice<'a> {
         let (x, low) = (self.start.x[ANGLE], self.start.low[ANGLE]);
         let terms = self.series.x[1..=self.series.powers].iter().rev();
         let rate = terms.fold(0.0, |sum, term| sum * t + term[ANGLE]) + self.start.low[SPEED];
-        let change = low + rate * t;
-        let whole = x + change;
-        let kept = whole - x;
-        (whole, (x - (whole - kept)) + (change - kept))
+        two_sum(x, low + rate * t)
     }
 
     /// Returns the current a time after the anchor, in the stator's frame.
@@ -281,9 +266,8 @@ impl<'a> PmsmDevice<'a> {
     /// Returns the charges that flowed into the three phases until an edge, in A·s.
     pub fn charges(&self, edge: u64) -> [f64; 3] {
         self.on(edge, |then, t| {
-            let passed = Passed::of(&then.series, &then.circuit, t);
-            let [done, rest] = then.charge;
-            PHASES.map(|u| dot(u, done) + dot(u, [rest[0] + passed.states[ALPHA], rest[1] + passed.states[BETA]]))
+            let ([done, rest], passed) = (then.charge, charge(&then.series, t));
+            PHASES.map(|u| dot(u, done) + dot(u, [rest[0] + passed[0], rest[1] + passed[1]]))
         })
     }
 
@@ -420,7 +404,8 @@ impl<'a> PmsmDevice<'a> {
     /// Returns the first edge in (`from`, `to`] at which the angle leaves `[low_rad, high_rad)`, a mode ends, or the
     /// series that describe the motion end, where none of it has happened at `from`.
     #[must_use]
-    pub fn next_event(&mut self, from: u64, to: u64, (low, high): (f64, f64)) -> Option<Event> {
+    #[inline]
+    pub fn next_event(&mut self, from: u64, to: u64, (low, high): (f64, f64)) -> Option<u64> {
         self.reach(from);
         if self.end_edge == u64::MAX {
             return None;
@@ -435,7 +420,7 @@ impl<'a> PmsmDevice<'a> {
                 left = self.reads_beyond(*sensor, from, last, *band).or(left);
             }
         }
-        left.or(ended.then_some(self.end_edge)).map(|edge| (edge, self.state_at(edge)))
+        left.or(ended.then_some(self.end_edge))
     }
 
     /// Returns the first edge in (`from`, `last`] at which the angle is outside a band.
@@ -445,7 +430,6 @@ impl<'a> PmsmDevice<'a> {
             return None;
         }
         let (low, high) = band;
-        let edge_s = self.laws.edge_s;
         let t = self.time_s(last);
         let [.., speed, angle] = self.start.x;
         // Bounds of what the acceleration moves, and of the rounding of the angle's value and of its way.
@@ -459,32 +443,9 @@ impl<'a> PmsmDevice<'a> {
         let bounds = Bounds::of(terms, t);
         let polynomial = Polynomial::bounded(terms, ANGLE, &bounds);
         let noise = noise + bounds.noise[ANGLE];
-        let mut edge = from;
-        while edge < last {
-            let [x, slope, curvature] = polynomial.at(self.time_s(edge));
-            let mut safe_s = (last - edge) as f64 * edge_s;
-            for [room, slope, curvature] in
-                [[x - low - noise, slope, curvature], [high - x - noise, -slope, -curvature]]
-            {
-                if room < f64::INFINITY {
-                    safe_s = if room > 0.0 { polynomial.safe_for([room, slope, curvature], safe_s) } else { 0.0 };
-                }
-            }
-            // The last edge that is proved safe without evaluation.
-            let edges = (safe_s / edge_s) as u64;
-            if edges >= last - edge {
-                return None;
-            }
-            if edges > 1 {
-                edge += edges - 1;
-            } else {
-                edge += 1;
-                if self.side(edge, band) != 0 {
-                    return Some(edge);
-                }
-            }
-        }
-        None
+        let now = polynomial.at(self.time_s(from));
+        let is_out = |edge| self.side(edge, band) != 0;
+        polynomial.leaves(now, (low, high, noise), (from, last), self.laws.edge_s, |edge| self.time_s(edge), is_out)
     }
 
     /// Returns on which side of a band the angle, with its low part, lies at an edge of the segment.
@@ -493,11 +454,6 @@ impl<'a> PmsmDevice<'a> {
         // An angle rounded downward is below a limit exactly if the angle before rounding is.
         let angle = if part < 0.0 { angle.next_down() } else { angle };
         if angle < low { -1 } else { i8::from(angle >= high) }
-    }
-
-    /// Moves to the edge of an event, and returns the state there.
-    pub fn arrive(&mut self, (edge, _): Event) -> State {
-        self.step(edge)
     }
 
     /// Moves to an edge at or after the last one, and returns the state there.
@@ -525,19 +481,16 @@ impl<'a> PmsmDevice<'a> {
     pub fn energy(&self, edge: u64) -> Energy {
         self.on(edge, |then, t| {
             let mut energy = then.energy;
-            let (passed, turned, _) = then.passed(t);
-            let of = (&then.start, &then.series);
-            energy::take(&mut energy, then.laws, (&then.circuit, then.hold), of, &passed, (t, turned));
+            then.pass_into(&mut energy, t);
             energy
         })
     }
 
-    /// Returns the integrals of the first `t` of the segment, the angle turned, and the state there.
+    /// Adds the flows of the first `t` of the segment to an audit, and returns what passed.
     #[inline(always)]
-    fn passed(&self, t: f64) -> (Passed, f64, (Lanes, Lanes)) {
-        let (x, low) = self.sum(t);
-        let turned = (x[ANGLE] - self.start.x[ANGLE]) + (low[ANGLE] - self.start.low[ANGLE]);
-        (Passed::of(&self.series, &self.circuit, t), turned, (x, low))
+    fn pass_into(&self, energy: &mut Energy, t: f64) -> Passed {
+        let driven = Driven { laws: self.laws, circuit: &self.circuit, hold: self.hold };
+        Passed::take(energy, &driven, &self.start, &self.series, t)
     }
 
     /// Accounts for the first `t` after the anchor and returns the state there.
@@ -546,9 +499,8 @@ impl<'a> PmsmDevice<'a> {
         if t == 0.0 {
             return (self.start.x, self.start.low);
         }
-        let (passed, turned, x) = self.passed(t);
-        let of = (&self.start, &self.series);
-        energy::take(&mut self.energy, self.laws, (&self.circuit, self.hold), of, &passed, (t, turned));
+        let driven = Driven { laws: self.laws, circuit: &self.circuit, hold: self.hold };
+        let passed = Passed::take(&mut self.energy, &driven, &self.start, &self.series, t);
         let powers = self.series.powers;
         for body in &mut self.series.around.bodies {
             (body.x, body.low) = body.at(t, powers);
@@ -561,7 +513,7 @@ impl<'a> PmsmDevice<'a> {
             let (sum, error) = two_sum(done[axis], passed.states[axis]);
             (done[axis], rest[axis]) = (sum, rest[axis] + error);
         }
-        x
+        passed.end
     }
 
     /// Returns the energy stored at `edge` minus that at the start, in J.
@@ -622,7 +574,7 @@ impl<'a> PmsmDevice<'a> {
         self.segments += 1;
         (self.anchor, self.offset_s) = (edge, offset_s);
         let (told, angle_rad, speed_rad_per_s) = self.told;
-        let intent = angle_rad + speed_rad_per_s * ((edge - told) as f64 * self.laws.edge_s - offset_s);
+        let intent = angle_rad + speed_rad_per_s * (real(edge - told) * self.laws.edge_s - offset_s);
         self.start = Start {
             x,
             low,
@@ -656,7 +608,7 @@ impl<'a> PmsmDevice<'a> {
         let stretch = if self.laws.is_sprung { [self.start.twist_rad.abs(), speed_rad_per_s.abs()] } else { [0.0; 2] };
         let bounds = [a.abs() + b.abs(), speed.abs(), stretch[0], stretch[1]];
         // The times between switchings are much as a period before.
-        let (expected, passed) = (1.1 * self.lasted[self.turn] as f64, (edge - self.switched) as f64);
+        let (expected, passed) = (1.1 * real(self.lasted[self.turn]), real(edge - self.switched));
         let expected_s = (expected - passed).max(0.25 * expected.max(passed)) * self.laws.edge_s;
         let around = &self.series.around;
         let is_around = self.laws.is_around;
@@ -711,17 +663,18 @@ impl<'a> PmsmDevice<'a> {
         for of in [&mut self.start.x, &mut self.start.low] {
             [of[ALPHA], of[BETA]] = freedom.part([of[ALPHA], of[BETA]]);
         }
-        self.circuit = match self.drive {
+        match self.drive {
             Drive::Legs(legs) => {
                 let rotor = (self.start.e, self.start.turning(self.laws));
-                Cow::Borrowed(settled(self.laws, legs, (self.start.current(), resting), rotor, change))
+                let circuit = settled(self.laws, legs, (self.start.current(), resting), rotor, change);
+                self.circuit = Cow::Borrowed(circuit);
             }
             Drive::Averages(shares) => {
                 let shares = shares.map(|share| share.clamp(0.0, 1.0));
-                Cow::Owned(Circuit::averaged(self.laws, shares))
+                self.circuit = Cow::Owned(Circuit::averaged(self.laws, shares));
             }
             _ => panic!("an inverter is driven by its legs"),
-        };
+        }
         self.begun = resting;
     }
 
@@ -761,35 +714,32 @@ impl<'a> PmsmDevice<'a> {
                 }
             }
         }
-        let edges = ((self.end_s - self.offset_s) / self.laws.edge_s) as u64;
-        self.end_edge = self.anchor + edges.saturating_sub(1);
-        while self.time_s(self.end_edge) < self.end_s {
-            self.end_edge += 1;
+        let (edge_s, offset_s) = (self.laws.edge_s, self.offset_s);
+        let mut edges = (((self.end_s - offset_s) / edge_s) as i64 - 1).max(0);
+        while edges as f64 * edge_s + offset_s < self.end_s {
+            edges += 1;
         }
+        self.end_edge = self.anchor + edges.unsigned_abs();
     }
 
     /// Ends the segment where a condition of the circuit ceases to hold.
     fn watch_circuit(&mut self, check: &Affine, change: Change, from: f64) {
-        let (mut terms, mut count) = ([0.0; ORDER + 1], self.series.powers + 1);
-        for (term, x) in terms[..count].iter_mut().zip(&self.series.x) {
-            *term = dot(check.current, [x[ALPHA], x[BETA]]);
-        }
-        if check.flux_rate != [0.0; 2] {
-            count -= 1;
-            for (k, term) in terms[..count].iter_mut().enumerate() {
-                *term += dot(check.flux_rate, self.series.flux_rate(self.laws, k));
-            }
-        }
-        terms[0] += check.constant;
-        if let Change::Zero(x) = change
-            && self.begun[x]
-        {
+        let Series { x, powers, .. } = &self.series;
+        let current = |k: usize| dot(check.current, [x[k][ALPHA], x[k][BETA]]);
+        let reach = match change {
             // From 0, the first term only gives the direction of the start; rounding must not turn it.
-            count -= 1;
-            terms.copy_within(1..=count, 0);
-            terms[0] = terms[0].max(0.0);
-        }
-        self.shorten(keeps(&terms, count, self.end_s, 0.0, from), End::Circuit(change));
+            Change::Zero(phase) if self.begun[phase] => {
+                let term = |k: usize| if k == 0 { current(1).max(0.0) } else { current(k + 1) };
+                keeps(term, *powers, self.end_s, from)
+            }
+            Change::Zero(_) => keeps(current, powers + 1, self.end_s, from),
+            _ => {
+                let rate = |k: usize| current(k) + dot(check.flux_rate, self.series.flux_rate(self.laws, k));
+                let term = |k: usize| if k == 0 { rate(0) + check.constant } else { rate(k) };
+                keeps(term, *powers, self.end_s, from)
+            }
+        };
+        self.shorten(reach, End::Circuit(change));
     }
 
     /// Ends the segment where a condition ceases to hold, if that comes first.
@@ -801,4 +751,10 @@ impl<'a> PmsmDevice<'a> {
             _ => {}
         }
     }
+}
+
+/// Returns a number of edges. Processors convert signed numbers faster, and no run has 2^63 edges.
+#[inline(always)]
+fn real(edges: u64) -> f64 {
+    edges.cast_signed() as f64
 }

@@ -348,9 +348,11 @@ impl Terms {
 #[cfg(test)]
 mod tests {
     use super::{Around, Room, TOLERANCE};
+    use crate::energy::Energy;
     use crate::flow::polynomial::ORDER;
     use crate::network::{Body, Joint, Network, Stop, Touch};
     use crate::pmsm::circuit::{Change, settled};
+    use crate::pmsm::energy::Passed;
     use crate::pmsm::series::{Driven, Hold, Series, Start};
     use crate::pmsm::{Harmonic, Inverter, Pmsm, PmsmMotor};
     use crate::{Hand, Leg, Push};
@@ -477,6 +479,15 @@ mod tests {
             for powers in [5, ORDER] {
                 Series::write(&mut fused, driven, start, powers);
                 Series::write_anywhere(&mut native, driven, start, powers);
+                let mut audits = [Energy::default(); 2];
+                let passed = [
+                    Passed::take(&mut audits[0], driven, start, &fused, 1e-6),
+                    Passed::take_anywhere(&mut audits[1], driven, start, &native, 1e-6),
+                ];
+                assert_eq!(audits[0], audits[1]);
+                let [one, other] =
+                    passed.map(|it| [it.states, it.end.0, it.end.1].map(|lanes| lanes.map(f64::to_bits)));
+                assert_eq!(one, other);
             }
             let bits = |series: &Series| {
                 [series.x, series.flux, series.turned].map(|terms| terms.map(|lanes| lanes.map(f64::to_bits)))

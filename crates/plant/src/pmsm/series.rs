@@ -6,7 +6,10 @@ pub(super) use super::start::{ALPHA, ANGLE, BETA, Hold, SHARES, SPEED, Start};
 use super::{Grip, Pmsm};
 use crate::flow::double::{Product, versions};
 use crate::flow::lanes::Lanes as _;
-use crate::flow::polynomial::{Coefficients, ORDER, convolved};
+use crate::flow::polynomial::{Coefficients, Lanes, ORDER, convolved};
+
+/// The fewest powers of a series.
+pub(super) const FEWEST: usize = 4;
 
 /// Series of the motion.
 #[derive(Clone)]
@@ -36,6 +39,45 @@ pub(super) struct Driven<'l> {
     pub laws: &'l Pmsm,
     pub circuit: &'l Circuit,
     pub hold: Hold,
+}
+
+/// The numbers that all terms of a segment share.
+struct Terms {
+    pairs: f64,
+    torque_per_flux: f64,
+    salience: f64,
+    gain: [f64; 3],
+    viscous: f64,
+    per_inertia: f64,
+    stiffness: f64,
+    damping: f64,
+    units: f64,
+    /// Torques of the first power alone: the hand's, and that of friction.
+    hand_nm: f64,
+    rub_nm: f64,
+}
+
+impl Terms {
+    #[inline(always)]
+    fn of(driven: &Driven, start: &Start) -> Self {
+        let Driven { laws, circuit, hold } = driven;
+        let (motor, shaft) = (&laws.motor, &laws.net.bodies[0]);
+        let pairs = f64::from(motor.pole_pairs);
+        let Grip { torque_nm, stiffness_nm_per_rad: stiffness, damping_nm_s_per_rad, units, .. } = laws.pull;
+        Self {
+            pairs,
+            torque_per_flux: 1.5 * pairs,
+            salience: motor.direct_h - motor.quadrature_h,
+            gain: circuit.gain(laws, start.e),
+            viscous: shaft.viscous,
+            per_inertia: if let Hold::Slip(_) = hold { 1.0 / shaft.inertia } else { 0.0 },
+            stiffness,
+            damping: units * damping_nm_s_per_rad,
+            units,
+            hand_nm: torque_nm + stiffness * start.twist_rad + damping_nm_s_per_rad * start.intent_rad_per_s,
+            rub_nm: if let Hold::Slip(sign) = hold { sign * shaft.coulomb } else { 0.0 },
+        }
+    }
 }
 
 impl Series {
@@ -71,55 +113,100 @@ impl Series {
 
     #[inline(always)]
     fn write_with<P: Product>(series: &mut Series, driven: &Driven, start: &Start, powers: usize) {
-        let Driven { laws, circuit, hold } = driven;
-        let motor = &laws.motor;
-        let pairs = f64::from(motor.pole_pairs);
-        let salience = motor.direct_h - motor.quadrature_h;
-        let e = start.e;
-        let [aa, ab, bb] = circuit.gain(laws, e);
-        let shaft = &laws.net.bodies[0];
-        let per_inertia = if let Hold::Slip(_) = hold { 1.0 / shaft.inertia } else { 0.0 };
-        let Grip { torque_nm, stiffness_nm_per_rad: stiffness, damping_nm_s_per_rad, units, .. } = laws.pull;
-        let hand_nm = torque_nm + stiffness * start.twist_rad + damping_nm_s_per_rad * start.intent_rad_per_s;
-        let damping = units * damping_nm_s_per_rad;
-        let rub_nm = if let Hold::Slip(sign) = hold { sign * shaft.coulomb } else { 0.0 };
-        let Self { x, flux, turned, along, crossed, waves, around, torque, .. } = series;
+        let laws = driven.laws;
+        let is_plain = laws.motor.direct_h == laws.motor.quadrature_h && laws.waves.is_empty() && !laws.is_around;
+        if is_plain {
+            Self::write_as::<P, true>(series, driven, start, powers);
+        } else {
+            Self::write_as::<P, false>(series, driven, start, powers);
+        }
+    }
+
+    /// Writes the series; those of a plain motor are the currents, speed and angle of a rotor alone without saliency
+    /// and cogging.
+    #[inline(always)]
+    fn write_as<P: Product, const PLAIN: bool>(series: &mut Series, driven: &Driven, start: &Start, powers: usize) {
+        assert!(powers <= ORDER);
+        let terms = Terms::of(driven, start);
         let done = series.powers;
         if done == 0 {
-            let i = start.current();
-            let active = motor.flux_vs + salience * dot(e, i);
-            x[0] = start.x;
-            flux[0] = [start.x[SPEED], start.x[SPEED], active * e[0], active * e[1]];
-            turned[0] = [e[1], e[0], i[1], i[0]];
-            along[0] = [e[0], e[1], active, active];
-            crossed[0] = [i[0], i[1], e[0], e[1]];
-            for (wave, pair) in waves.iter_mut().zip(motor.cogging.chunks(2)) {
-                wave[0] = [0.0; 4];
-                for (lane, harmonic) in pair.iter().enumerate() {
-                    let (sine, cosine) = laws.wave(harmonic, start.x[ANGLE], start.low[ANGLE]);
-                    (wave[0][2 * lane], wave[0][2 * lane + 1]) = (sine, cosine);
-                }
+            assert!(powers >= FEWEST);
+            // The fewest powers, one by one: each is compiled for its own number of terms, which stay in registers.
+            let of = (driven, start);
+            let first = series.begin::<P, PLAIN>(driven.laws, start);
+            let second = series.next::<P, PLAIN>(&terms, of, 0, first.x, product::<P>(&[first]));
+            let third = series.next::<P, PLAIN>(&terms, of, 1, second.x, product::<P>(&[first, second]));
+            let fourth = series.next::<P, PLAIN>(&terms, of, 2, third.x, product::<P>(&[first, second, third]));
+            let all = [first, second, third, fourth];
+            series.next::<P, PLAIN>(&terms, of, 3, fourth.x, product::<P>(&all));
+        }
+        for k in done.max(FEWEST)..powers {
+            let product = convolved::<P>(&series.flux[..=k], &series.turned[..=k]);
+            series.next::<P, PLAIN>(&terms, (driven, start), k, series.x[k], product);
+        }
+        series.powers = powers;
+    }
+
+    /// Begins the series at a start, and returns its first term.
+    #[inline(always)]
+    fn begin<P: Product, const PLAIN: bool>(&mut self, laws: &Pmsm, start: &Start) -> Term<P::Lanes> {
+        let motor = &laws.motor;
+        let (e, i) = (start.e, start.current());
+        let salience = motor.direct_h - motor.quadrature_h;
+        let active = motor.flux_vs + salience * dot(e, i);
+        let speed = start.x[SPEED];
+        let flux = [speed, speed, active * e[0], active * e[1]];
+        let first = self.put::<P>(0, start.x, flux, [e[1], e[0], i[1], i[0]]);
+        if PLAIN {
+            return first;
+        }
+        self.along[0] = [e[0], e[1], active, active];
+        self.crossed[0] = [i[0], i[1], e[0], e[1]];
+        for (wave, pair) in self.waves.iter_mut().zip(motor.cogging.chunks(2)) {
+            wave[0] = [0.0; 4];
+            for (lane, harmonic) in pair.iter().enumerate() {
+                let (sine, cosine) = laws.wave(harmonic, start.x[ANGLE], start.low[ANGLE]);
+                (wave[0][2 * lane], wave[0][2 * lane + 1]) = (sine, cosine);
             }
         }
-        assert!(powers <= ORDER);
-        let torque_per_flux = 1.5 * pairs;
-        let viscous = shaft.viscous;
-        // What the first powers alone have.
-        let (mut given, mut pull_nm, mut against_nm) = ([0.0; 2], 0.0, 0.0);
-        if done == 0 {
-            (given, pull_nm, against_nm) = (circuit.volts, hand_nm, rub_nm);
+        first
+    }
+
+    /// Writes the terms of power `k`, and returns them.
+    #[inline(always)]
+    fn put<P: Product>(&mut self, k: usize, x: Lanes, flux: Lanes, turned: Lanes) -> Term<P::Lanes> {
+        let term = Term { x, flux: P::lanes(&flux), turned: P::lanes(&turned) };
+        self.x[k] = P::lanes(&x).state();
+        (self.flux[k], self.turned[k]) = (term.flux.state(), term.turned.state());
+        term
+    }
+
+    /// Writes the terms of power `k + 1`, and returns them, from those up to power `k`: from that of `x` and from that
+    /// of the product of `flux` and `turned`.
+    #[inline(always)]
+    fn next<P: Product, const PLAIN: bool>(
+        &mut self,
+        terms: &Terms,
+        (driven, start): (&Driven, &Start),
+        k: usize,
+        [alpha, beta, speed, angle]: Lanes,
+        product: P::Lanes,
+    ) -> Term<P::Lanes> {
+        let Driven { laws, circuit, hold } = driven;
+        let (motor, e) = (&laws.motor, start.e);
+        let Self { x, along, crossed, waves, around, torque, .. } = self;
+        let share = SHARES[k + 1];
+        let [sine, cosine, ahead, behind] = product.state();
+        let turn = terms.pairs * share;
+        let (cosine, sine) = (-turn * sine, turn * cosine);
+        // The shaft.
+        let mut sum = terms.torque_per_flux * (ahead - behind) + if k == 0 { terms.hand_nm } else { 0.0 };
+        sum -= terms.damping * speed;
+        if terms.stiffness != 0.0 && k > 0 {
+            let turned = terms.units * angle;
+            sum -= terms.stiffness * if k == 1 { turned - start.intent_rad_per_s } else { turned };
         }
-        for k in done..powers {
-            let share = SHARES[k + 1];
-            let [sine, cosine, ahead, behind] = convolved::<P>(&flux[..=k], &turned[..=k]).state();
-            let turn = pairs * share;
-            let (cosine, sine) = (-turn * sine, turn * cosine);
-            // The shaft.
-            let [alpha, beta, speed, angle] = x[k];
-            let mut sum = torque_per_flux * (ahead - behind) + pull_nm - damping * speed;
-            if stiffness != 0.0 && k > 0 {
-                sum -= stiffness * if k == 1 { units * angle - start.intent_rad_per_s } else { units * angle };
-            }
+        if !PLAIN {
             if laws.is_around {
                 sum += around.write(laws, x, start, k);
             }
@@ -134,45 +221,44 @@ impl Series {
                 let [one, other] = pair.orders;
                 wave[k + 1] = [one * turned[1], -one * turned[0], other * turned[3], -other * turned[2]];
             }
-            torque[k] = sum;
-            let mut next = (sum - viscous * speed - against_nm) * (per_inertia * share);
-            if k == 0 {
-                if let Hold::Slip(sign) = hold
-                    && speed == 0.0
-                    && sign * next < 0.0
-                {
-                    // Rounding must not make a shaft that begins to slip go back.
-                    next = 0.0;
-                }
-                (pull_nm, against_nm) = (0.0, 0.0);
-            }
-            // The winding.
-            let resistive = circuit.resistive([alpha, beta]);
-            let rise = [(given[0] - resistive[0]) * share, (given[1] - resistive[1]) * share];
-            given = [0.0; 2];
-            let (current, part);
-            if salience == 0.0 {
-                part = [motor.flux_vs * cosine, motor.flux_vs * sine];
-                let rest = [rise[0] - part[0], rise[1] - part[1]];
-                current = [aa * rest[0] + ab * rest[1], ab * rest[0] + bb * rest[1]];
-            } else {
-                let [one, other, first, second] = convolved::<P>(&along[1..=k], &crossed[1..=k]).state();
-                let known = one + other + cosine * x[0][ALPHA] + sine * x[0][BETA];
-                let active = along[0][2];
-                let bent = [active * cosine + first, active * sine + second];
-                let pull = salience * known;
-                let rest = [rise[0] - bent[0] - pull * e[0], rise[1] - bent[1] - pull * e[1]];
-                current = [aa * rest[0] + ab * rest[1], ab * rest[0] + bb * rest[1]];
-                let pull = salience * (known + dot(e, current));
-                part = [bent[0] + pull * e[0], bent[1] + pull * e[1]];
-                along[k + 1] = [cosine, sine, pull, pull];
-                crossed[k + 1] = [current[0], current[1], cosine, sine];
-            }
-            x[k + 1] = [current[0], current[1], next, speed * share];
-            turned[k + 1] = [sine, cosine, current[1], current[0]];
-            flux[k + 1] = [next, next, part[0], part[1]];
         }
-        series.powers = powers;
+        torque[k] = sum;
+        let against_nm = if k == 0 { terms.rub_nm } else { 0.0 };
+        let mut next = (sum - terms.viscous * speed - against_nm) * (terms.per_inertia * share);
+        if k == 0
+            && let Hold::Slip(sign) = hold
+            && speed == 0.0
+            && sign * next < 0.0
+        {
+            // Rounding must not make a shaft that begins to slip go back.
+            next = 0.0;
+        }
+        // The winding.
+        let resistive = circuit.resistive([alpha, beta]);
+        let given = if k == 0 { circuit.volts } else { [0.0; 2] };
+        let rise = [(given[0] - resistive[0]) * share, (given[1] - resistive[1]) * share];
+        let [aa, ab, bb] = terms.gain;
+        let (current, part);
+        if PLAIN || terms.salience == 0.0 {
+            part = [motor.flux_vs * cosine, motor.flux_vs * sine];
+            let rest = [rise[0] - part[0], rise[1] - part[1]];
+            current = [aa * rest[0] + ab * rest[1], ab * rest[0] + bb * rest[1]];
+        } else {
+            let salience = terms.salience;
+            let [one, other, first, second] = convolved::<P>(&along[1..=k], &crossed[1..=k]).state();
+            let known = one + other + cosine * x[0][ALPHA] + sine * x[0][BETA];
+            let active = along[0][2];
+            let bent = [active * cosine + first, active * sine + second];
+            let pull = salience * known;
+            let rest = [rise[0] - bent[0] - pull * e[0], rise[1] - bent[1] - pull * e[1]];
+            current = [aa * rest[0] + ab * rest[1], ab * rest[0] + bb * rest[1]];
+            let pull = salience * (known + dot(e, current));
+            part = [bent[0] + pull * e[0], bent[1] + pull * e[1]];
+            along[k + 1] = [cosine, sine, pull, pull];
+            crossed[k + 1] = [current[0], current[1], cosine, sine];
+        }
+        let [a, b] = current;
+        self.put::<P>(k + 1, [a, b, next, speed * share], [next, next, part[0], part[1]], [sine, cosine, b, a])
     }
 
     /// Returns the term of power `k` of `i_q`.
@@ -189,6 +275,21 @@ impl Series {
         let q = laws.motor.quadrature_h;
         [next * (q * x[ALPHA] + flux[2]), next * (q * x[BETA] + flux[3])]
     }
+}
+
+/// The terms of one power.
+#[derive(Clone, Copy)]
+struct Term<L> {
+    x: Lanes,
+    flux: L,
+    turned: L,
+}
+
+/// Returns the last known term of the product of `flux` and `turned`, from all terms of both.
+#[inline(always)]
+fn product<P: Product>(terms: &[Term<P::Lanes>]) -> P::Lanes {
+    let pairs = terms.iter().zip(terms.iter().rev());
+    pairs.fold(P::all(0.0), |sum, (flux, turned)| sum + flux.flux * turned.turned)
 }
 
 impl Pmsm {

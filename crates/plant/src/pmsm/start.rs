@@ -2,6 +2,8 @@
 
 use super::Pmsm;
 use super::circuit::Plane;
+use crate::flow::double::two_sum;
+use crate::flow::lanes::Lanes as InLanes;
 use crate::flow::polynomial::{Lanes, ORDER};
 
 /// Lanes of [`Start::x`] and of [`Series::x`].
@@ -49,6 +51,18 @@ pub(super) struct Start {
 impl Start {
     pub fn current(&self) -> Plane {
         [self.x[ALPHA], self.x[BETA]]
+    }
+
+    /// Returns the state a time after this start, with the parts that rounding takes from it, by the terms of the state
+    /// from the first power on: the start and the change since are added without error, and the change is small.
+    #[inline(always)]
+    pub fn after<L: InLanes>(&self, terms: &[Lanes], t: f64) -> (Lanes, Lanes) {
+        let (x, low, t) = (L::of(&self.x), L::of(&self.low), L::all(t));
+        let rates = terms.iter().rev().fold(L::all(0.0), |sum, term| sum * t + L::of(term));
+        // The angle also moves by the low part of the speed; -0 changes no number.
+        let rates = rates + L::of(&[-0.0, -0.0, -0.0, self.low[SPEED]]);
+        let (whole, rest) = two_sum(x, low + rates * t);
+        (whole.state(), rest.state())
     }
 
     /// Returns the rate at which the rotor's direction changes.

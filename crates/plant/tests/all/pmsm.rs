@@ -7,10 +7,10 @@ use hpu_plant::{Drive, Hand, Leg, Push};
 
 use Leg::{High, Low, Open};
 
-const EDGE_S: f64 = 20e-9;
-const ANYWHERE: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
+pub const EDGE_S: f64 = 20e-9;
+pub const ANYWHERE: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
 
-fn motor() -> PmsmMotor {
+pub fn motor() -> PmsmMotor {
     PmsmMotor {
         pole_pairs: 7,
         resistance_ohm: 0.8,
@@ -25,22 +25,51 @@ fn motor() -> PmsmMotor {
     }
 }
 
-const INVERTER: Inverter = Inverter { supply_v: 24.0, supply_ohm: 0.0, on_resistance_ohm: 0.0, diode_drop_v: 0.0 };
+/// An inverter without losses.
+pub const BARE: Inverter = Inverter { supply_v: 24.0, supply_ohm: 0.0, on_resistance_ohm: 0.0, diode_drop_v: 0.0 };
 
 fn laws(motor: PmsmMotor, inverter: Inverter, edge_s: f64) -> Pmsm {
     Pmsm::new(motor, inverter, Hand::Torque(0.0), edge_s).unwrap()
 }
 
 /// Moves to an edge by leaps, and returns the edges at which something happened.
-fn leap(device: &mut PmsmDevice, from: u64, to: u64) -> Vec<u64> {
+pub fn leap(device: &mut PmsmDevice, from: u64, to: u64) -> Vec<u64> {
     let (mut edge, mut events) = (from, Vec::new());
     while let Some(event) = device.next_event(edge, to, ANYWHERE) {
-        edge = event.0;
-        device.arrive(event);
+        edge = event;
+        device.step(edge);
         events.push(edge);
     }
     device.step(to);
     events
+}
+
+/// Holds what came from source and hand to heat and what is stored, up to this share of all that was exchanged.
+#[track_caller]
+pub fn balanced(device: &PmsmDevice, edge: u64, most: f64) {
+    let energy = device.energy(edge);
+    let rest = energy.supplied_j() - energy.dissipated_j() - device.stored_j(edge);
+    assert!(rest.abs() <= most * energy.exchanged_j(), "{rest:e} of {:e}", energy.exchanged_j());
+}
+
+/// Returns the currents of a winding's short circuit at a constant speed of the field, a time after these: in the
+/// rotor's frame two linear equations, whose complex eigenvalues are written by sine and cosine.
+pub fn short_circuit(motor: &PmsmMotor, w: f64, start: [f64; 2], t: f64) -> [f64; 2] {
+    let &PmsmMotor { direct_h: d, quadrature_h: q, resistance_ohm: r, flux_vs: psi, .. } = motor;
+    // x' = A x + f, x = (i_d, i_q).
+    let a = [[-r / d, w * q / d], [-w * d / q, -r / q]];
+    let determinant = a[0][0] * a[1][1] - a[0][1] * a[1][0];
+    let f = -w * psi / q;
+    // A x0 = -f: x0 = (a01 f, -a00 f) / det.
+    let rest = [a[0][1] * f / determinant, -a[0][0] * f / determinant];
+    let half = 0.5 * (a[0][0] + a[1][1]);
+    let frequency = (determinant - half * half).sqrt();
+    let (decay, sine, cosine) = ((half * t).exp(), (frequency * t).sin(), (frequency * t).cos());
+    let start = [start[0] - rest[0], start[1] - rest[1]];
+    [0, 1].map(|row| {
+        let turned: f64 = (0..2).map(|c| (a[row][c] - if row == c { half } else { 0.0 }) * start[c]).sum();
+        rest[row] + decay * (cosine * start[row] + sine / frequency * turned)
+    })
 }
 
 #[track_caller]
@@ -53,7 +82,7 @@ fn close(got: f64, expected: f64, most: f64) {
 #[test]
 fn a_step_of_one_vector_on_a_held_rotor_is_an_exponential() {
     let held = PmsmMotor { stiction_nm: 1e3, ..motor() };
-    let inverter = Inverter { supply_ohm: 0.3, on_resistance_ohm: 0.05, ..INVERTER };
+    let inverter = Inverter { supply_ohm: 0.3, on_resistance_ohm: 0.05, ..BARE };
     let laws = laws(held, inverter, EDGE_S);
     for vector in 0..8u32 {
         let legs = [0, 1, 2].map(|x| if vector >> x & 1 == 1 { High } else { Low });
@@ -79,35 +108,19 @@ fn a_step_of_one_vector_on_a_held_rotor_is_an_exponential() {
     }
 }
 
-/// A short circuit at a speed that an immense inertia imposes: in the rotor's frame two linear equations with complex
-/// eigenvalues, whose exponential is written by sine and cosine.
+/// A short circuit at a speed that an immense inertia imposes.
 #[test]
 fn a_short_circuit_at_constant_speed_is_that_of_the_rotors_frame() {
     for (d, q, legs) in [(0.4e-3, 0.4e-3, Low), (0.3e-3, 0.5e-3, Low), (0.5e-3, 0.3e-3, High)] {
         let heavy =
             PmsmMotor { direct_h: d, quadrature_h: q, inertia_kg_m2: 1e30, viscous_nm_s_per_rad: 0.0, ..motor() };
-        let laws = laws(heavy, INVERTER, EDGE_S);
-        let (speed, r, psi) = (150.0, 0.8, 6e-3);
-        let w = 7.0 * speed;
+        let (laws, speed) = (laws(heavy.clone(), BARE, EDGE_S), 150.0);
         let mut device = PmsmDevice::new(&laws, [1.0, -2.0], speed, 0.3);
         device.driven(0, Drive::Legs([legs; 3]));
-        // x' = A x + f, x = (i_d, i_q).
-        let a = [[-r / d, w * q / d], [-w * d / q, -r / q]];
-        let determinant = a[0][0] * a[1][1] - a[0][1] * a[1][0];
-        let f = -w * psi / q;
-        // A x0 = -f: x0 = (a01 f, -a00 f) / det.
-        let rest = [a[0][1] * f / determinant, -a[0][0] * f / determinant];
-        let half = 0.5 * (a[0][0] + a[1][1]);
-        let frequency = (determinant - half * half).sqrt();
         for edge in [1u64, 1000, 20_000, 50_000, 200_000] {
             leap(&mut device, 0, edge);
             let t = edge as f64 * EDGE_S;
-            let (decay, sine, cosine) = ((half * t).exp(), (frequency * t).sin(), (frequency * t).cos());
-            let start = [1.0 - rest[0], -2.0 - rest[1]];
-            let expected = [0, 1].map(|row| {
-                let turned: f64 = (0..2).map(|c| (a[row][c] - if row == c { half } else { 0.0 }) * start[c]).sum();
-                rest[row] + decay * (cosine * start[row] + sine / frequency * turned)
-            });
+            let expected = short_circuit(&heavy, 7.0 * speed, [1.0, -2.0], t);
             let got = device.dq(edge);
             close(got[0], expected[0], 3e-13);
             close(got[1], expected[1], 3e-13);
@@ -124,7 +137,7 @@ fn a_short_circuit_at_constant_speed_is_that_of_the_rotors_frame() {
 fn a_current_through_diodes_ends_at_its_instant() {
     let edge_s = 1e-13;
     let held = PmsmMotor { stiction_nm: 1e3, ..motor() };
-    let inverter = Inverter { diode_drop_v: 0.7, ..INVERTER };
+    let inverter = Inverter { diode_drop_v: 0.7, ..BARE };
     let laws = laws(held, inverter, edge_s);
     let on = 300_000_000;
     for legs in [[High, Low, Open], [Low, Open, High], [Open, High, Low], [Low, High, Open]] {
@@ -177,7 +190,7 @@ fn a_rotor_in_its_cogging_is_a_pendulum() {
     let period_s = TAU / ((amplitude * n / inertia).sqrt() * one);
     // A clock of which a period has 2^20 edges.
     let edges = 1 << 20;
-    let laws = laws(swinging, INVERTER, period_s / edges as f64);
+    let laws = laws(swinging, BARE, period_s / edges as f64);
     let mut device = PmsmDevice::new(&laws, [0.0; 2], 0.0, start);
     let mut edge = 0;
     for swing in 1..=20u64 {
@@ -200,7 +213,7 @@ fn a_hand_pulls_the_rotor_to_its_moving_intention() {
     let (k, b, inertia) = (0.05, 1e-4, 2e-5);
     let plain = PmsmMotor { flux_vs: 0.0, viscous_nm_s_per_rad: 0.0, ..motor() };
     let hand = Hand::Spring(Push { stiffness_nm_per_rad: k, damping_nm_s_per_rad: b });
-    let laws = Pmsm::new(plain, INVERTER, hand, EDGE_S).unwrap();
+    let laws = Pmsm::new(plain, BARE, hand, EDGE_S).unwrap();
     let mut device = PmsmDevice::new(&laws, [0.0; 2], 0.0, 0.0);
     let (target, speed) = (0.4, 2.0);
     device.intend(1000, target, speed);

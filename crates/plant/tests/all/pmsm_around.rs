@@ -7,31 +7,13 @@ use hpu_plant::network::{Body, FeedKind, Joint, Network, NetworkDevice, NetworkL
 use hpu_plant::pmsm::{Inverter, Pmsm, PmsmDevice, PmsmMotor};
 use hpu_plant::{Drive, Hand, Leg, Push};
 
-use crate::pmsm_motion::{PERIOD, drives, rough};
+use crate::pmsm::{ANYWHERE, BARE, EDGE_S, balanced, short_circuit};
+use crate::pmsm_motion::{INVERTER, PERIOD, drives, plain, rough};
 use crate::random::Random;
 
-const EDGE_S: f64 = 20e-9;
-const ANYWHERE: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
-const INVERTER: Inverter = Inverter { supply_v: 24.0, supply_ohm: 0.1, on_resistance_ohm: 0.03, diode_drop_v: 0.7 };
-
-fn motor() -> PmsmMotor {
-    PmsmMotor {
-        pole_pairs: 7,
-        resistance_ohm: 0.8,
-        direct_h: 0.4e-3,
-        quadrature_h: 0.4e-3,
-        flux_vs: 6e-3,
-        inertia_kg_m2: 4e-6,
-        viscous_nm_s_per_rad: 1e-5,
-        coulomb_nm: 0.0,
-        stiction_nm: 0.0,
-        cogging: Vec::new(),
-    }
-}
-
-/// The same motor without magnets: nothing but what is around it moves it.
+/// A motor without magnets: nothing but what is around it moves it.
 fn dead() -> PmsmMotor {
-    PmsmMotor { flux_vs: 0.0, ..motor() }
+    PmsmMotor { flux_vs: 0.0, ..plain() }
 }
 
 /// A network of a rotor and up to three further bodies on compliant and rigid joints, with stops and friction, where
@@ -196,8 +178,8 @@ fn a_stop_gives_back_what_its_damper_leaves() {
         let (mut edge, to) = (0, ((touched_s + 3.0 * left_s) / edge_s) as u64);
         let mut modes = device.mode_changes();
         while let Some(event) = device.next_event(edge, to, ANYWHERE) {
-            edge = event.0;
-            device.arrive(event);
+            edge = event;
+            device.step(edge);
             if std::mem::replace(&mut modes, device.mode_changes()) != modes {
                 edges.push(edge);
             }
@@ -218,34 +200,22 @@ fn a_stop_gives_back_what_its_damper_leaves() {
     }
 }
 
-/// A hand that imposes a constant speed: in the rotor's frame the currents of a short circuit are two linear equations
-/// with complex eigenvalues. The hand bears friction and the motor's torque, and its work is what becomes heat.
+/// A hand that imposes a constant speed on a rotor whose winding is a short circuit bears friction and the motor's
+/// torque, and its work is what becomes heat.
 #[test]
 fn a_hand_that_imposes_a_speed_bears_the_torque() {
     for (d, q) in [(0.4e-3, 0.4e-3), (0.3e-3, 0.5e-3)] {
-        let motor = PmsmMotor { direct_h: d, quadrature_h: q, coulomb_nm: 1e-3, stiction_nm: 2e-3, ..motor() };
-        let (r, psi, speed) = (motor.resistance_ohm, motor.flux_vs, 90.0);
-        let bare = Inverter { supply_ohm: 0.0, on_resistance_ohm: 0.0, ..INVERTER };
-        let laws = Pmsm::new(motor, bare, Hand::Prescribed, EDGE_S).unwrap();
+        let motor = PmsmMotor { direct_h: d, quadrature_h: q, coulomb_nm: 1e-3, stiction_nm: 2e-3, ..plain() };
+        let (psi, speed) = (motor.flux_vs, 90.0);
+        let bare = Inverter { diode_drop_v: 0.7, ..BARE };
+        let laws = Pmsm::new(motor.clone(), bare, Hand::Prescribed, EDGE_S).unwrap();
         let mut device = PmsmDevice::new(&laws, [1.0, -2.0], speed, 0.3);
         device.driven(0, Drive::Legs([Leg::Low; 3]));
         device.intend(0, 0.3, speed);
-        let w = 7.0 * speed;
-        let a = [[-r / d, w * q / d], [-w * d / q, -r / q]];
-        let determinant = a[0][0] * a[1][1] - a[0][1] * a[1][0];
-        let f = -w * psi / q;
-        let rest = [a[0][1] * f / determinant, -a[0][0] * f / determinant];
-        let half = 0.5 * (a[0][0] + a[1][1]);
-        let frequency = (determinant - half * half).sqrt();
         for edge in [1u64, 1000, 20_000, 200_000] {
             device.step(edge);
             let t = edge as f64 * EDGE_S;
-            let (decay, sine, cosine) = ((half * t).exp(), (frequency * t).sin(), (frequency * t).cos());
-            let start = [1.0 - rest[0], -2.0 - rest[1]];
-            let expected = [0, 1].map(|row| {
-                let turned: f64 = (0..2).map(|c| (a[row][c] - if row == c { half } else { 0.0 }) * start[c]).sum();
-                rest[row] + decay * (cosine * start[row] + sine / frequency * turned)
-            });
+            let expected = short_circuit(&motor, 7.0 * speed, [1.0, -2.0], t);
             let got = device.dq(edge);
             assert!(
                 (got[0] - expected[0]).abs() < 1e-12 && (got[1] - expected[1]).abs() < 1e-12,
@@ -298,8 +268,8 @@ impl<'a> Counted<'a> {
 
     fn leap(&mut self, mut edge: u64, to: u64) {
         while let Some(event) = self.device.next_event(edge, to, band(self.counts[0])) {
-            edge = event.0;
-            let x = self.device.arrive(event);
+            edge = event;
+            let x = self.device.step(edge);
             self.look(edge, x);
         }
     }
@@ -317,7 +287,7 @@ fn leaps_are_steps(seed: u64, cases: u64, periods: u64) -> [u64; 3] {
     let (mut random, mut told) = (Random(seed), [0; 3]);
     for case in 0..cases {
         let network = network(&mut random);
-        let motor = if case % 2 == 0 { rough() } else { motor() };
+        let motor = if case % 2 == 0 { rough() } else { plain() };
         let Ok(laws) = Pmsm::around(motor, INVERTER, &network, EDGE_S) else { continue };
         let mut leaping = Counted::new(&laws, &network, network.bodies[0].speed);
         let mut stepping = Counted::new(&laws, &network, network.bodies[0].speed);
@@ -353,9 +323,7 @@ fn leaps_are_steps(seed: u64, cases: u64, periods: u64) -> [u64; 3] {
             edge = at;
         }
         let device = &leaping.device;
-        let energy = device.energy(edge);
-        let rest = energy.supplied_j() - energy.dissipated_j() - device.stored_j(edge);
-        assert!(rest.abs() <= 1e-12 * energy.exchanged_j(), "case {case}: {rest:e} of {:e}", energy.exchanged_j());
+        balanced(device, edge, 1e-12);
         assert_eq!(device.crowded_edges(), 0);
         told = [told[0] + edge, told[1] + leaping.seen.len() as u64, told[2] + device.mode_changes()];
     }
@@ -384,7 +352,7 @@ fn a_network_that_no_motor_can_drive_is_refused() {
         network.bodies.push(body);
         network.joints.push(Joint { from: 0, to: 1, ratio: 1.0, compliance: Some((1.0, 0.0)) });
         change(&mut network);
-        Pmsm::around(motor(), INVERTER, &network, EDGE_S).unwrap_err().to_string()
+        Pmsm::around(plain(), INVERTER, &network, EDGE_S).unwrap_err().to_string()
     };
     assert!(refused(&|it| it.seen = 1).contains("drives the body with the encoder"));
     assert!(refused(&|it| it.joints.clear()).contains("nothing joins it"));
@@ -404,8 +372,8 @@ fn a_network_that_no_motor_can_drive_is_refused() {
 /// switch is open, and its lag falls by one exponential.
 #[test]
 fn the_lag_of_a_shunt_is_that_of_the_current_behind_it() {
-    let held = PmsmMotor { stiction_nm: 1e3, ..motor() };
-    let bare = Inverter { supply_ohm: 0.0, on_resistance_ohm: 0.0, ..INVERTER };
+    let held = PmsmMotor { stiction_nm: 1e3, ..plain() };
+    let bare = Inverter { diode_drop_v: 0.7, ..BARE };
     let laws = Pmsm::new(held, bare, Hand::Torque(0.0), EDGE_S).unwrap();
     let rate = 0.8 / 0.4e-3;
     for corner in [200.0, 1.01 * rate, 3e4, 1e6, 3e8] {

@@ -5,28 +5,16 @@ use std::f64::consts::TAU;
 use hpu_plant::pmsm::{Harmonic, Inverter, Pmsm, PmsmDevice, PmsmMotor};
 use hpu_plant::{Drive, Hand, Leg, Pace, Push};
 
+use crate::pmsm::{ANYWHERE, BARE, EDGE_S, balanced, leap, motor};
 use crate::random::Random;
 
 use Leg::{High, Low, Open};
 
-const EDGE_S: f64 = 20e-9;
 pub const PERIOD: u64 = 2500;
-const ANYWHERE: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
 const COUNT_RAD: f64 = TAU / 65_536.0;
 
-fn plain() -> PmsmMotor {
-    PmsmMotor {
-        pole_pairs: 7,
-        resistance_ohm: 0.8,
-        direct_h: 0.4e-3,
-        quadrature_h: 0.4e-3,
-        flux_vs: 6e-3,
-        inertia_kg_m2: 4e-6,
-        viscous_nm_s_per_rad: 1e-5,
-        coulomb_nm: 0.0,
-        stiction_nm: 0.0,
-        cogging: Vec::new(),
-    }
+pub fn plain() -> PmsmMotor {
+    PmsmMotor { inertia_kg_m2: 4e-6, ..motor() }
 }
 
 pub fn rough() -> PmsmMotor {
@@ -41,12 +29,11 @@ pub fn rough() -> PmsmMotor {
     }
 }
 
-const INVERTER: Inverter = Inverter { supply_v: 24.0, supply_ohm: 0.1, on_resistance_ohm: 0.03, diode_drop_v: 0.7 };
+pub const INVERTER: Inverter = Inverter { supply_v: 24.0, supply_ohm: 0.1, on_resistance_ohm: 0.03, diode_drop_v: 0.7 };
 
 fn cases() -> Vec<Pmsm> {
     let spring = Hand::Spring(Push { stiffness_nm_per_rad: 0.2, damping_nm_s_per_rad: 1e-4 });
-    let bare = Inverter { supply_v: 24.0, supply_ohm: 0.0, on_resistance_ohm: 0.0, diode_drop_v: 0.0 };
-    [(plain(), INVERTER, Hand::Torque(0.0)), (rough(), INVERTER, spring), (rough(), bare, Hand::Torque(1e-3))]
+    [(plain(), INVERTER, Hand::Torque(0.0)), (rough(), INVERTER, spring), (rough(), BARE, Hand::Torque(1e-3))]
         .into_iter()
         .map(|(motor, inverter, hand)| Pmsm::new(motor, inverter, hand, EDGE_S).unwrap())
         .collect()
@@ -111,8 +98,8 @@ impl<'a> Counted<'a> {
 
     fn leap(&mut self, mut edge: u64, to: u64) {
         while let Some(event) = self.device.next_event(edge, to, self.band()) {
-            edge = event.0;
-            let x = self.device.arrive(event);
+            edge = event;
+            let x = self.device.step(edge);
             self.look(edge, x);
         }
     }
@@ -174,15 +161,10 @@ fn no_energy_is_lost() {
         let (mut random, mut device) = (Random(70 + case as u64), PmsmDevice::new(laws, [1.0, 2.0], 5.0, 0.3));
         let mut edge = 0;
         for (index, (to, drive)) in drives(&mut random, 2000).into_iter().enumerate() {
-            while let Some(event) = device.next_event(edge, to, ANYWHERE) {
-                edge = event.0;
-                device.arrive(event);
-            }
+            leap(&mut device, edge, to);
             edge = to;
             if index % 97 == 0 {
-                let energy = device.energy(to);
-                let rest = energy.supplied_j() - energy.dissipated_j() - device.stored_j(to);
-                assert!(rest.abs() <= 1e-13 * energy.exchanged_j(), "{rest:e} of {:e}", energy.exchanged_j());
+                balanced(&device, to, 1e-13);
             }
             device.driven(to, drive);
         }
@@ -236,10 +218,7 @@ fn random_motors_keep_energy_and_bits() {
         let mut edge = 0;
         for index in 0..120 {
             let to = edge + 1 + if index % 40 == 39 { 200_000 } else { random.below(1 << (index % 15)) };
-            while let Some(event) = leaping.next_event(edge, to, ANYWHERE) {
-                edge = event.0;
-                leaping.arrive(event);
-            }
+            leap(&mut leaping, edge, to);
             edge = to;
             called.step(to);
             let legs = [0; 3].map(|_| [High, Low, Open][random.below(3) as usize]);
@@ -251,9 +230,7 @@ fn random_motors_keep_energy_and_bits() {
             }
         }
         assert_eq!(leaping.state(edge).map(f64::to_bits), called.state(edge).map(f64::to_bits), "{seed}");
-        let energy = leaping.energy(edge);
-        let rest = energy.supplied_j() - energy.dissipated_j() - leaping.stored_j(edge);
-        assert!(rest.abs() <= 1e-12 * energy.exchanged_j(), "{seed}: {rest:e} of {:e}", energy.exchanged_j());
+        balanced(&leaping, edge, 1e-12);
         assert_eq!(leaping.crowded_edges(), 0, "{seed}");
     }
 }
@@ -347,8 +324,8 @@ fn open_legs_rectify_from_the_instant_at_which_two_diodes_open() {
         let mut edge = 0;
         while device.circuit_changes() == 0 {
             let event = device.next_event(edge, 1 << 40, ANYWHERE).unwrap();
-            edge = event.0;
-            device.arrive(event);
+            edge = event;
+            device.step(edge);
         }
         let expected = (opens_s / edge_s).ceil() as u64;
         assert!(edge.abs_diff(expected) <= 1, "{speed}: {edge} instead of {expected}");
@@ -478,10 +455,9 @@ fn stiction_holds_what_friction_does_not() {
     // Friction alone stops the shaft after 2 ms, and holds it.
     let laws = laws(0.0);
     let mut device = PmsmDevice::new(&laws, [0.0; 2], 1.0, 0.0);
-    let event = device.next_event(0, 1_000_000, ANYWHERE).unwrap();
-    let mut at = event.0;
+    let mut at = device.next_event(0, 1_000_000, ANYWHERE).unwrap();
     while !device.is_stuck() {
-        at = device.next_event(at.min(99_000), 1_000_000, ANYWHERE).unwrap().0;
+        at = device.next_event(at.min(99_000), 1_000_000, ANYWHERE).unwrap();
         device.step(at);
     }
     assert!(at.abs_diff(100_000) <= 1, "{at}");

@@ -4,29 +4,19 @@ use hpu_plant::network::{Body, Joint, Network, Sensed, Stop};
 use hpu_plant::pmsm::{Harmonic, Inverter, Pmsm, PmsmDevice, PmsmMotor};
 use hpu_plant::{Drive, Hand, Leg, Push};
 
+use crate::pmsm::{ANYWHERE, BARE, motor};
+
 /// The cases of the oracle, with the hand's intended angle.
 fn case(name: &str) -> (u64, Pmsm, [f64; 3]) {
-    let plain = PmsmMotor {
-        pole_pairs: 7,
-        resistance_ohm: 0.8,
-        direct_h: 0.4e-3,
-        quadrature_h: 0.4e-3,
-        flux_vs: 6e-3,
-        inertia_kg_m2: 2e-5,
-        viscous_nm_s_per_rad: 1e-5,
-        coulomb_nm: 0.0,
-        stiction_nm: 0.0,
-        cogging: Vec::new(),
-    };
+    let plain = motor();
     let harmonics = |of: &[(u32, f64, f64)]| {
         of.iter().map(|&(order, amplitude_nm, phase_rad)| Harmonic { order, amplitude_nm, phase_rad }).collect()
     };
-    let bare = Inverter { supply_v: 24.0, supply_ohm: 0.0, on_resistance_ohm: 0.0, diode_drop_v: 0.0 };
     let (free, edge_s) = (Hand::Torque(0.0), 2f64.powi(-43));
     let laws = |motor, inverter, hand| Pmsm::new(motor, inverter, hand, edge_s).unwrap();
     match name {
         "surface" => {
-            let inverter = Inverter { diode_drop_v: 0.7, on_resistance_ohm: 0.02, supply_ohm: 0.05, ..bare };
+            let inverter = Inverter { diode_drop_v: 0.7, on_resistance_ohm: 0.02, supply_ohm: 0.05, ..BARE };
             (1, laws(plain, inverter, free), [20.0, 0.3, 0.0])
         }
         "salient" => {
@@ -39,18 +29,18 @@ fn case(name: &str) -> (u64, Pmsm, [f64; 3]) {
                 cogging,
                 ..plain
             };
-            let inverter = Inverter { diode_drop_v: 0.7, on_resistance_ohm: 0.03, supply_ohm: 0.1, ..bare };
+            let inverter = Inverter { diode_drop_v: 0.7, on_resistance_ohm: 0.03, supply_ohm: 0.1, ..BARE };
             (2, laws(motor, inverter, free), [-15.0, 1.2, 0.0])
         }
         "spun" => {
             let motor = PmsmMotor { direct_h: 0.5e-3, quadrature_h: 0.4e-3, inertia_kg_m2: 1e-4, ..plain };
-            let inverter = Inverter { diode_drop_v: 0.6, supply_ohm: 0.02, ..bare };
+            let inverter = Inverter { diode_drop_v: 0.6, supply_ohm: 0.02, ..BARE };
             (3, laws(motor, inverter, free), [520.0, 0.0, 0.0])
         }
         "held" => {
             let cogging = harmonics(&[(12, 3e-3, 0.2)]);
             let motor = PmsmMotor { coulomb_nm: 4e-3, stiction_nm: 6e-3, inertia_kg_m2: 4e-6, cogging, ..plain };
-            let inverter = Inverter { diode_drop_v: 0.5, on_resistance_ohm: 0.01, ..bare };
+            let inverter = Inverter { diode_drop_v: 0.5, on_resistance_ohm: 0.01, ..BARE };
             let hand = Hand::Spring(Push { stiffness_nm_per_rad: 0.3, damping_nm_s_per_rad: 2e-4 });
             (4, laws(motor, inverter, hand), [0.5, -0.2, -0.1])
         }
@@ -64,7 +54,7 @@ fn case(name: &str) -> (u64, Pmsm, [f64; 3]) {
                 cogging,
                 ..plain
             };
-            let inverter = Inverter { diode_drop_v: 0.7, on_resistance_ohm: 0.02, supply_ohm: 0.05, ..bare };
+            let inverter = Inverter { diode_drop_v: 0.7, on_resistance_ohm: 0.02, supply_ohm: 0.05, ..BARE };
             let mut network = Network::of_rotor(Hand::Torque(2e-2));
             network.bodies.push(Body { inertia: 8e-6, viscous: 1e-5, speed: 3.0, ..Body::default() });
             network.joints.push(Joint { from: 0, to: 1, ratio: 0.5, compliance: Some((2.0, 1e-4)) });
@@ -153,14 +143,14 @@ fn motions_are_those_of_forty_digits() {
         ends.extend(states.iter().map(|(period, _)| (period * PERIOD, None)));
         ends.sort_by_key(|(edge, legs)| (*edge, legs.is_some()));
         for (to, legs) in ends {
-            while let Some(event) = device.next_event(edge, to, (f64::NEG_INFINITY, f64::INFINITY)) {
+            while let Some(event) = device.next_event(edge, to, ANYWHERE) {
                 let before = device.circuit_changes();
-                device.arrive(event);
+                device.step(event);
                 for _ in before..device.circuit_changes() {
                     let expected = *due.next().unwrap();
-                    assert!(event.0.abs_diff(expected) <= 1, "{name}: a change at {} instead of {expected}", event.0);
+                    assert!(event.abs_diff(expected) <= 1, "{name}: a change at {event} instead of {expected}");
                 }
-                edge = event.0;
+                edge = event;
             }
             edge = to;
             if let Some(legs) = legs {

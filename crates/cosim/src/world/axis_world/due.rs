@@ -120,7 +120,8 @@ impl<I> AxisWorld<'_, I> {
                     (_, Actuator::Preloaded { period, .. }) => {
                         self.waiting.push_back((edge.div_ceil(period) * period + 1, word));
                     }
-                    (0, _) => self.give(word),
+                    (0, _) if !self.give(word) => return,
+                    (0, _) => {}
                     (late, _) => self.waiting.push_back((edge + late, word)),
                 }
                 self.plan();
@@ -128,10 +129,11 @@ impl<I> AxisWorld<'_, I> {
         }
     }
 
-    /// Gives a command to an actuator that follows commands.
-    pub(super) fn give(&mut self, word: i64) {
+    /// Gives a command to an actuator that follows commands. Returns whether another edge than before may be the next
+    /// at which something is due.
+    pub(super) fn give(&mut self, word: i64) -> bool {
         let edge = self.edge;
-        let Some(device) = &mut self.device else { return };
+        let Some(device) = &mut self.device else { return false };
         match self.plant.actuator {
             Actuator::Switching => {}
             Actuator::Modulated(_) => {
@@ -146,9 +148,8 @@ impl<I> AxisWorld<'_, I> {
                     _ => Leg::Open,
                 });
                 device.driven(edge, Drive::Legs(legs));
-                if let Some(sensors) = &mut self.sensors {
-                    sensors.start(edge, legs, word >> (2 * legs.len()), device);
-                }
+                let bits = word >> (2 * legs.len());
+                return self.sensors.as_mut().is_some_and(|sensors| sensors.start(edge, legs, bits, device));
             }
             Actuator::AveragedLegs { steps, min_pulse } => {
                 let duties: [i64; 3] = std::array::from_fn(|leg| word >> (DUTY * leg as u32) & ((1 << DUTY) - 1));
@@ -160,11 +161,10 @@ impl<I> AxisWorld<'_, I> {
                 let is_open = word & OPEN == OPEN;
                 let drive = if is_open { Drive::Legs([Leg::Open; 3]) } else { Drive::Averages(duties.map(share)) };
                 device.driven(edge, drive);
-                if let Some(sensors) = &mut self.sensors {
-                    // The converters start at the valley, where all low switches are on.
-                    let legs = [if is_open { Leg::Open } else { Leg::Low }; 3];
-                    sensors.start(edge, legs, word >> (3 * DUTY) & ((1 << MOST_SENSORS) - 1), device);
-                }
+                // The converters start at the valley, where all low switches are on.
+                let legs = [if is_open { Leg::Open } else { Leg::Low }; 3];
+                let bits = word >> (3 * DUTY) & ((1 << MOST_SENSORS) - 1);
+                return self.sensors.as_mut().is_some_and(|sensors| sensors.start(edge, legs, bits, device));
             }
             // As with a bridge in antiphase, but a positive command pushes towards the positive direction.
             Actuator::Preloaded { steps, centre, .. } => {
@@ -196,6 +196,7 @@ impl<I> AxisWorld<'_, I> {
                 }
             }
         }
+        true
     }
 
     /// Finds the next edge at which something is due.

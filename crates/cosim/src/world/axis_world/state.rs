@@ -169,9 +169,15 @@ impl<I: Placed> World for AxisWorld<'_, I> {
 
     #[inline(always)]
     fn drive(&mut self, out: I::Out, words: &[i64]) {
-        if !self.is_driven_by(&out, words) {
-            let word = if self.plant.actuator == Actuator::Switching { 0 } else { I::command(self, &out, words) };
-            self.drive_anew(I::bridge(&out), word);
+        let bridge = I::bridge(&out);
+        if self.told == Some(bridge) {
+            return;
+        }
+        let is_switching = matches!(self.plant.actuator, Actuator::Switching);
+        let word = if is_switching { 0 } else { I::command(self, &out, words) };
+        // A bridge that switches has no command.
+        if self.commanded != Some(word) {
+            self.drive_anew(bridge, word);
         }
     }
 
@@ -193,7 +199,8 @@ impl<I: Placed> World for AxisWorld<'_, I> {
     }
 
     fn foresee(&mut self, repeat: &Repeat<I::Out>) -> Option<u64> {
-        if self.plant.actuator != Actuator::Switching || self.faults.as_ref().is_some_and(|faults| faults.may_stick()) {
+        let is_switching = matches!(self.plant.actuator, Actuator::Switching);
+        if !is_switching || self.faults.as_ref().is_some_and(|faults| faults.may_stick()) {
             return None;
         }
         let last = self.edge.saturating_add(repeat.edges).saturating_add(1).min(self.next_due);

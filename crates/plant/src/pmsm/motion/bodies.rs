@@ -113,11 +113,8 @@ impl PmsmDevice<'_> {
                 }
                 // From rest, the first term only gives the direction of the start.
                 let skip = usize::from(first == 0.0);
-                let mut terms = [0.0; ORDER + 1];
-                for (term, k) in terms.iter_mut().zip(skip..=powers) {
-                    *term = sign * self.series.around.terms(&self.series.x, body, k)[0];
-                }
-                self.shorten(keeps(&terms, powers + 1 - skip, self.end_s, 0.0, from), End::Stop(body));
+                let term = |k: usize| sign * self.series.around.terms(&self.series.x, body, k + skip)[0];
+                self.shorten(keeps(term, powers + 1 - skip, self.end_s, from), End::Stop(body));
             }
             Hold::Stuck => {
                 let mut terms = [0.0; ORDER + 1];

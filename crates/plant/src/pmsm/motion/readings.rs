@@ -49,7 +49,7 @@ impl PmsmDevice<'_> {
     #[inline(never)]
     pub(super) fn reads_beyond(&self, sensor: usize, from: u64, last: u64, (low, high): (f64, f64)) -> Option<u64> {
         let (body, units, _) = self.laws.net.sensed[sensor];
-        let (edge_s, powers) = (self.laws.edge_s, self.series.powers);
+        let powers = self.series.powers;
         let t = self.time_s(last);
         // What speed and acceleration can move at most, with more than its rounding.
         let [speed, position] = self.series.around.terms(&self.series.x, body, 0).map(|of| units * of);
@@ -63,29 +63,9 @@ impl PmsmDevice<'_> {
         let size = (0..=powers).rev().fold(0.0, |sum, k| sum * t + (2 * k + 6) as f64 * terms[k].abs());
         let noise = f64::EPSILON * size;
         let polynomial = Polynomial::of(terms, powers + 1, t);
-        let mut edge = from;
-        while edge < last {
-            let [x, slope, curvature] = polynomial.at(self.time_s(edge));
-            let mut safe_s = (last - edge) as f64 * edge_s;
-            for [room, slope, curvature] in
-                [[x - low - noise, slope, curvature], [high - x - noise, -slope, -curvature]]
-            {
-                safe_s = if room > 0.0 { polynomial.safe_for([room, slope, curvature], safe_s) } else { 0.0 };
-            }
-            let edges = (safe_s / edge_s) as u64;
-            if edges >= last - edge {
-                return None;
-            }
-            if edges > 1 {
-                edge += edges - 1;
-            } else {
-                edge += 1;
-                if side(self.read(sensor, self.time_s(edge)), (low, high)) != 0 {
-                    return Some(edge);
-                }
-            }
-        }
-        None
+        let now = polynomial.at(self.time_s(from));
+        let is_out = |edge| side(self.read(sensor, self.time_s(edge)), (low, high)) != 0;
+        polynomial.leaves(now, (low, high, noise), (from, last), self.laws.edge_s, |edge| self.time_s(edge), is_out)
     }
 }
 

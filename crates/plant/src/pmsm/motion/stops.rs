@@ -97,6 +97,6 @@ impl PmsmDevice<'_> {
             terms.copy_within(1..=count, 0);
             terms[0] = if is_freed { terms[0].max(0.0) } else { terms[0] };
         }
-        self.shorten(keeps(&terms, count, self.end_s, 0.0, from), end);
+        self.shorten(keeps(|k| terms[k], count, self.end_s, from), end);
     }
 }
