@@ -1,10 +1,13 @@
 //! Bounds of random loops and of staircases, against exact pulses and brute force.
 
-use hpu_cosim::scene::{Scene, shipped};
+use hpu_cosim::scene::{Device, Hand, Scene, shipped};
 
+use super::levels::Matrix;
+use super::search::{Family, Sampled, unit_of};
 use super::*;
-use crate::certify::{Checked, certify, stale_gain};
+use crate::certify::{Checked, certify, check, stale_gain};
 use crate::interval::Interval;
+use crate::sampled::{exponential, scaled};
 
 fn known(name: &str, set: &[(&str, &str)]) -> Scene {
     let shipped = shipped().iter().find(|scene| scene.name == name).expect("it is shipped");
