@@ -72,8 +72,24 @@ impl<const K: usize> Responses<K> {
         Ok(with_lost(self.alone(start)?, &self.by_axis))
     }
 
+    /// Returns bounds of the greatest size of each state from a start on, and of the third state's steps, the first of
+    /// which is from 0.
+    ///
+    /// # Errors
+    ///
+    /// Returns that it dies out too slowly.
+    pub fn greatest(&self, start: Column<3, K>) -> Result<[f64; 4], Error> {
+        Ok(with_lost(self.gathered(start, f64::max)?, &self.by_axis))
+    }
+
     /// Returns bounds of the sums from a start on without what is lost on the way, and the sums of that.
     fn alone(&self, start: Column<3, K>) -> Result<(Sums, [f64; 3]), Error> {
+        self.gathered(start, |sum, size| (sum + size).next_up())
+    }
+
+    /// Returns what becomes of 0 and the sizes from a start on, at most the sum of which it is at least; and the sums of
+    /// what is lost on the way.
+    fn gathered(&self, start: Column<3, K>, with: impl Fn(f64, f64) -> f64) -> Result<(Sums, [f64; 3]), Error> {
         let norm = |state: &Column<3, K>| -> f64 {
             let parts = state.iter().zip(self.weights);
             parts.fold(0.0, |sum, (part, weight)| (sum + (part.size() * weight).next_up()).next_up())
@@ -95,7 +111,7 @@ impl<const K: usize> Responses<K> {
             }
             let step = at[2].minus(before);
             for (control, sums) in sums.iter_mut().enumerate() {
-                *sums = from_fn(|state| (sums[state] + at.get(state).unwrap_or(&step).at(control).size()).next_up());
+                *sums = from_fn(|state| with(sums[state], at.get(state).unwrap_or(&step).at(control).size()));
             }
             (before, wide) = (at[2], times(&self.closed, &at));
         }

@@ -3,7 +3,7 @@
 
 use hpu_cosim::replay::Recording;
 use hpu_cosim::scene::{Metric, Units, figure};
-use hpu_cosim::{AnySimulation, Forever, Mark, NetUse, Quiet, SIGNS, Simulation, WiredSimulation};
+use hpu_cosim::{AnySimulation, Forever, InContact, Mark, NetUse, Quiet, SIGNS, Simulation, WiredSimulation};
 use hpu_page::summary::outcome;
 use hpu_page::trace_table::TraceColumns;
 use hpu_page::{Cell, Column, Page, Table, heard};
@@ -215,6 +215,24 @@ fn for_ever(page: &mut Page, ran: &Ran) {
             );
             let told = json!({
                 "kind": "bounded", "from_s": from_s, "least": least, "greatest": greatest, "off_counts": off_counts,
+            });
+            (told, said)
+        }
+        Ok(Forever::InContact(found)) => {
+            let InContact { from_edge, edges, rms_counts, half_range_counts, long_run_counts } = *found;
+            let [from_s, window_s] = [from_edge, edges].map(seconds);
+            let [at, time] = [from_s, window_s].map(|time_s| si(time_s, "s"));
+            let [rms, half, long] =
+                [rms_counts, half_range_counts, long_run_counts].map(|counts| outward(counts, 1.0, 3, counts));
+            let is_settled =
+                if rms_counts < 1.0 { ", which is the rms of a settled wall for that window alone" } else { "" };
+            let said = format!(
+                "in contact: from its state at {at}: rms at most {rms} counts over the next {time}, at every phase\
+                 {is_settled}; for ever within {half} counts of its rest, in the long run at most {long} counts rms"
+            );
+            let told = json!({
+                "kind": "in_contact", "from_s": from_s, "window_s": window_s, "rms_counts": rms_counts,
+                "half_range_counts": half_range_counts, "long_run_counts": long_run_counts,
             });
             (told, said)
         }

@@ -17,6 +17,7 @@ use toml_edit::Value;
 use crate::Error;
 use crate::certify::{Bound, CLAIM, Over, Range, Turn, Witness, numbers, of_scene, part_of};
 use crate::linear::unit;
+pub use search::from_state;
 use search::steady;
 
 /// Greatest number of words that are proved.

@@ -1,12 +1,15 @@
 //! The search for a witness of a word, in floats.
 
+use hpu_cosim::Rest;
 use hpu_cosim::scene::{Device, Hand, LoopWords, Scene};
 
 use super::SETTLED_COUNTS;
 use super::levels::{
     ANGLE, CLIMBS, Dissipation, KEPT, Matrix, Response, Row, inverse, product, sum, times, transposed,
 };
-use crate::certify::{Bound, LOOSE, Range, Turn, Witness, check, numbers};
+use crate::Error;
+use crate::certify::{Bound, LOOSE, Range, Turn, Window, Witness, check, numbers, of_scene, start, window};
+use crate::interval::Interval;
 use crate::sampled::{SampledLoop, exponential, scaled};
 
 /// Greatest number of steps in which a storage is found.
@@ -46,6 +49,34 @@ pub(super) fn steady(
                 }
             }
             slacks = greater;
+        }
+    }
+    Err(why)
+}
+
+/// Searches a bound of a scene's wall over a time in periods of the modulator, from a state at a reading on.
+///
+/// # Errors
+///
+/// Returns why none is proved.
+pub fn from_state(scene: &Scene, rest: &Rest, periods: f64) -> Result<Window, Error> {
+    of_scene(scene)?;
+    let word = i64::from(scene.words()?.stiffness);
+    let start = start(scene, word, unit_of(scene), rest)?;
+    from_deviation(scene, word, start, periods).map_err(Error::new)
+}
+
+/// Searches the same for a word, from a deviation on.
+pub(super) fn from_deviation(scene: &Scene, word: i64, start: [Interval; 3], periods: f64) -> Result<Window, String> {
+    let family = Family::new(scene, &[], word, 0.0)?;
+    let more = family.middle.greatest(start.map(Interval::middle));
+    let found = family.found_from(more, None).ok_or("no bound of its motion from the state on was found")?;
+    let mut why = "no bound of its motion was found".to_string();
+    for slack in SLACKS {
+        let Some(witness) = family.witness(word, &found, slack) else { continue };
+        match window(scene, &witness, start, periods) {
+            Ok(window) => return Ok(window),
+            Err(error) => why = error.to_string(),
         }
     }
     Err(why)
@@ -112,8 +143,13 @@ impl Family {
 
     /// Returns sizes, level and multipliers, from those of a loop nearby or from a grid on.
     pub(super) fn found(&self, start: Option<[f64; 5]>) -> Option<Found> {
+        self.found_from([0.0; 4], start)
+    }
+
+    /// Returns the same with sizes that hold from a state on: it adds so much to current, speed, angle and step.
+    pub(super) fn found_from(&self, more: [f64; 4], start: Option<[f64; 5]>) -> Option<Found> {
         let middle = &self.middle;
-        let sizes = middle.sizes()?;
+        let sizes = middle.sizes(more)?;
         let far = middle.far(sizes)?;
         let ends = middle.unsteady(middle.entering(sizes).1);
         let all = std::iter::once(middle).chain(&self.corners);
@@ -322,6 +358,17 @@ impl Sampled {
         })
     }
 
+    /// Returns the greatest sizes of current, speed, angle and step on a motion from a state on, the first step from 0.
+    pub(super) fn greatest(&self, start: [f64; 3]) -> [f64; 4] {
+        let (mut most, mut at, mut before) = ([0.0f64; 4], start, 0.0);
+        for _ in 0..(25.0 / (1.0 - self.radius)).ceil() as usize {
+            let step = at[2] - before;
+            most.iter_mut().zip(at.into_iter().chain([step])).for_each(|(most, part)| *most = most.max(part.abs()));
+            (before, at) = (at[2], times(&self.closed, &at));
+        }
+        most.map(|most| most * (1.0 + 1e-6))
+    }
+
     /// Returns the drag and the command's distance from rest at sizes of angle, step and distance between readings.
     pub(super) fn entering(&self, [angle, step, between]: [f64; 3]) -> (f64, f64) {
         let drag = self.damping * (self.sample * step + 2.0 * between + 1.0) + self.floor;
@@ -333,8 +380,8 @@ impl Sampled {
         [0.5 * push + self.away, 0.5 * (push * push / 3.0 + (push + self.away) * self.away)]
     }
 
-    /// Returns the sizes that follow from sizes.
-    pub(super) fn follow(&self, sizes: [f64; 3]) -> [f64; 3] {
+    /// Returns the sizes that follow from sizes, where so much is added to current, speed, angle and step.
+    pub(super) fn follow(&self, sizes: [f64; 3], more: [f64; 4]) -> [f64; 3] {
         let (drag, push) = self.entering(sizes);
         let [late, square] = self.unsteady(push);
         let cube = (push.powi(3) / 4.0 + 1.5 * (push + self.away).powi(2) * self.away) / 6.0;
@@ -342,7 +389,7 @@ impl Sampled {
             let ends: f64 = (0..3).map(|axis| cube * self.third[axis] * self.sums[3 + axis][state]).sum();
             let entering = self.half + drag / self.slope;
             let late = late * self.sums[1][state] + square * self.sums[2][state];
-            entering * self.sums[0][state] + push * (late + ends)
+            entering * self.sums[0][state] + push * (late + ends) + more[state]
         });
         let driven = self.gain * (current + push * self.jump);
         let fastest = (speed + driven + self.grip * angle) / (1.0 - self.coupling - self.grip);
@@ -350,11 +397,11 @@ impl Sampled {
         [angle, step, (driven + self.coupling * fastest + pulled + self.swing) / 8.0]
     }
 
-    /// Returns the sizes of the motion, if they are found.
-    pub(super) fn sizes(&self) -> Option<[f64; 3]> {
+    /// Returns the sizes of the motion, if they are found. So much is added to current, speed, angle and step.
+    pub(super) fn sizes(&self, more: [f64; 4]) -> Option<[f64; 3]> {
         let mut sizes = [0.0; 3];
         for _ in 0..4000 {
-            let next = self.follow(sizes);
+            let next = self.follow(sizes, more);
             if next.iter().any(|size| *size > 1e6) {
                 return None;
             }
@@ -370,7 +417,7 @@ impl Sampled {
     pub(super) fn far(&self, sizes: [f64; 3]) -> Option<[f64; 3]> {
         let mut far = sizes;
         for _ in 0..1000 {
-            let [_, step, between] = self.follow(far).map(|size| size * 1.001);
+            let [_, step, between] = self.follow(far, [0.0; 4]).map(|size| size * 1.001);
             let (drag, _) = self.entering([0.0, step, between]);
             let angle = (self.reach - drag) / self.slope - self.half;
             let next = [angle, step, between];
