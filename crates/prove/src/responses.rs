@@ -72,32 +72,37 @@ impl<const K: usize> Responses<K> {
         Ok(with_lost(self.alone(start)?, &self.by_axis))
     }
 
-    /// Returns bounds of the greatest size of each state from a start on, and of the third state's steps, the first of
-    /// which is from 0.
+    /// Returns bounds of the greatest size of each state from a start on, and of the third state's steps from there on.
     ///
     /// # Errors
     ///
     /// Returns that it dies out too slowly.
     pub fn greatest(&self, start: Column<3, K>) -> Result<[f64; 4], Error> {
-        Ok(with_lost(self.gathered(start, f64::max)?, &self.by_axis))
+        Ok(with_lost(self.gathered(start, start[2], f64::max)?, &self.by_axis))
     }
 
     /// Returns bounds of the sums from a start on without what is lost on the way, and the sums of that.
     fn alone(&self, start: Column<3, K>) -> Result<(Sums, [f64; 3]), Error> {
-        self.gathered(start, |sum, size| (sum + size).next_up())
+        self.gathered(start, Form::ZERO, |sum, size| (sum + size).next_up())
     }
 
-    /// Returns what becomes of 0 and the sizes from a start on, at most the sum of which it is at least; and the sums of
-    /// what is lost on the way.
-    fn gathered(&self, start: Column<3, K>, with: impl Fn(f64, f64) -> f64) -> Result<(Sums, [f64; 3]), Error> {
+    /// Returns sizes from a start on, each `with` those before it, of which the result is no more than their sum; and
+    /// the sums of what is lost on the way. The first step is that from `before`.
+    fn gathered(
+        &self,
+        start: Column<3, K>,
+        mut before: Form<K>,
+        with: impl Fn(f64, f64) -> f64,
+    ) -> Result<(Sums, [f64; 3]), Error> {
         let norm = |state: &Column<3, K>| -> f64 {
             let parts = state.iter().zip(self.weights);
             parts.fold(0.0, |sum, (part, weight)| (sum + (part.size() * weight).next_up()).next_up())
         };
-        let (mut wide, mut before, mut lost) = (start, Form::ZERO, [0.0f64; 3]);
+        let (mut wide, mut lost) = (start, [0.0f64; 3]);
         // Sums of sizes are convex, so none is greater than the greatest at a control point.
         let mut sums = vec![[0.0f64; 4]; Form::<K>::CONTROLS];
-        let least = 1e-9 * (1.0 - self.decay) * norm(&start);
+        // A start at 0 has a norm, too, by rounding.
+        let least = (1e-9 * (1.0 - self.decay) * norm(&start)).max(f64::MIN_POSITIVE);
         for _ in 0..MOST_PERIODS {
             let parts = wide.map(Form::known);
             let at = parts.map(|(at, _)| at);

@@ -98,6 +98,16 @@ fn stair(scene: &Scene, word: i64) -> (f64, f64) {
 }
 
 impl Plant<0> {
+    /// Returns what a motion of these sizes of current, speed, angle and step adds to the angle, to its step and to its
+    /// distance from the straight line between readings.
+    fn added(&self, [current, speed, angle, step]: [Interval; 4]) -> State {
+        let driven = self.gain.times(current);
+        let apart = Interval::exact(1.0).minus(self.coupling.plus(self.grip));
+        let fastest = speed.plus(driven).plus(self.grip.times(angle)).divided(apart);
+        let pulled = self.drag.times(fastest).plus(self.grip.times(angle.plus(fastest)));
+        [angle, step, driven.plus(self.coupling.times(fastest)).plus(pulled).over(8.0)]
+    }
+
     /// Returns current, speed and angle of the periodic motion of the command at rest, where the modulator reads: the
     /// angle from where the hand intends to be.
     fn periodic(&self, slope: f64, half: f64) -> Result<State, Error> {
@@ -188,45 +198,23 @@ pub fn window(scene: &Scene, witness: &Witness, start: [Interval; 3], periods: f
         return Err("its numbers have no sense".into());
     }
     // 2. The sizes hold from the state on, and the wall stays in contact.
-    let [current, speed, angle, step] = responses.greatest(start.map(Form::of))?.map(exact);
-    let driven = plant.gain.times(current);
-    let apart = exact(1.0).minus(plant.coupling.plus(plant.grip));
-    let fastest = speed.plus(driven).plus(plant.grip.times(angle)).divided(apart);
-    let pulled = plant.drag.times(fastest).plus(plant.grip.times(angle.plus(fastest)));
-    let between = driven.plus(plant.coupling.times(fastest)).plus(pulled).over(8.0);
-    let all = followed.into_iter().zip([angle, step, between]).zip(witness.sizes);
-    if !all.into_iter().all(|((followed, more), size)| exact(followed).plus(more).hi <= size) {
+    let more = plant.added(responses.greatest(start.map(Form::of))?.map(exact));
+    let mut all = followed.into_iter().zip(more).zip(witness.sizes);
+    if !all.all(|((followed, more), size)| exact(followed).plus(more).hi <= size) {
         return Err("its sizes do not hold from the state on".into());
     }
     if push.hi >= rest.all().lo || push.hi >= exact(most).minus(rest.all()).lo {
         return Err("the wall may lose contact, or reach its full command".into());
     }
-    // 3. What is stored at the start, and at the end.
+    // 3. What enters, and what is stored at the start and at the end.
     let (staircase, half) = (exact(witness.weights[0]), exact(half));
-    let square = half.times(half);
     let storage: Square<4, 0> = symmetric(&witness.storage.map(Form::exact));
-    let held = |share: f64| {
-        let mut held = storage;
-        held[3][3] = held[3][3].plus(Form::of(staircase.scaled(0.5).times(exact(share))));
-        is_positive(&held)
-    };
-    let share = SHARES.into_iter().find(|share| held(*share)).ok_or("what is stored has no least value")?;
-    let end = staircase.times(exact(share)).times(square).divided(exact(2.0).minus(exact(2.0 * share)));
-    let stored = |before: f64| -> Interval {
-        let state = [start[0], start[1], start[2], exact(before)];
-        let high = exact(before.abs()).plus(half);
-        let potential = staircase.times(high).times(high).scaled(0.5);
-        (0..16).fold(potential, |sum, at| {
-            let (row, of) = (at / 4, at % 4);
-            sum.plus(storage[row][of].all().times(state[row]).times(state[of]))
-        })
-    };
-    let far = 2.0 * start[2].size() + half.hi;
-    let least = (-32..=32).map(|part| stored(far * f64::from(part) / 32.0).hi).fold(f64::INFINITY, f64::min);
+    let end = at_end(&storage, staircase, half).ok_or("what is stored has no least value")?;
+    let begin = exact(at_start(&storage, staircase, half, start));
+    let entering = half.times(half).times(exact(witness.level)).plus(exact(witness.weights[4]));
     // The straight lines between readings have at most the sum of all squares, also of the reading at the end.
-    let entering = square.times(exact(witness.level)).plus(exact(witness.weights[4]));
     let readings = exact(periods.ceil() + 1.0);
-    let sum = entering.times(readings).plus(exact(least)).plus(end);
+    let sum = entering.times(readings).plus(begin).minus(end);
     let mean = sum.over(periods).hi.max(0.0);
     let rms_counts = exact(mean.sqrt().next_up()).plus(exact(witness.sizes[2])).hi;
     if !rms_counts.is_finite() {
@@ -234,3 +222,35 @@ pub fn window(scene: &Scene, witness: &Witness, start: [Interval; 3], periods: f
     }
     Ok(Window { rms_counts, half_range_counts: bound.half_range_counts, long_run: bound })
 }
+
+/// Returns a bound of what is stored in a state of the loop, by the potential and by the storage, with the best angle
+/// before it.
+fn at_start(storage: &Square<4, 0>, staircase: Interval, half: Interval, start: State) -> f64 {
+    let stored = |before: f64| -> Interval {
+        let state = [start[0], start[1], start[2], Interval::exact(before)];
+        let high = Interval::exact(before.abs()).plus(half);
+        let potential = staircase.times(high).times(high).scaled(0.5);
+        (0..16).fold(potential, |sum, at| {
+            let (row, of) = (at / 4, at % 4);
+            sum.plus(storage[row][of].all().times(state[row]).times(state[of]))
+        })
+    };
+    let far = 2.0 * start[2].size() + half.hi;
+    (-32..=32).map(|part| stored(far * f64::from(part) / 32.0).hi).fold(f64::INFINITY, f64::min)
+}
+
+/// Returns a bound below what is stored in any state, by the potential and by the storage; `None` if none is found.
+fn at_end(storage: &Square<4, 0>, staircase: Interval, half: Interval) -> Option<Interval> {
+    let (exact, one) = (Interval::exact, Interval::exact(1.0));
+    let is_least = |share: &&f64| {
+        let mut held = *storage;
+        held[3][3] = held[3][3].plus(Form::of(staircase.scaled(0.5).times(exact(**share))));
+        is_positive(&held)
+    };
+    let share = exact(*SHARES.iter().find(is_least)?);
+    let taken = staircase.times(share).times(half.times(half)).divided(one.minus(share).scaled(2.0));
+    Some(Interval::ZERO.minus(taken))
+}
+
+#[cfg(test)]
+mod tests;

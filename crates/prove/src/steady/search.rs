@@ -358,9 +358,9 @@ impl Sampled {
         })
     }
 
-    /// Returns the greatest sizes of current, speed, angle and step on a motion from a state on, the first step from 0.
+    /// Returns the greatest sizes of current, speed, angle and step on a motion from a state on.
     pub(super) fn greatest(&self, start: [f64; 3]) -> [f64; 4] {
-        let (mut most, mut at, mut before) = ([0.0f64; 4], start, 0.0);
+        let (mut most, mut at, mut before) = ([0.0f64; 4], start, start[2]);
         for _ in 0..(25.0 / (1.0 - self.radius)).ceil() as usize {
             let step = at[2] - before;
             most.iter_mut().zip(at.into_iter().chain([step])).for_each(|(most, part)| *most = most.max(part.abs()));
