@@ -30,6 +30,8 @@ use crate::square::{Square, exponential, is_positive, symmetric};
 
 /// Shares `s` of the staircase's potential at the end of a window that are tried.
 const SHARES: [f64; 6] = [0.0, 0.25, 0.5, 0.75, 0.9, 0.99];
+/// The refusal of a wall with damping.
+const DAMPED: &str = "the drag of its damping depends on the motion before";
 /// The longest window, in periods.
 const LONGEST: f64 = 1e12;
 
@@ -72,6 +74,9 @@ pub fn start(scene: &Scene, word: i64, unit: f64, rest: &Rest) -> Result<[Interv
     let plant = Plant::<0>::of(scene, [], unit)?;
     let Encoder::Rotary { lines } = &scene.encoder else { return Err("the encoder is not on a shaft".into()) };
     let Ok([depth, _]) = plant.hand else { return Err("no hand's spring brings the device to rest".into()) };
+    if plant.damping > 0.0 {
+        return Err(DAMPED.into());
+    }
     let off: u64 = rest.lead.iter().map(|(_, clocks)| clocks).sum();
     let is_off = rest.lead.iter().all(|(share, _)| *share == 0.0) && off as f64 == plant.latency;
     if !(is_off && rest.cycle.first().is_some_and(|(share, _)| *share == -1.0)) {
@@ -193,7 +198,7 @@ pub fn window(scene: &Scene, witness: &Witness, start: [Interval; 3], periods: f
     let exact = Interval::exact;
     let Inside { bound, plant, responses, followed, push, rest, most, half, .. } = inspect::<0>(scene, [], witness)?;
     if plant.damping > 0.0 {
-        return Err("the drag of its damping depends on the motion before".into());
+        return Err(DAMPED.into());
     } else if !(1.0..=LONGEST).contains(&periods) || witness.level < 0.0 {
         return Err("its numbers have no sense".into());
     }
