@@ -4,16 +4,16 @@
 //! state on, three things are added, for a wall without damping.
 //!
 //! 1. The deviation `x` from the periodic motion of the command at rest is computed from the state, at an edge at which
-//!    the modulator reads the encoder. That motion is the one that a period leaves as it is, and its command is that of
-//!    its own angle: Newton's method in intervals.
-//! 2. What `x` adds to the sizes of the motion is computed period by period. With it, the witness's sizes have to follow
-//!    from themselves, so they hold from the state on. The greatest command that they allow ends no contact and is less
-//!    than the full one. So the wall stays in contact for ever.
-//! 3. The checker's inequality is summed over the window's readings. The sum of `y²` is at most `λ e²` a reading, and
-//!    `h U(y₋) + x' W x` at the start, less the same at the end. `U` is the potential of the staircase, whose least value
-//!    is 0. As `q` is within `H` of `y`, `U(y) <= (|y| + H)²/2`, and `U(y) >= (|y| - H)²/2` beyond `H`. The angle `y₋`
-//!    before the first reading enters the inequality alone, so it may be any number. At the end, `h U + x' W x` is at
-//!    least `-h s H²/(2 (1 - s))` if `W` with `h s/2` more for the square of its last state is positive definite.
+//!    the modulator reads the encoder. A period leaves that motion as it is, and its command is that of its own angle:
+//!    Newton's method in intervals.
+//! 2. What `x` adds to the sizes of the motion is computed period by period. With it, the sizes of the witness have to
+//!    follow from themselves, so they hold from the state on. The greatest command that they allow ends no contact and
+//!    is less than the full one. So the wall stays in contact for ever.
+//! 3. The checker's inequality is summed over the readings of the window. The sum of `y²` is at most `λ e²` a reading,
+//!    and `h U(y₋) + x' W x` at the start, less the same at the end. `U` is the potential of the staircase, whose least
+//!    value is 0. As `q` is within `H` of `y`, `U(y) <= (|y| + H)²/2`, and `U(y) >= (|y| - H)²/2` beyond `H`. The angle
+//!    `y₋` before the first reading enters the inequality alone, so it may be any number. At the end, `h U + x' W x` is
+//!    at least `-h s H²/(2 (1 - s))` if `W` with `h s/2` more for the square of its last state is positive definite.
 
 use std::array::from_fn;
 use std::f64::consts::PI;

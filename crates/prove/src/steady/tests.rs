@@ -716,8 +716,8 @@ fn at_reading(scene: &Scene, [current_a, speed_rad_per_s, angle_rad]: [f64; 3]) 
     }
 }
 
-/// The periodic motion of the command at rest once more, in floats: a real number of clocks whose motion is read at that
-/// command, by the whole flow and a secant.
+/// The periodic motion of the command at rest once more, in floats: a real number of clocks that its own motion asks
+/// for, by the whole flow and halving.
 #[test]
 fn a_state_on_the_periodic_motion_deviates_from_nothing() {
     for (set, word) in [(&[][..], 12), (&[], 36), (&[("method.pwm.bits", "13"), ("hand.damping", "0.001")], 8)] {

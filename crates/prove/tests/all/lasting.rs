@@ -246,8 +246,8 @@ impl Observe for Lines {
     fn reals(&mut self, _: Cycle, _: &[f64]) {}
 }
 
-/// The command of each pulse is that of the count at its reading: at the clock at which a window begins, and at no clock
-/// beside it. Counts are dense and periods are short, so that some counts arrive exactly there.
+/// The command of each pulse is that of the count at its reading: at the clock at which a window begins, and at no
+/// clock beside it. Counts are dense and periods are short, so that some counts arrive exactly there.
 #[test]
 fn a_window_begins_at_the_edge_that_the_modulator_reads() {
     let path: Vec<String> =

@@ -85,7 +85,7 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone> ClosedLoop
         (beyond.window)(&self.until_pulse().ok_or_else(none)?).map(Forever::InContact)
     }
 
-    /// Returns the device under the outputs from the present edge on, up to where a pulse begins under inputs that stay.
+    /// Returns the device under the outputs from the present edge on, up to where a pulse begins, if the inputs stay.
     fn until_pulse(&self) -> Option<Rest> {
         let (mut wiring, mut out, mut lead) = (self.wiring.clone(), self.out, Vec::new());
         while lead.len() < MOST_PHASES {

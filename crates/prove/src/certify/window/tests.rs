@@ -42,7 +42,7 @@ fn what_is_stored_at_the_end_is_never_below_its_bound() {
         let storage: [[f64; 4]; 4] = from_fn(|row| from_fn(|of| cell(row, of)));
         let exact = Interval::exact;
         let least = at_end(&form(storage), exact(staircase), exact(half)).expect("a least value").lo;
-        // At each last state, the least of the other three, by descent; the potential is that of the flattest staircase.
+        // At each last state, the least of the other three, by descent; the potential is the least of all.
         let mut lowest = 0.0f64;
         for part in -400..=400 {
             let last = 0.02 * f64::from(part) * half;
