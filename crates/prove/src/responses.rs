@@ -164,6 +164,30 @@ mod tests {
     }
 
     #[test]
+    fn the_greatest_of_a_motion_is_that_of_all_its_periods() {
+        // The second state feeds the first: from (0.1, 1) on that is 0.1, 1.05, 1.025 and then less.
+        let closed = [[0.5, 1.0, 0.0], [0.0, 0.5, 0.0], [0.0, 0.0, -0.5]].map(|row| row.map(Form::<0>::exact));
+        let shape = from_fn(|row| {
+            from_fn(|of| {
+                Form::exact(if row != of {
+                    0.0
+                } else if row == 1 {
+                    16.0
+                } else {
+                    1.0
+                })
+            })
+        });
+        let loops = Responses::new(closed, &shape, [1.001, 0.251, 1.001], 0.9).expect("it dies out");
+        let found = loops.greatest([0.1, 1.0, 2.0].map(Form::exact)).expect("it dies out");
+        // The third state's steps begin with that from 2 to -1.
+        for (found, exact) in found.iter().zip([1.05, 1.0, 2.0, 3.0]) {
+            assert!(*found >= exact && *found < exact + 1e-6, "{found}, not {exact}");
+        }
+        assert!(loops.greatest([0.0; 3].map(Form::exact)).expect("it dies out").iter().all(|most| *most < 1e-300));
+    }
+
+    #[test]
     fn loops_that_may_not_die_out_have_no_sums() {
         assert!(alone([0.5, 0.8, 1.0], 0.0).is_err() && alone([0.5, 0.8, 0.985], 6e-3).is_err());
         assert!(alone([0.5, 0.8, 0.985], 4e-3).is_ok() || alone([0.5, 0.8, 0.985], 1e-3).is_ok());

@@ -218,7 +218,7 @@ fn for_ever(page: &mut Page, ran: &Ran) {
             });
             (told, said)
         }
-        Ok(Forever::InContact(found)) => in_contact(found, seconds),
+        Ok(Forever::InContact(found)) => keeps_contact(found, seconds),
         Ok(Forever::Grows { from_edge, growth }) => {
             let from_s = seconds(*from_edge);
             let (at, by) = (si(from_s, "s"), outward(*growth, -1.0, 6, *growth));
@@ -235,7 +235,7 @@ fn for_ever(page: &mut Page, ran: &Ran) {
 }
 
 /// Returns what is told of a wall that keeps contact, as data and in words.
-fn in_contact(found: &InContact, seconds: impl Fn(u64) -> f64) -> (Value, String) {
+fn keeps_contact(found: &InContact, seconds: impl Fn(u64) -> f64) -> (Value, String) {
     let InContact { from_edge, edges, rms_counts, half_range_counts, long_run_counts } = *found;
     let [from_s, window_s] = [from_edge, edges].map(seconds);
     let [at, time] = [from_s, window_s].map(|time_s| si(time_s, "s"));

@@ -25,6 +25,8 @@
 //! lines in them, and each inequality is proved at the control points of its form. Sums of sizes are convex, so none is
 //! greater than the greatest at a control point.
 
+#[cfg(not(target_family = "wasm"))]
+pub mod growth;
 mod text;
 mod window;
 
