@@ -19,6 +19,8 @@ ROOT = Path(__file__).resolve().parent.parent
 RECORD = ROOT / "testbench" / "record" / "mutants-certify.txt"
 CHECK = "crates/prove/src/certify/mod.rs"
 WINDOW = "crates/prove/src/certify/window.rs"
+GROWTH = "crates/prove/src/certify/growth.rs"
+DYADIC = "crates/prove/src/certify/growth/dyadic.rs"
 SQUARE = "crates/prove/src/square.rs"
 TEXT = "crates/prove/src/certify/text.rs"
 FORM = "crates/prove/src/form.rs"
@@ -109,8 +111,8 @@ MUTANTS = [
     (WINDOW, "no part of a period", "exact(periods.ceil() + 1.0)", "exact(periods.floor() + 1.0)"),
     (WINDOW, "no angle between readings", "exact(mean.sqrt().next_up()).plus(exact(witness.sizes[2])).hi",
      "mean.sqrt().next_up()"),
-    (WINDOW, "the drag's rounding is free", "times(exact(witness.level)).plus(exact(witness.weights[4]))",
-     "times(exact(witness.level))"),
+    (WINDOW, "half of the rounding", "half.times(half).times(exact(witness.level))",
+     "half.times(exact(0.5)).times(exact(witness.level))"),
     (WINDOW, "nothing is stored at the start", ".plus(begin).minus(end)", ".minus(end)"),
     (WINDOW, "nothing is taken at the end", ".plus(begin).minus(end)", ".plus(begin)"),
     (WINDOW, "the sign of what is taken at the end", "Some(Interval::ZERO.minus(taken))", "Some(taken)"),
@@ -140,6 +142,29 @@ MUTANTS = [
     (WINDOW, "the speed is in no counts", "times(period_s).divided(count)", "times(period_s)"),
     (WINDOW, "the solution is where it was computed", "exact(near[state]).plus(Interval { lo: -far, hi: far })",
      "exact(near[state])"),
+    (GROWTH, "any growth is claimed", " && growth * (1.0 - 1e-12) <= least(root)", ""),
+    (GROWTH, "half of the input", "> most;", "> 0.5 * most;"),
+    (GROWTH, "no disturbance", "input.plus(Interval::exact(scene.disturbance)).size()", "input.size()"),
+    (GROWTH, "a number is no part of the row", "row.times(root).plus(real(*coefficient))", "row.times(root)"),
+    (GROWTH, "a root may be anywhere", "(after.re.is_inside(around) && after.im.is_inside(around)).then_some(wide)",
+     "Some(wide)"),
+    (GROWTH, "a root is a point", "let width = 8.0 *", "let width = 0.0 *"),
+    (GROWTH, "the slope's powers are one too low", "Interval::exact((order - place) as f64)",
+     "Interval::exact((order - place - 1) as f64)"),
+    (GROWTH, "a plant may begin anywhere", "&& scene.initial.iter().all(|state| *state == 0.0)", ""),
+    (GROWTH, "the denominator may begin with any number", " && denominator[0] == 1.0", ""),
+    (GROWTH, "any edge is a sample", ".filter(|edges| edges.is_multiple_of(scene.adc.period))", ""),
+    (GROWTH, "a reading never saturates", "(least, most + 1);", "(i64::MIN / 4, i64::MAX / 4);"),
+    (GROWTH, "readings are rounded down", "if adc.floors { 0.0 } else { -0.5 }", "0.0"),
+    (GROWTH, "outputs do not saturate", ".clamp(-(1 << bits), (1 << bits) - 1);", ";"),
+    (GROWTH, "the controller rounds to the nearest",
+     "if scene.method.floors { sum.div_euclid(by) } else { (2 * sum + by).div_euclid(2 * by) }\n    };",
+     "(2 * sum + by).div_euclid(2 * by)\n    };"),
+    (GROWTH, "the controller forgets its outputs", " - products(&words.denominator[1..], &outputs)", ""),
+    (DYADIC, "no carry", "carry = sum >> 32;", "carry = sum >> 62;"),
+    (DYADIC, "the greater one is subtracted", "one.iter().rev().lt(two.iter().rev())", "false"),
+    (DYADIC, "the last digits are rounded inwards", "u128::from(low > 0)", "0"),
+    (DYADIC, "numbers below the least normal one", "power.max(1) - 1075", "power - 1075"),
     (WINDOW, "no second order of the inverse", "exact(moved).divided(exact(1.0).minus(exact(off)))", "exact(moved)"),
 ]
 
@@ -206,7 +231,7 @@ def held(mutants, tests, root, command, record, of):
 
 # Tests that take a second or two, which kill most mutants.
 FIRST = ["square", "form::", "responses", "a_bound_has", "a_witness", "a_certificate", "a_pulse", "a_stale", "levels",
-         "no_multiplier", "scenes_without", "window::", "a_state", "a_window"]
+         "no_multiplier", "scenes_without", "window::", "a_state", "a_window", "growth::"]
 ALL = ["steady", "square", "certify", "form", "responses"]
 
 

@@ -226,7 +226,7 @@ const LONG: [&str; 6] = [
     "leap/src/yosys/cells.rs: cell",
     "plant/src/arm/fused.rs: write_with",
     "plant/src/pmsm/series.rs: write_with",
-    "prove/src/certify/mod.rs: check_over",
+    "prove/src/certify/mod.rs: inspect",
     "rtl/src/dut/ghdl.rs: bench",
 ];
 

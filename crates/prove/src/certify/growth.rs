@@ -193,3 +193,124 @@ fn enclosed(polynomial: &[f64], [re, im]: [f64; 2]) -> Option<Complex> {
     let after = negative(step).plus(left.times(Complex { re: around, im: around }));
     (after.re.is_inside(around) && after.im.is_inside(around)).then_some(wide)
 }
+
+#[cfg(test)]
+mod tests {
+    use hpu_cosim::scene::Experiment;
+
+    use super::*;
+
+    const PERIOD: u64 = 2_000_000;
+
+    fn scene(change: &[(&str, &str)]) -> TransferScene {
+        let text = "about = 'A plant that leaves.'\nclock.frequency = '1 MHz'\nrun.duration = 100\n[device]\n\
+                    kind = 'transfer'\nnumerator = [0, 15.1315, 17.86, 17.4549]\n\
+                    denominator = [1, -2.6207, 2.3586, -0.657]\nsample_time = 2\ndisturbance = 1\n[adc]\nbits = 8\n\
+                    range = 8\nrate = 0.5\n[dac]\nbits = 8\nfull_scale = 8\n[method]\n\
+                    numerator = [0, -0.25, 0, 0]\ndenominator = [0.75, 0.5, 0, 0]\ncoefficient_bits = 8\n\
+                    coefficient_fraction = 4\n";
+        let text = change.iter().fold(text.to_string(), |text, (old, new)| {
+            assert!(text.contains(old), "{old}");
+            text.replace(old, new)
+        });
+        match Experiment::parse("t.toml", &text, &[], &mut |_| unreachable!("no file")) {
+            Ok(Experiment::Transfer(scene)) => scene,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    /// Returns the first sample from which on growth is told.
+    fn first(scene: &TransferScene) -> Option<u64> {
+        (0..60).find(|sample| grows(scene, 1 + sample * PERIOD, 1.1).is_ok())
+    }
+
+    /// The loop in floats, whose denominator has one real root and a pair: the mode is that of the pair.
+    #[test]
+    fn growth_is_told_from_the_sample_at_which_no_input_holds_it() {
+        for change in [
+            &[][..],
+            &[("bits = 8\nfull", "bits = 6\nfull")],
+            &[("range = 8", "range = 2"), ("[0, -0.25, 0, 0]", "[0.5, 1.25, -1, 0.5]")],
+            &[
+                ("disturbance = 1", "disturbance = -0.3"),
+                ("coefficient_fraction", "rounding = 'floor'\ncoefficient_fraction"),
+            ],
+        ] {
+            let scene = scene(change);
+            let words = scene.words().expect("words");
+            let (step, dac) = (scene.adc.range.lsb(), scene.dac.lsb());
+            let (mut w, mut e, mut v, mut u) = ([0.0; 3], [0i64; 4], [0i64; 3], 0.0);
+            let [a, b, c] = [-2.6207, 2.3586, -0.657];
+            // The real root by Newton's method, and the pair that is left.
+            let one = (0..50).fold(0.5, |z: f64, _| z - (((z + a) * z + b) * z + c) / ((3.0 * z + 2.0 * a) * z + b));
+            let square = b + one * (a + one);
+            let (re, root) = (-0.5 * (a + one), square.sqrt());
+            let im = (square - re * re).sqrt();
+            let most = scene.dac.full.abs() + scene.disturbance.abs();
+            let mut told = None;
+            for sample in 0..60u64 {
+                if sample > 0 {
+                    w = [u - a * w[0] - b * w[1] - c * w[2], w[0], w[1]];
+                }
+                let third = [(re + a) * re - im * im + b, (re + a) * im + im * re];
+                let mode = [w[0] + (re + a) * w[1] + third[0] * w[2], im * w[1] + third[1] * w[2]];
+                if libm::hypot(mode[0], mode[1]) * (root - 1.0) > most && told.is_none() {
+                    told = Some(sample);
+                }
+                let y = 15.1315 * w[0] + 17.86 * w[1] + 17.4549 * w[2];
+                let [least, greatest] = scene.adc.range.ends();
+                let reading = ((y / step + 0.5).floor().clamp(-1e9, 1e9) as i64).clamp(least, greatest);
+                e = [-reading, e[0], e[1], e[2]];
+                let dot = |row: &[i64], x: &[i64]| row.iter().zip(x).map(|(a, x)| a * x).sum::<i64>();
+                let (sum, by) = (dot(&words.numerator, &e) - dot(&words.denominator[1..], &v), words.denominator[0]);
+                let word = if scene.method.floors { sum.div_euclid(by) } else { (2 * sum + by).div_euclid(2 * by) };
+                let [least, greatest] = scene.dac.ends();
+                v = [word.clamp(least, greatest), v[0], v[1]];
+                u = v[0] as f64 * dac + scene.disturbance;
+            }
+            assert!(told.is_some(), "{change:?}");
+            assert_eq!(first(&scene), told, "{change:?}");
+            let edge = 1 + told.expect("a sample") * PERIOD;
+            assert!(
+                grows(&scene, edge, root * (1.0 - 1e-11)).is_ok() && grows(&scene, edge, root * (1.0 + 1e-11)).is_err()
+            );
+        }
+    }
+
+    #[test]
+    fn roots_are_enclosed_or_nothing_is_told() {
+        // (z - 2)(z² + 1)(z - 0.5): each of the four.
+        let polynomial = [1.0, -2.5, 2.0, -2.5, 1.0];
+        let found: Vec<Complex> = roots(&polynomial).iter().filter_map(|root| enclosed(&polynomial, *root)).collect();
+        for [re, im] in [[2.0, 0.0], [0.5, 0.0], [0.0, 1.0], [0.0, -1.0]] {
+            let holds = |of: &&Complex| of.re.lo <= re && re <= of.re.hi && of.im.lo <= im && im <= of.im.hi;
+            assert_eq!(found.iter().filter(holds).count(), 1, "{re} {im}: {found:?}");
+        }
+        assert!(found.iter().all(|of| of.re.width() < 1e-12 && of.im.width() < 1e-12), "{found:?}");
+        // Far from any root, and at a double one.
+        assert!(enclosed(&polynomial, [3.0, 0.1]).is_none() && enclosed(&[1.0, -4.0, 4.0], [2.0, 0.0]).is_none());
+    }
+
+    #[test]
+    fn plants_that_are_not_run_are_refused() {
+        let leaves = scene(&[]);
+        let edge = 1 + first(&leaves).expect("it leaves") * PERIOD;
+        let why = |scene: &TransferScene, edge: u64| grows(scene, edge, 1.1).expect_err("refused").to_string();
+        for edge in [0, edge + 1, 1 + MOST_SAMPLES * PERIOD] {
+            assert!(why(&leaves, edge).contains("no sample"), "{edge}");
+        }
+        let mut begins = leaves.clone();
+        begins.initial = vec![0.0, 1.0];
+        assert!(why(&begins, edge).contains("elsewhere"));
+        let mut scaled = leaves.clone();
+        scaled.form = Form::Ratio { numerator: vec![1.0], denominator: vec![2.0, -4.0] };
+        assert!(why(&scaled, edge).contains("elsewhere"));
+        // An integrator is not told to grow, nor what its words can hold.
+        let mut stays = leaves.clone();
+        stays.form = Form::Ratio { numerator: vec![1.0], denominator: vec![1.0, -1.0] };
+        assert!((0..60).all(|sample| grows(&stays, 1 + sample * PERIOD, 0.5).is_err()));
+        let mut held = leaves;
+        held.dac.full = 1e9;
+        assert!(grows(&held, edge, 1.1).is_err());
+    }
+}

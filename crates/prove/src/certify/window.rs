@@ -216,7 +216,7 @@ pub fn window(scene: &Scene, witness: &Witness, start: [Interval; 3], periods: f
     let storage: Square<4, 0> = symmetric(&witness.storage.map(Form::exact));
     let end = at_end(&storage, staircase, half).ok_or("what is stored has no least value")?;
     let begin = exact(at_start(&storage, staircase, half, start));
-    let entering = half.times(half).times(exact(witness.level)).plus(exact(witness.weights[4]));
+    let entering = half.times(half).times(exact(witness.level));
     // The straight lines between readings have at most the sum of all squares, also of the reading at the end.
     let readings = exact(periods.ceil() + 1.0);
     let sum = entering.times(readings).plus(begin).minus(end);

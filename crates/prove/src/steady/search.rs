@@ -12,6 +12,9 @@ use crate::certify::{Bound, LOOSE, Range, Turn, Window, Witness, check, numbers,
 use crate::interval::Interval;
 use crate::sampled::{SampledLoop, exponential, scaled};
 
+/// Why a loop has no search.
+type Refusal = &'static str;
+
 /// Greatest number of steps in which a storage is found.
 const MOST_STEPS: usize = 60;
 /// Shares by which sums of responses may exceed those of the search. Those over ranges do, by what is lost on the way.
@@ -271,13 +274,7 @@ pub(super) struct Found {
 impl Sampled {
     /// Returns the loop of a scene with the words of another one, with a slope of the staircase in commands a count.
     /// `act` is the pulse at rest, if it is given.
-    pub(super) fn of(
-        scene: &Scene,
-        words: &LoopWords,
-        unit: f64,
-        slope: f64,
-        act: Option<f64>,
-    ) -> Result<Self, &'static str> {
+    pub fn of(scene: &Scene, words: &LoopWords, unit: f64, slope: f64, act: Option<f64>) -> Result<Self, Refusal> {
         let Device::Motor(motor) = &scene.device else { unreachable!("the checker refuses others") };
         let period = 2f64.powi(scene.method.pwm.bits.cast_signed());
         let period_s = period * scene.clock.period_s();

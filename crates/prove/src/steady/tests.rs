@@ -943,16 +943,20 @@ fn a_state_that_is_too_far_or_another_scene_has_no_window() {
         periods * (found.rms_counts - witness.sizes[2]).powi(2)
     };
     let half = 0.5 + 0.5 * (1.0 - scene.method.stiffness_format.lsb()) / (24.0 * scene.method.stiffness_format.lsb());
-    let entering = half * half * witness.level + witness.weights[4];
+    let entering = half * half * witness.level;
     let stored = sum(1.0) - 2.0 * entering;
     assert!(stored > 0.0, "{stored}");
     for periods in [2.0f64, 2.5, 100.0] {
         let other = (periods.ceil() + 1.0) * entering + stored;
         assert!((sum(periods) / other - 1.0).abs() < 1e-9, "{periods}: {}, not {other}", sum(periods));
     }
-    // At rest the state adds nothing, so no less is stored than that.
-    let least = window(&scene, &witness, begun(0.0), 1.0).expect("a window").rms_counts;
-    assert!(stored > (least - witness.sizes[2]).powi(2) - 2.0 * entering + 1.0, "{stored}");
+    // At rest, the potential alone is stored: that of the rounding at the start, and a share of it at the end.
+    let rms = window(&scene, &witness, begun(0.0), 1.0).expect("a window").rms_counts;
+    let at_rest = (rms - witness.sizes[2]).powi(2) - 2.0 * entering;
+    let potential = witness.weights[0] * half * half / 2.0;
+    let is_a_share = |share: f64| (at_rest * (1.0 - share) / potential - 1.0).abs() < 1e-6;
+    assert!([0.0, 0.25, 0.5, 0.75, 0.9, 0.99].into_iter().any(is_a_share), "{at_rest}, {potential}");
+    assert!(stored > at_rest, "{stored}");
 }
 
 #[test]
