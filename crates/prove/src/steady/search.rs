@@ -64,7 +64,7 @@ pub(super) fn steady(
 /// Returns why none is proved.
 pub fn from_state(scene: &Scene, rest: &Rest, periods: f64) -> Result<Window, Error> {
     of_scene(scene)?;
-    let word = i64::from(scene.words()?.stiffness);
+    let word = scene.words()?.stiffness;
     let start = start(scene, word, unit_of(scene), rest)?;
     from_deviation(scene, word, start, periods).map_err(Error::new)
 }
