@@ -18,6 +18,9 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 RECORD = ROOT / "testbench" / "record" / "mutants-certify.txt"
 CHECK = "crates/prove/src/certify/mod.rs"
+WINDOW = "crates/prove/src/certify/window.rs"
+GROWTH = "crates/prove/src/certify/growth.rs"
+DYADIC = "crates/prove/src/certify/growth/dyadic.rs"
 SQUARE = "crates/prove/src/square.rs"
 TEXT = "crates/prove/src/certify/text.rs"
 FORM = "crates/prove/src/form.rs"
@@ -44,7 +47,7 @@ MUTANTS = [
     (RESPONSES, "sums of the middle alone", "sums.iter_mut().enumerate() {\n                *sums",
      "sums.iter_mut().enumerate().skip(1).take(1) {\n                *sums"),
     (RESPONSES, "the rest of a state is not lost", "(lost[state] + parts[state].1).next_up()", "lost[state]"),
-    (CHECK, "the sizes need not hold", "all(&follow(*sizes), f64::le, sizes) && ", ""),
+    (CHECK, "the sizes need not hold", "all(&followed, f64::le, sizes) && ", ""),
     (CHECK, "the far sizes need not shrink", " && all(&follow(*far), f64::lt, far)", ""),
     (CHECK, "the far sizes need not be far", "farthest.lo >= reach && ", ""),
     (CHECK, "the drag may saturate", " && differs.hi < plant.most_turns", ""),
@@ -96,6 +99,73 @@ MUTANTS = [
     (TEXT, "one number may have two ranges", "if ranges.iter().enumerate().any(",
      "if false && ranges.iter().enumerate().any("),
     (TEXT, "any rms is claimed", "bound.rms_counts <= *rms && ", ""),
+    (RESPONSES, "the greatest of a motion is its start", "self.gathered(start, start[2], f64::max)",
+     "self.gathered(start, start[2], |most, size| if most > 0.0 { most } else { size })"),
+    (WINDOW, "the state adds nothing to the sizes", "exact(followed).plus(more).hi <= size", "followed <= size"),
+    (WINDOW, "contact may be lost", "push.hi >= rest.all().lo || ", ""),
+    (WINDOW, "the full command may be reached", " || push.hi >= exact(most).minus(rest.all()).lo", ""),
+    (WINDOW, "damping is not refused", "if plant.damping > 0.0 {\n        return Err(DAMPED.into());\n    } else if !",
+     "if !"),
+    (WINDOW, "a window may have no length", "(1.0..=LONGEST)", "(f64::NEG_INFINITY..=LONGEST)"),
+    (WINDOW, "one reading less", "exact(periods.ceil() + 1.0)", "exact(periods.ceil())"),
+    (WINDOW, "no part of a period", "exact(periods.ceil() + 1.0)", "exact(periods.floor() + 1.0)"),
+    (WINDOW, "no angle between readings", "exact(mean.sqrt().next_up()).plus(exact(witness.sizes[2])).hi",
+     "mean.sqrt().next_up()"),
+    (WINDOW, "half of the rounding", "half.times(half).times(exact(witness.level))",
+     "half.times(exact(0.5)).times(exact(witness.level))"),
+    (WINDOW, "nothing is stored at the start", ".plus(begin).minus(end)", ".minus(end)"),
+    (WINDOW, "nothing is taken at the end", ".plus(begin).minus(end)", ".plus(begin)"),
+    (WINDOW, "the sign of what is taken at the end", "Some(Interval::ZERO.minus(taken))", "Some(taken)"),
+    (WINDOW, "a storage may fall without end", "        is_positive(&held)\n", "        true\n"),
+    (WINDOW, "the whole potential is a square", "divided(one.minus(share).scaled(2.0))", "scaled(0.5)"),
+    (WINDOW, "the potential begins at a count", "exact(before.abs()).plus(half)", "exact(before.abs())"),
+    (WINDOW, "the storage's diagonal alone", "storage[row][of].all().times(state[row])",
+     "storage[row][row].all().times(state[row])"),
+    (WINDOW, "no current between readings", "driven.plus(self.coupling.times(fastest)).plus(pulled).over(8.0)",
+     "self.coupling.times(fastest).plus(pulled).over(8.0)"),
+    (WINDOW, "no voltage by the speed between readings", "driven.plus(self.coupling.times(fastest)).plus(pulled)",
+     "driven.plus(pulled)"),
+    (WINDOW, "no friction between readings", "self.drag.times(fastest).plus(self.grip.times(angle.plus(fastest)))",
+     "self.grip.times(angle.plus(fastest))"),
+    (WINDOW, "the speed in a period is that of its start", "speed.plus(driven).plus(self.grip.times(angle)).divided",
+     "speed.plus(self.grip.times(angle)).divided"),
+    (WINDOW, "any edge is a reading", "is_off && rest.cycle", "rest.cycle"),
+    (WINDOW, "a pulse may pull", "*share == -1.0", "*share != 0.0"),
+    (WINDOW, "the hand may be anywhere", "!= rest.standing.intent_rad", "!= rest.standing.intent_rad && false"),
+    (WINDOW, "the pulse at rest begins with its reading", "exact(self.period - self.latency).minus(clocks)",
+     "exact(self.period).minus(clocks)"),
+    (WINDOW, "the sign of the pulse", "Form::exact(self.period)).negative()", "Form::exact(self.period))"),
+    (WINDOW, "the command at rest is any", "let newer = middle.minus(misses.divided(slopes));", "let newer = command;"),
+    (WINDOW, "the sign of Newton's step", "middle.minus(misses.divided(slopes))",
+     "middle.plus(misses.divided(slopes))"),
+    (WINDOW, "the motion at rest is that of the middle", "at[state].plus(by[state].times(off))", "at[state]"),
+    (WINDOW, "the speed is in no counts", "times(period_s).divided(count)", "times(period_s)"),
+    (WINDOW, "the solution is where it was computed", "exact(near[state]).plus(Interval { lo: -far, hi: far })",
+     "exact(near[state])"),
+    (GROWTH, "any growth is claimed", " && growth * (1.0 - 1e-12) <= least(root)", ""),
+    (GROWTH, "half of the input", "> most;", "> 0.5 * most;"),
+    (GROWTH, "no disturbance", "input.plus(Interval::exact(scene.disturbance)).size()", "input.size()"),
+    (GROWTH, "a number is no part of the row", "row.times(root).plus(real(*coefficient))", "row.times(root)"),
+    (GROWTH, "a root may be anywhere", "(after.re.is_inside(around) && after.im.is_inside(around)).then_some(wide)",
+     "Some(wide)"),
+    (GROWTH, "a root is a point", "let width = 8.0 *", "let width = 0.0 *"),
+    (GROWTH, "the slope's powers are one too low", "Interval::exact((order - place) as f64)",
+     "Interval::exact((order - place - 1) as f64)"),
+    (GROWTH, "a plant may begin anywhere", "&& scene.initial.iter().all(|state| *state == 0.0)", ""),
+    (GROWTH, "the denominator may begin with any number", " && denominator[0] == 1.0", ""),
+    (GROWTH, "any edge is a sample", ".filter(|edges| edges.is_multiple_of(scene.adc.period))", ""),
+    (GROWTH, "a reading never saturates", "(least, most + 1);", "(i64::MIN / 4, i64::MAX / 4);"),
+    (GROWTH, "readings are rounded down", "if adc.floors { 0.0 } else { -0.5 }", "0.0"),
+    (GROWTH, "outputs do not saturate", ".clamp(-(1 << bits), (1 << bits) - 1);", ";"),
+    (GROWTH, "the controller rounds to the nearest",
+     "if scene.method.floors { sum.div_euclid(by) } else { (2 * sum + by).div_euclid(2 * by) }\n    };",
+     "(2 * sum + by).div_euclid(2 * by)\n    };"),
+    (GROWTH, "the controller forgets its outputs", " - products(&words.denominator[1..], &outputs)", ""),
+    (DYADIC, "no carry", "carry = sum >> 32;", "carry = sum >> 62;"),
+    (DYADIC, "the greater one is subtracted", "one.iter().rev().lt(two.iter().rev())", "false"),
+    (DYADIC, "the last digits are rounded inwards", "u128::from(low > 0)", "0"),
+    (DYADIC, "numbers below the least normal one", "power.max(1) - 1075", "power - 1075"),
+    (WINDOW, "no second order of the inverse", "exact(moved).divided(exact(1.0).minus(exact(off)))", "exact(moved)"),
 ]
 
 
@@ -161,7 +231,7 @@ def held(mutants, tests, root, command, record, of):
 
 # Tests that take a second or two, which kill most mutants.
 FIRST = ["square", "form::", "responses", "a_bound_has", "a_witness", "a_certificate", "a_pulse", "a_stale", "levels",
-         "no_multiplier", "scenes_without"]
+         "no_multiplier", "scenes_without", "window::", "a_state", "a_window", "growth::"]
 ALL = ["steady", "square", "certify", "form", "responses"]
 
 

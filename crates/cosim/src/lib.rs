@@ -40,7 +40,7 @@ pub use phantom::PhantomSimulation;
 pub use result::columns::{ARM_REALS, ARM_ROW, AXIS_ROW, RAIL_ROW, SIGNS, TORQUE_BETWEEN};
 pub use result::contact::judged_window_s;
 pub use result::felt::{Unseen, displayed_stiffness, product_wraps, unseen_contact};
-pub use result::forever::{Beyond, Forever, Live, NotTold, Period, Quiet, Recurrence, Rest};
+pub use result::forever::{Beyond, Forever, InContact, Live, NotTold, Period, Quiet, Recurrence, Rest};
 pub use result::outline::{Outline, Waves};
 pub use result::stays::{DEEP_COUNTS, Stays, Sums};
 pub use result::summary::{EnergyAudit, Frames, Mark, NetUse, Starts, Summary, Unheld, metric};

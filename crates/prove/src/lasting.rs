@@ -30,7 +30,7 @@
 use std::array::from_fn;
 
 use hpu_cosim::scene::{Device, Experiment, Friction, Hand, Motor, Scene, Winding};
-use hpu_cosim::{Beyond, Period, Quiet, Rest};
+use hpu_cosim::{Beyond, InContact, Period, Quiet, Rest};
 #[cfg(not(target_family = "wasm"))]
 use hpu_cosim::{Forever, NotTold, scene::TransferScene};
 
@@ -38,6 +38,7 @@ use hpu_datapath::Instance;
 use hpu_signal::{Signal, Word as _};
 
 use crate::Error;
+use crate::certify::{Window, until_read};
 #[cfg(not(target_family = "wasm"))]
 use crate::confined::{Confined, stays_within};
 #[cfg(not(target_family = "wasm"))]
@@ -49,6 +50,7 @@ use crate::ranges::walk::Walk;
 use crate::recurring::words_recur;
 use crate::sampled::solution;
 use crate::series::Series;
+use crate::steady::from_state;
 
 /// Greatest number of parts of a phase whose angles are enclosed one by one.
 const MOST_PARTS: f64 = 4096.0;
@@ -84,8 +86,24 @@ pub fn beyond<T>(experiment: &Experiment, seconds: f64, ask: impl FnOnce(&Beyond
         Experiment::Transfer(scene) => goes_on(scene, edges),
         _ => Err("the device is no transfer function".to_string()),
     };
+    let until_read = |rest: &Rest| match experiment {
+        Experiment::Axis(scene) => until_read(scene, rest).map_err(|why| format!("no window is bounded: {why}")),
+        other => Err(unlike(other).to_string()),
+    };
+    let window = |rest: &Rest| match experiment {
+        Experiment::Axis(scene) => in_contact(scene, rest).map_err(|why| format!("no window is bounded: {why}")),
+        other => Err(unlike(other).to_string()),
+    };
     let edges = experiment.clock.edges(seconds);
-    ask(&Beyond { edges, live: &live, prove: &prove, follow: &follow, words: &words })
+    ask(&Beyond {
+        edges,
+        live: &live,
+        prove: &prove,
+        until_read: &until_read,
+        window: &window,
+        follow: &follow,
+        words: &words,
+    })
 }
 
 /// Looks up to a clock edge how a loop around a transfer function goes on for ever: its words repeat, its plant leaves,
@@ -103,6 +121,20 @@ fn goes_on(scene: &TransferScene, edges: u64) -> Result<Forever, NotTold> {
         Ok(Confined { from_edge, ends, off_counts, .. }) => Ok(Forever::Bounded { from_edge, ends, off_counts }),
         Err(unbounded) => Err(format!("{why}, and no bound is proved: {unbounded}")),
     }
+}
+
+/// Proves bounds of a wall from a state on, at an edge at which its modulator reads the encoder. The window is as long
+/// as that of the verdict, 30 % of the run.
+///
+/// # Errors
+///
+/// Returns why that is not proved.
+pub fn in_contact(scene: &Scene, rest: &Rest) -> Result<InContact, Error> {
+    let edges = scene.clock.edges(0.3 * scene.run.duration_s);
+    let found = from_state(scene, rest, edges as f64 / 2f64.powi(scene.method.pwm.bits.cast_signed()))?;
+    let Window { rms_counts, half_range_counts, long_run } = found;
+    let long_run_counts = long_run.rms_counts;
+    Ok(InContact { from_edge: rest.edge, edges, rms_counts, half_range_counts, long_run_counts })
 }
 
 /// Returns the nets on which those of a set depend, as [`Beyond::live`] asks. A net whose word is the same whatever

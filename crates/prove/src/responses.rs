@@ -72,16 +72,37 @@ impl<const K: usize> Responses<K> {
         Ok(with_lost(self.alone(start)?, &self.by_axis))
     }
 
+    /// Returns bounds of the greatest size of each state from a start on, and of the third state's steps from there on.
+    ///
+    /// # Errors
+    ///
+    /// Returns that it dies out too slowly.
+    pub fn greatest(&self, start: Column<3, K>) -> Result<[f64; 4], Error> {
+        Ok(with_lost(self.gathered(start, start[2], f64::max)?, &self.by_axis))
+    }
+
     /// Returns bounds of the sums from a start on without what is lost on the way, and the sums of that.
     fn alone(&self, start: Column<3, K>) -> Result<(Sums, [f64; 3]), Error> {
+        self.gathered(start, Form::ZERO, |sum, size| (sum + size).next_up())
+    }
+
+    /// Returns sizes from a start on, each `with` those before it, of which the result is no more than their sum; and
+    /// the sums of what is lost on the way. The first step is that from `before`.
+    fn gathered(
+        &self,
+        start: Column<3, K>,
+        mut before: Form<K>,
+        with: impl Fn(f64, f64) -> f64,
+    ) -> Result<(Sums, [f64; 3]), Error> {
         let norm = |state: &Column<3, K>| -> f64 {
             let parts = state.iter().zip(self.weights);
             parts.fold(0.0, |sum, (part, weight)| (sum + (part.size() * weight).next_up()).next_up())
         };
-        let (mut wide, mut before, mut lost) = (start, Form::ZERO, [0.0f64; 3]);
+        let (mut wide, mut lost) = (start, [0.0f64; 3]);
         // Sums of sizes are convex, so none is greater than the greatest at a control point.
         let mut sums = vec![[0.0f64; 4]; Form::<K>::CONTROLS];
-        let least = 1e-9 * (1.0 - self.decay) * norm(&start);
+        // A start at 0 has a norm, too, by rounding.
+        let least = (1e-9 * (1.0 - self.decay) * norm(&start)).max(f64::MIN_POSITIVE);
         for _ in 0..MOST_PERIODS {
             let parts = wide.map(Form::known);
             let at = parts.map(|(at, _)| at);
@@ -95,7 +116,7 @@ impl<const K: usize> Responses<K> {
             }
             let step = at[2].minus(before);
             for (control, sums) in sums.iter_mut().enumerate() {
-                *sums = from_fn(|state| (sums[state] + at.get(state).unwrap_or(&step).at(control).size()).next_up());
+                *sums = from_fn(|state| with(sums[state], at.get(state).unwrap_or(&step).at(control).size()));
             }
             (before, wide) = (at[2], times(&self.closed, &at));
         }
@@ -140,6 +161,30 @@ mod tests {
             // The steps of the third state: the first one, then each fall.
             assert!((found.by_axis[2][3] - 2.0).abs() < 1e-6 + half * half * 1e3, "{}", found.by_axis[2][3]);
         }
+    }
+
+    #[test]
+    fn the_greatest_of_a_motion_is_that_of_all_its_periods() {
+        // The second state feeds the first: from (0.1, 1) on that is 0.1, 1.05, 1.025 and then less.
+        let closed = [[0.5, 1.0, 0.0], [0.0, 0.5, 0.0], [0.0, 0.0, -0.5]].map(|row| row.map(Form::<0>::exact));
+        let shape = from_fn(|row| {
+            from_fn(|of| {
+                Form::exact(if row != of {
+                    0.0
+                } else if row == 1 {
+                    16.0
+                } else {
+                    1.0
+                })
+            })
+        });
+        let loops = Responses::new(closed, &shape, [1.001, 0.251, 1.001], 0.9).expect("it dies out");
+        let found = loops.greatest([0.1, 1.0, 2.0].map(Form::exact)).expect("it dies out");
+        // The third state's steps begin with that from 2 to -1.
+        for (found, exact) in found.iter().zip([1.05, 1.0, 2.0, 3.0]) {
+            assert!(*found >= exact && *found < exact + 1e-6, "{found}, not {exact}");
+        }
+        assert!(loops.greatest([0.0; 3].map(Form::exact)).expect("it dies out").iter().all(|most| *most < 1e-300));
     }
 
     #[test]

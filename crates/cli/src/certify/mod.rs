@@ -21,7 +21,8 @@ use crate::shell::{Exit, Failure, read_text};
 /// for a hand at rest.
 ///
 /// `hpu run SCENE --for-ever --certificates DIR` writes how a run goes on. It is checked by the same program: the scene
-/// in the file is run again, and has to go on in the same way to every digit.
+/// in the file is run again, and has to go on in the same way to every digit. Growth of a discrete plant is checked
+/// apart as well: by code that shares intervals and the scene's reader with the proof, and nothing else.
 ///
 /// Exit code 0: it is accepted; 1: it is rejected; 4: the file is no certificate.
 #[derive(clap::Args)]

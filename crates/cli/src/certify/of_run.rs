@@ -4,7 +4,9 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use hpu_cosim::SceneFile;
+use hpu_cosim::scene::Experiment;
 use hpu_page::Page;
+use hpu_prove::certify::growth::grows;
 use serde_json::Value;
 use toml_edit::{DocumentMut, Item};
 
@@ -32,12 +34,32 @@ pub fn check(file: &str, text: &str, page: &mut Page) -> Result<Option<bool>, Fa
     let Some((ran, _)) = finished(&source, &set, Some(longest), interrupt::watch(), unseen)? else { return Ok(None) };
     let found = ran.page.json()["for_ever"].clone();
     let is_so = found == claimed && claimed["kind"] != "not_told";
+    let apart = if is_so { apart(&source, &set, &claimed) } else { None };
     page.data("claimed", claimed.clone()).data("found", found.clone());
     if is_so {
         let kind = claimed["kind"].as_str().unwrap_or_default().to_string();
         page.line("accepted", format!("{kind}, for ever: the run was run again and says the same"));
+        if let Some(apart) = &apart {
+            page.data("apart", apart.as_ref().err().map_or("accepted", |_| "not checked"));
+            page.line(
+                "",
+                match apart {
+                    Ok(()) => "a checker of its own, in numbers without rounding, says so too".to_string(),
+                    Err(why) => format!("the checker of its own does not tell: {why}"),
+                },
+            );
+        }
     } else {
         page.line("rejected", format!("{claimed} is claimed; run again, it is {found}"));
     }
     Ok(Some(is_so))
+}
+
+/// Checks growth apart, by code that the proof does not share; `None` of what has no such checker.
+fn apart(source: &SceneFile, set: &[(String, String)], claimed: &Value) -> Option<Result<(), String>> {
+    let (from_s, growth) = (claimed["from_s"].as_f64()?, claimed["growth"].as_f64()?);
+    let none = &mut |_: &str| Err(std::io::Error::other("a certificate carries no file"));
+    let Ok(Experiment::Transfer(scene)) = Experiment::parse(&source.name, &source.text, set, none) else { return None };
+    let edge = (from_s * scene.clock.frequency_hz() as f64).round() as u64;
+    Some(grows(&scene, edge, growth).map_err(|why| why.to_string()))
 }

@@ -3,7 +3,7 @@
 
 use hpu_cosim::replay::Recording;
 use hpu_cosim::scene::{Metric, Units, figure};
-use hpu_cosim::{AnySimulation, Forever, Mark, NetUse, Quiet, SIGNS, Simulation, WiredSimulation};
+use hpu_cosim::{AnySimulation, Forever, InContact, Mark, NetUse, Quiet, SIGNS, Simulation, WiredSimulation};
 use hpu_page::summary::outcome;
 use hpu_page::trace_table::TraceColumns;
 use hpu_page::{Cell, Column, Page, Table, heard};
@@ -218,6 +218,7 @@ fn for_ever(page: &mut Page, ran: &Ran) {
             });
             (told, said)
         }
+        Ok(Forever::InContact(found)) => keeps_contact(found, seconds),
         Ok(Forever::Grows { from_edge, growth }) => {
             let from_s = seconds(*from_edge);
             let (at, by) = (si(from_s, "s"), outward(*growth, -1.0, 6, *growth));
@@ -231,6 +232,24 @@ fn for_ever(page: &mut Page, ran: &Ran) {
     };
     page.data("for_ever", kind);
     page.line("for ever", format!("{settled}{said}"));
+}
+
+/// Returns what is told of a wall that keeps contact, as data and in words.
+fn keeps_contact(found: &InContact, seconds: impl Fn(u64) -> f64) -> (Value, String) {
+    let InContact { from_edge, edges, rms_counts, half_range_counts, long_run_counts } = *found;
+    let [from_s, window_s] = [from_edge, edges].map(seconds);
+    let [at, time] = [from_s, window_s].map(|time_s| si(time_s, "s"));
+    let [rms, half] = [rms_counts, half_range_counts].map(|counts| outward(counts, 1.0, 3, counts));
+    let is_settled = if rms_counts < 1.0 { ", as a settled wall has, for that time alone" } else { "" };
+    let said = format!(
+        "in contact: from its state at {at}: rms at most {rms} counts over the next {time}, at every phase\
+         {is_settled}; it keeps contact for ever, within {half} counts of its rest"
+    );
+    let told = json!({
+        "kind": "in_contact", "from_s": from_s, "window_s": window_s, "rms_counts": rms_counts,
+        "half_range_counts": half_range_counts, "long_run_counts": long_run_counts,
+    });
+    (told, said)
 }
 
 /// Returns a number with so many digits of a size, rounded up for a sign of 1 and down for one of -1.

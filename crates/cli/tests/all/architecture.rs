@@ -225,7 +225,7 @@ const LONG: [&str; 5] = [
     "leap/src/line.rs: line_of",
     "leap/src/yosys/cells.rs: cell",
     "plant/src/arm/fused.rs: write_with",
-    "prove/src/certify/mod.rs: check_over",
+    "prove/src/certify/mod.rs: inspect",
     "rtl/src/dut/ghdl.rs: bench",
 ];
 

@@ -20,6 +20,7 @@ fn a_run_is_certified_by_running_it_again() {
     for (arguments, kind) in [
         (&["bounded-wall", "--for-ever=2s"][..], "quiet"),
         (&["hybrid-wall", "--for-ever=2s", "--set", "wall.stiffness=2"], "repeats"),
+        (&["hybrid-wall", "--for-ever=1s", "--set", "wall.stiffness=1", "--set", "wall.damping=0"], "in_contact"),
     ] {
         let certificate = of_run(arguments, &dir.join(kind));
         let good = dir.join(kind).join("run.certificate").display().to_string();
@@ -47,6 +48,64 @@ fn a_run_is_certified_by_running_it_again() {
             assert_refused(&run(&["certify", &file]), 4, &[&file]);
         }
     }
+}
+
+#[test]
+fn a_wall_in_contact_is_told_a_window_and_nothing_of_later_ones() {
+    let arguments = ["run", "hybrid-wall", "--for-ever=1s", "--set", "wall.damping=0", "--set"];
+    for (stiffness, is_settled) in [("wall.stiffness=1", true), ("wall.stiffness=1.8", false)] {
+        let told = as_json(&run(&[&arguments[..], &[stiffness, "--json"]].concat()));
+        let told = &told["for_ever"];
+        let number = |key: &str| told[key].as_f64().unwrap_or_else(|| panic!("{key} in {told}"));
+        assert_eq!((&told["kind"], number("window_s")), (&"in_contact".into(), 0.6));
+        assert_eq!(number("rms_counts") < 1.0, is_settled, "{told}");
+        assert!(number("rms_counts") > number("long_run_counts") && number("from_s") >= 3.0, "{told}");
+        let page = stdout(&run(&[&arguments[..], &[stiffness]].concat()));
+        let line = page.lines().find(|line| line.starts_with("for ever")).expect("a line");
+        assert!(line.contains("counts over the next 600 ms") && line.contains("keeps contact for ever"), "{line}");
+        assert_eq!(line.contains("for that time alone"), is_settled, "{line}");
+        assert!(!line.contains("settled for ever"), "{line}");
+    }
+}
+
+/// A plant that leaves: the eighth loop of DSVerifier's set that no word can hold.
+const LEAVES: &str = "about = 'A plant that leaves.'
+clock.frequency = '1 MHz'
+run.duration = 100
+[device]
+kind = 'transfer'
+numerator = [0, 15.1315, 17.86, 17.4549]
+denominator = [1, -2.6207, 2.3586, -0.657]
+sample_time = 2
+disturbance = 1
+[adc]
+bits = 8
+range = 8
+rate = 0.5
+[dac]
+bits = 8
+full_scale = 8
+[method]
+numerator = [0, -0.00097656, 0, 0]
+denominator = [0.76172, 0, 0, 0]
+coefficient_bits = 8
+coefficient_fraction = 4
+";
+
+#[test]
+fn growth_is_checked_apart_as_well() {
+    let dir = scratch("certify-growth");
+    let scene = dir.join("leaves.toml").display().to_string();
+    fs::write(&scene, LEAVES).expect("a file");
+    let certificate = of_run(&[&scene, "--for-ever=100s"], &dir);
+    assert!(certificate.contains("grows"), "{certificate}");
+    let file = dir.join("run.certificate").display().to_string();
+    let out = run(&["certify", &file]);
+    assert_eq!(code(&out), 0, "{}", stdout(&out));
+    assert!(stdout(&out).contains("a checker of its own"), "{}", stdout(&out));
+    assert_eq!(as_json(&run(&["certify", &file, "--json"]))["apart"], "accepted");
+    fs::write(&file, certificate.replace("-2.6207", "-2.6")).expect("a file");
+    assert_eq!(code(&run(&["certify", &file])), 1);
 }
 
 /// Removes the second damping of a hand, that of the scene as it is shipped.

@@ -47,6 +47,21 @@ pub struct Quiet {
     pub ripple_counts: f64,
 }
 
+/// The proof that a wall stays in contact from a state on, with bounds of its motion.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct InContact {
+    /// The edge of the state.
+    pub from_edge: u64,
+    /// The clock edges of the window that begins there.
+    pub edges: u64,
+    /// A bound of the rms of the angle about its rest over that window, in counts. Of later windows none is told.
+    pub rms_counts: f64,
+    /// A bound of the angle's distance from its rest from that state on, for ever, in counts.
+    pub half_range_counts: f64,
+    /// A bound of the rms in the long run, in counts.
+    pub long_run_counts: f64,
+}
+
 /// The events of a period after which the emulator's state came back.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Period {
@@ -87,6 +102,8 @@ pub enum Forever {
         /// counts: in steps of the ADC.
         off_counts: f64,
     },
+    /// The wall stays in contact for ever, and the rms over one window is bounded.
+    InContact(InContact),
     /// The plant leaves for ever, whatever drives it.
     Grows {
         /// The edge from which on it does.
@@ -111,6 +128,12 @@ pub struct Beyond<'a> {
     pub live: &'a Live<'a>,
     /// The proof that a device at rest stays there, or why there is none.
     pub prove: &'a (dyn Fn(&Rest) -> Result<Quiet, String> + Sync),
+    /// The clocks until the modulator next reads the encoder, of a device under outputs that last until a pulse begins,
+    /// and the pulse; or why [`window`](Self::window) has no proof.
+    pub until_read: &'a (dyn Fn(&Rest) -> Result<u64, String> + Sync),
+    /// The proof that the wall stays in contact from such a state on, where the modulator reads the encoder; or why
+    /// there is none.
+    pub window: &'a (dyn Fn(&Rest) -> Result<InContact, String> + Sync),
     /// The proof that a motion of real numbers repeats as the emulator does, within so many counts; or why there is
     /// none.
     pub follow: &'a (dyn Fn(&Period) -> Result<f64, &'static str> + Sync),

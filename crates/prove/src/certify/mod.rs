@@ -25,14 +25,18 @@
 //! lines in them, and each inequality is proved at the control points of its form. Sums of sizes are convex, so none is
 //! greater than the greatest at a control point.
 
+#[cfg(not(target_family = "wasm"))]
+pub mod growth;
 mod text;
+mod window;
 
 use std::array::from_fn;
 use std::f64::consts::PI;
 
 use hpu_cosim::scene::{BridgeModel, Datapath, Device, Encoder, EncoderModel, Friction, Hand, Loop, Scene, Winding};
 
-pub use text::{Bound, CLAIM, Checked, Over, Turn, Witness, certify, part_of, set};
+pub use text::{Bound, CLAIM, Checked, Over, Range, Turn, Witness, certify, numbers, part_of, set};
+pub use window::{Window, start, until_read, window};
 
 use crate::Error;
 use crate::form::Form;
@@ -48,15 +52,6 @@ pub const LOOSE: &str = "its half-range is no bound of the motion in contact";
 const INPUTS: usize = 11;
 /// Greatest size of a number of a witness.
 const GREATEST: f64 = 1e15;
-
-/// A number of a scene's world that is not known: its index among [`numbers`], and the ends between which it is.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Range {
-    /// The index.
-    pub number: usize,
-    /// The least and the greatest value, in SI units.
-    pub ends: [f64; 2],
-}
 
 /// Motor, hand and modulator of a scene. All numbers are those of scaled states.
 struct Plant<const K: usize> {
@@ -86,17 +81,18 @@ struct Plant<const K: usize> {
     floor: f64,
 }
 
-/// Returns the numbers of a scene's world that may have ranges, in SI units; none if its kind has no such proof.
-pub fn numbers(scene: &mut Scene) -> Vec<&mut f64> {
-    let Device::Motor(motor) = &mut scene.device else { return Vec::new() };
-    let mut all = vec![&mut motor.resistance_ohm, &mut motor.inductance_h, &mut motor.torque_constant_nm_per_a];
-    all.extend([&mut motor.rotor_inertia_kg_m2, &mut motor.wheel_inertia_kg_m2]);
-    all.extend([&mut motor.viscous_friction_nm_s_per_rad, &mut scene.bridge.supply_v]);
-    all.push(&mut scene.bridge.on_resistance_ohm);
-    if let Hand::SpringDamper { stiffness_nm_per_rad, damping_nm_s_per_rad, .. } = &mut scene.hand {
-        all.extend([stiffness_nm_per_rad, damping_nm_s_per_rad]);
-    }
-    all
+/// The loop of a witness that holds.
+struct Inside<const K: usize> {
+    bound: Bound,
+    plant: Plant<K>,
+    responses: Responses<K>,
+    /// The sizes that follow from those of the witness, and the greatest distance of a command from that at rest.
+    followed: [f64; 3],
+    push: Interval,
+    /// The command at rest, the greatest one, and the greatest rounding of a count.
+    rest: Form<K>,
+    most: f64,
+    half: f64,
 }
 
 impl<const K: usize> Plant<K> {
@@ -231,14 +227,15 @@ pub fn of_scene(scene: &Scene) -> Result<(), Error> {
 /// Returns what of it does not hold, or why the scene has no such proof.
 pub fn check(scene: &Scene, ranges: &[Range], witness: &Witness) -> Result<Bound, Error> {
     match ranges {
-        [] => check_over(scene, [], witness),
-        [one] => check_over(scene, [one], witness),
-        [one, other] => check_over(scene, [one, other], witness),
+        [] => inspect(scene, [], witness).map(|found| found.bound),
+        [one] => inspect(scene, [one], witness).map(|found| found.bound),
+        [one, other] => inspect(scene, [one, other], witness).map(|found| found.bound),
         _ => Err("ranges of more than two numbers".into()),
     }
 }
 
-fn check_over<const K: usize>(scene: &Scene, ranges: [&Range; K], witness: &Witness) -> Result<Bound, Error> {
+/// Returns the loop of a witness that holds.
+fn inspect<const K: usize>(scene: &Scene, ranges: [&Range; K], witness: &Witness) -> Result<Inside<K>, Error> {
     let Witness { word, unit, act, decay, scales, shape, sizes, far, level, weights, storage, turns } = witness;
     let numbers = [act, decay, level].into_iter().chain(shape).chain(sizes).chain(far).chain(storage);
     let turned = turns.iter().flat_map(|turn| turn.shape.iter().chain(&turn.storage));
@@ -320,7 +317,8 @@ fn check_over<const K: usize>(scene: &Scene, ranges: [&Range; K], witness: &Witn
     let [(differs, _, push), (_, _, farthest)] = [*sizes, *far].map(entering);
     let reach = rest.all().hi.max(number(most).minus(rest.all()).hi);
     let all = |left: &[f64; 3], is: fn(&f64, &f64) -> bool, right| left.iter().zip(right).all(|(l, r)| is(l, r));
-    let is_bound = all(&follow(*sizes), f64::le, sizes) && all(&follow(*far), f64::lt, far);
+    let followed = follow(*sizes);
+    let is_bound = all(&followed, f64::le, sizes) && all(&follow(*far), f64::lt, far);
     if !(is_bound && farthest.lo >= reach && differs.hi < plant.most_turns) {
         return Err(LOOSE.into());
     }
@@ -369,12 +367,13 @@ fn check_over<const K: usize>(scene: &Scene, ranges: [&Range; K], witness: &Witn
         return Err("more may be stored than enters".into());
     }
     let square = number(half).times(number(half)).times(number(*level)).plus(noise.all());
-    Ok(Bound {
+    let bound = Bound {
         rms_counts: number(square.hi.sqrt().next_up()).plus(number(between)).hi,
         half_range_counts: number(sizes[0]).plus(number(between)).hi,
         depth_counts: rest.all().plus(floor).over(slope).plus(number(half)).middle(),
         duty: rest.all().middle() / plant.period,
-    })
+    };
+    Ok(Inside { bound, plant, responses, followed, push, rest, most, half })
 }
 
 /// Returns `γ²` of a sample of so many periods.

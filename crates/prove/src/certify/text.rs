@@ -1,9 +1,9 @@
 //! Certificates as text.
 
-use hpu_cosim::scene::Scene;
+use hpu_cosim::scene::{Device, Hand, Scene};
 use toml_edit::{DocumentMut, Item, Table, Value};
 
-use super::{Range, check, numbers};
+use super::check;
 use crate::Error;
 
 /// The numbers that a search has found for one word of the stiffness.
@@ -87,6 +87,28 @@ const KEYS: [&str; 10] = [
     "hand.stiffness",
     "hand.damping",
 ];
+/// A number of a scene's world that is not known: its index among [`numbers`], and the ends between which it is.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Range {
+    /// The index.
+    pub number: usize,
+    /// The least and the greatest value, in SI units.
+    pub ends: [f64; 2],
+}
+
+/// Returns the numbers of a scene's world that may have ranges, in SI units; none if its kind has no such proof.
+pub fn numbers(scene: &mut Scene) -> Vec<&mut f64> {
+    let Device::Motor(motor) = &mut scene.device else { return Vec::new() };
+    let mut all = vec![&mut motor.resistance_ohm, &mut motor.inductance_h, &mut motor.torque_constant_nm_per_a];
+    all.extend([&mut motor.rotor_inertia_kg_m2, &mut motor.wheel_inertia_kg_m2]);
+    all.extend([&mut motor.viscous_friction_nm_s_per_rad, &mut scene.bridge.supply_v]);
+    all.push(&mut scene.bridge.on_resistance_ohm);
+    if let Hand::SpringDamper { stiffness_nm_per_rad, damping_nm_s_per_rad, .. } = &mut scene.hand {
+        all.extend([stiffness_nm_per_rad, damping_nm_s_per_rad]);
+    }
+    all
+}
+
 /// Greatest number of times that ranges are halved.
 const MOST_HALVINGS: usize = 64;
 

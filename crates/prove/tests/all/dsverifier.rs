@@ -6,7 +6,9 @@
 
 use hpu_cosim::scene::{Experiment, TransferScene};
 use hpu_cosim::{Control, Driver, Simulation, TransferSimulation, Verdict, Wired};
+use hpu_plant::transfer::Form;
 use hpu_prove::SampledLoop;
+use hpu_prove::certify::growth::grows;
 use hpu_prove::confined::stays_within;
 use hpu_prove::escaping::leaves;
 use hpu_prove::recurring::words_recur;
@@ -276,4 +278,41 @@ fn the_verdict_of_every_loop() {
     let table = table.join("\n") + "\n";
     print!("{table}");
     assert_eq!(table, include_str!("dsverifier.txt"));
+}
+
+/// The plants that leave are told by a checker of its own, which runs the loop in exact numbers: at that sample and at
+/// later ones, and not with more growth, a sample before, or of plants that their words can hold.
+#[test]
+fn a_checker_apart_tells_the_plants_that_leave() {
+    let (mut told, mut left) = (0, 0);
+    each(|bits, number, fraction, of| {
+        let Ok(scene) = scene(of, bits, fraction) else { return };
+        let period = scene.adc.period;
+        let known = leaves(&scene, 200 * period).expect("a plant");
+        let why = |edge: u64, growth: f64| grows(&scene, edge, growth).err().map(|error| error.to_string());
+        let Some((edge, growth)) = known else {
+            left += 1;
+            return assert!(why(1 + 150 * period, 1.0).is_some(), "{bits} bits, loop {number}");
+        };
+        told += 1;
+        println!("{bits} bits, loop {number}: {} samples, {growth}", edge / period);
+        assert_eq!(why(edge, growth), None, "{bits} bits, loop {number}");
+        assert_eq!(why(edge + 3 * period, growth), None, "{bits} bits, loop {number}");
+        for (edge, growth) in [(edge - period, growth), (edge, growth * (1.0 + 1e-9)), (edge + 1, growth), (0, growth)]
+        {
+            assert!(why(edge, growth).is_some(), "{bits} bits, loop {number}: {edge}, {growth}");
+        }
+        // Of another scene: the words reach farther, the plant decays, or it begins elsewhere.
+        let mut other = scene.clone();
+        other.dac.full *= 1000.0;
+        assert!(grows(&other, edge, growth).is_err(), "{bits} bits, loop {number}");
+        let mut other = scene.clone();
+        let Form::Ratio { denominator, .. } = &mut other.form else { panic!("a ratio") };
+        denominator[1..].iter_mut().for_each(|cell| *cell *= 0.1);
+        assert!(grows(&other, edge, growth).is_err(), "{bits} bits, loop {number}");
+        let mut other = scene.clone();
+        other.initial = vec![1.0];
+        assert!(grows(&other, edge, growth).is_err(), "{bits} bits, loop {number}");
+    });
+    assert!(told == 6 && left > 20, "{told} leave, {left} do not");
 }

@@ -222,6 +222,148 @@ fn the_pulses_of_a_rest_are_those_that_follow_at_every_edge() {
     assert!(looked > 3 && led > 0, "{looked} of {} rests, {led} phases before", rests.len());
 }
 
+/// The gates where they change, and the counts that the encoder's lines tell where they change.
+struct Lines {
+    bridge: Bridge,
+    nets: [usize; 2],
+    counts: Vec<(u64, i64)>,
+    place: i64,
+}
+
+impl Observe for Lines {
+    fn nets(&mut self, cycle: Cycle, words: &[i64]) {
+        self.bridge.nets(cycle, words);
+        let [a, b] = self.nets.map(|net| words[net]);
+        let place = 2 * a + (a ^ b);
+        let turned = (place - self.place + 5).rem_euclid(4) - 1;
+        assert!(turned < 2, "two lines at once");
+        self.place = place;
+        let count = self.counts.last().map_or(0, |(_, count)| count + turned);
+        if turned != 0 || self.counts.is_empty() {
+            self.counts.push((cycle.0, count));
+        }
+    }
+    fn reals(&mut self, _: Cycle, _: &[f64]) {}
+}
+
+/// The command of each pulse is that of the count at its reading: at the clock at which a window begins, and at no
+/// clock beside it. Counts are dense and periods are short, so that some counts arrive exactly there.
+#[test]
+fn a_window_begins_at_the_edge_that_the_modulator_reads() {
+    let path: Vec<String> =
+        (0..32).map(|at| format!("[\"{} ms\", {}]", 3 * at, 0.06 + 0.05 * f64::from(at % 2))).collect();
+    let set = [
+        ("wall.damping", "0".into()),
+        ("wall.stiffness", "3".into()),
+        ("wall.position", "0.05 rad".into()),
+        ("encoder.lines", "4096".into()),
+        ("method.pwm.bits", "8".into()),
+        ("run.duration", "100 ms".into()),
+        ("hand.stiffness", "5".into()),
+        ("hand.path", format!("[{}]", path.join(", "))),
+    ];
+    let (cell, scene) = (experiment("hybrid-wall", &set), axis("hybrid-wall", &set));
+    let simulation = WiredSimulation::new(&cell).expect("a cell");
+    let names: Vec<_> = simulation.nets().iter().map(|net| net.name).collect();
+    let net = |name: &str| names.iter().position(|at| *at == name).unwrap_or_else(|| panic!("{name} in {names:?}"));
+    let bridge = Bridge { nets: ["a_high", "a_low", "b_high", "b_low"].map(net), changes: Vec::new() };
+    let mut seen = Lines { bridge, nets: ["a_pin", "b_pin"].map(net), counts: Vec::new(), place: 0 };
+    simulation.run(Driver::Events, &mut simulation.verdict_trace(), &mut seen, &Control::default());
+    let rest = Mutex::new(None);
+    beyond(&cell, 0.001, |asked| {
+        let window = |at: &Rest| {
+            *rest.lock().expect("one thread") = Some(at.clone());
+            Err("only looked at".to_string())
+        };
+        let asked = Beyond { window: &window, ..*asked };
+        let mut trace = simulation.verdict_trace();
+        simulation.run_beyond(Driver::Events, &mut trace, &mut (), &Control::default(), Some(&asked))
+    });
+    let rest = rest.into_inner().expect("one thread").expect("a state");
+    let words = scene.words().expect("words");
+    let changes = &seen.bridge.changes;
+    let count_at = |edge: u64| seen.counts[seen.counts.partition_point(|(at, _)| *at <= edge) - 1].1;
+    let gates_at = |edge: u64| changes[changes.partition_point(|(at, _)| *at <= edge) - 1].1;
+    let is_on = |edge: u64| {
+        let [a_high, a_low, b_high, b_low] = gates_at(edge);
+        a_high + b_low == 2 || a_low + b_high == 2
+    };
+    let lead: u64 = rest.lead.iter().map(|(_, edges)| edges).sum();
+    assert_eq!(lead, 4, "two registers that synchronise, the decoder and the counter");
+    let wrong = [-1i64, 0, 1].map(|shift| {
+        let reads = (1..19_000).map(|period| rest.edge % 256 + 256 * period);
+        let commands = reads.map(|read| {
+            let inside = count_at(read.saturating_add_signed(shift)) - scene.wall_count();
+            let command = (inside.max(0) * words.stiffness) >> scene.method.stiffness_format.frac();
+            (command, (0..256).filter(|edge| is_on(read + lead + edge)).count() as i64)
+        });
+        // A pulse that fills its period would hide the next one.
+        let told = commands.filter(|(command, _)| (1..240).contains(command));
+        let (all, wrong) =
+            told.fold((0, 0), |(all, wrong), (command, pulse)| (all + 1, wrong + i32::from(command != pulse)));
+        assert!(all > 10_000, "{all} pulses");
+        wrong
+    });
+    assert!(wrong[1] == 0 && wrong[0] > 5 && wrong[2] > 5, "{wrong:?} commands are not those of the counts read");
+}
+
+/// Angles of all rows, with their edges.
+struct Angles(Vec<(u64, f64)>);
+
+impl Observe for Angles {
+    fn nets(&mut self, _: Cycle, _: &[i64]) {}
+    fn reals(&mut self, cycle: Cycle, reals: &[f64]) {
+        self.0.push((cycle.0, reals[hpu_cosim::ANGLE]));
+    }
+}
+
+/// Undamped walls that neither rest nor repeat: the emulator runs on through the window that is told, and further.
+#[test]
+fn runs_stay_within_the_window_that_is_told() {
+    for (stiffness, damping) in [("0.5", "0"), ("1", "0"), ("1.5", "0"), ("1.8", "0"), ("1.5", "0.1 mN.m.s/rad")] {
+        let (told, stiffness) = (damping == "0", stiffness.to_string());
+        let set = |duration: &str| {
+            [("wall.damping", damping.into()), ("wall.stiffness", stiffness.clone()), ("run.duration", duration.into())]
+        };
+        let cell = experiment("hybrid-wall", &set("1 s"));
+        let summary = looked_on(&cell, Driver::Events, 0.1);
+        let found = match summary.forever.as_ref().expect("it was asked") {
+            Ok(Forever::InContact(found)) => *found,
+            other => {
+                let why = other.as_ref().expect_err("neither rest nor repetition");
+                assert!(
+                    !told && why.contains("no state came back") && why.contains("no window is bounded: the drag"),
+                    "{why}"
+                );
+                continue;
+            }
+        };
+        assert!(told && !summary.is_settled_for_ever(), "{stiffness}: {found:?}");
+        assert_eq!(found.edges, 15_000_000);
+        assert!((55_000_000..56_000_000).contains(&found.from_edge), "{found:?}");
+        let longer = experiment("hybrid-wall", &set("3 s"));
+        let further = WiredSimulation::new(&longer).expect("a cell");
+        let mut seen = Angles(Vec::new());
+        further.run(Driver::Events, &mut further.verdict_trace(), &mut seen, &Control::default());
+        let count = axis("hybrid-wall", &set("1 s")).encoder.count_rad();
+        let rows = |edges: u64| -> Vec<f64> {
+            let window = found.from_edge..found.from_edge + edges;
+            seen.0.iter().filter(|(edge, _)| window.contains(edge)).map(|(_, angle)| angle / count).collect()
+        };
+        let rows_of = [rows(found.edges), rows(u64::MAX / 2)];
+        let rms = |rows: &[f64]| {
+            let mean = rows.iter().sum::<f64>() / rows.len() as f64;
+            (rows.iter().map(|at| (at - mean).powi(2)).sum::<f64>() / rows.len() as f64).sqrt()
+        };
+        let [within, long] = [&rows_of[0], &rows_of[1]].map(|rows| rms(rows));
+        assert!(rows_of[0].len() > 100 && within <= found.rms_counts && within > 0.05 * found.rms_counts, "{within}");
+        assert!(long <= found.long_run_counts, "{stiffness}: {long}, {found:?}");
+        let ends =
+            rows_of[1].iter().fold([f64::INFINITY, f64::NEG_INFINITY], |ends, at| [ends[0].min(*at), ends[1].max(*at)]);
+        assert!(ends[1] - ends[0] <= 2.0 * found.half_range_counts, "{stiffness}: {ends:?}, {found:?}");
+    }
+}
+
 #[test]
 fn friction_holds_a_shaft_as_long_as_the_current_and_the_hand_are_too_weak() {
     let scene = axis("friction-wall", &[]);

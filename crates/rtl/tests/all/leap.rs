@@ -954,6 +954,8 @@ fn a_state_that_comes_back_repeats_in_verilator() {
             edges: 100_000_000,
             live: &|_, _, wanted| wanted,
             prove: &|_| Err("nothing is proved here".to_string()),
+            until_read: &|_| Err("nothing is proved here".to_string()),
+            window: &|_| Err("nothing is proved here".to_string()),
             follow: &|_| Err("nothing is proved here"),
             words: &|_| Err("no words".to_string()),
         };

@@ -118,7 +118,7 @@ impl ForEver {
             }
             Ok(Forever::Recurs { .. } | Forever::Bounded { .. }) if settled => Self::Settled,
             Ok(Forever::Recurs { .. }) => Self::Repeats,
-            Ok(Forever::Bounded { .. }) => Self::Bounded,
+            Ok(Forever::Bounded { .. } | Forever::InContact(_)) => Self::Bounded,
             Ok(Forever::Grows { .. }) => Self::Grows,
             _ => Self::NotTold,
         })

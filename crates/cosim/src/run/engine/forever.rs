@@ -63,7 +63,8 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone> ClosedLoop
                 }
             }
             if self.edge >= last {
-                return Err(format!("no state came back to the last bit{why}"));
+                let window = self.window(beyond, observer, control);
+                return window.map_err(|said| format!("no state came back to the last bit{why}, and {said}"));
             }
             let next = last.min(self.edge + part).min(self.world.reach());
             part *= 2;
@@ -71,6 +72,37 @@ impl<E: World, W: Wiring<In<i64> = E::In, Out<i64> = E::Out> + Clone> ClosedLoop
                 return Err(format!("{}{why}", self.why_no_further(next.max(self.edge + 1))));
             }
         }
+    }
+
+    /// Runs on to where the modulator reads the encoder, and asks for a bound from the state there on.
+    fn window<O: Observe>(&mut self, beyond: &Beyond, observer: &mut O, control: &Control) -> Result<Forever, String> {
+        let none = || "no pulse begins by itself".to_string();
+        let left = (beyond.until_read)(&self.until_pulse().ok_or_else(none)?)?;
+        let read = self.edge + left;
+        if !self.go_far(read, observer, control) {
+            return Err(self.why_no_further(read).into());
+        }
+        (beyond.window)(&self.until_pulse().ok_or_else(none)?).map(Forever::InContact)
+    }
+
+    /// Returns the device under the outputs from the present edge on, up to where a pulse begins, if the inputs stay.
+    fn until_pulse(&self) -> Option<Rest> {
+        let (mut wiring, mut out, mut lead) = (self.wiring.clone(), self.out, Vec::new());
+        while lead.len() < MOST_PHASES {
+            let quiet = wiring.quiet(&self.input);
+            if quiet == u64::MAX {
+                return None;
+            }
+            wiring.skip(quiet, &self.input);
+            lead.push((out, quiet + 1));
+            out = wiring.tick(self.input);
+            let rest = self.world.rest(&lead, &[(out, u64::MAX)])?;
+            let is_off = rest.lead.last().is_some_and(|(share, _)| *share == 0.0);
+            if is_off && rest.cycle.iter().all(|(share, _)| *share != 0.0) {
+                return Some(rest);
+            }
+        }
+        None
     }
 
     /// Runs on by events; returns `false` if that was stopped, or cannot be done. A loop of its own, so that there is
