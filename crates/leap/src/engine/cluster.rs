@@ -1,11 +1,11 @@
 //! Clusters: registers whose next words depend on no others but on words that rest, such as a prescaler, a divider or a
 //! generator of random bits.
 //!
-//! While those words rest, a cluster runs through one and the same orbit of states, which is made once by ordinary
-//! steps: its registers and cells are then *frozen*, and their words are those of the orbit. The rest of the design
-//! sees words of the cluster only that a cell, a register or an output outside takes. Each of these is still until the
-//! edge at which the orbit changes it, so this is its horizon, whatever the cluster does. A cluster that matters to
-//! nobody now bounds no jump: the rules of cells that it does not reach now take no horizon of its words.
+//! While those words rest, each word of a cluster runs through an orbit of its own, which is made once by ordinary
+//! steps: registers and cells are then *frozen*, and their words are those of the orbits. The rest of the design sees
+//! words of the cluster only that a cell, a register or an output outside takes. Each of these is still until the edge
+//! at which the orbit changes it, so this is its horizon, whatever the cluster does. A cluster that matters to nobody
+//! now bounds no jump: the rules of cells that it does not reach now take no horizon of its words.
 //!
 //! A word from outside that a frozen cell takes and that changes marks the cell. The cluster is thawed before anything
 //! frozen is evaluated: its registers have the words of now, and all of its cells are evaluated.
@@ -14,20 +14,72 @@ use super::{Leap, Line};
 use crate::index_set::IndexSet;
 use crate::line::FOREVER;
 
-/// The longest orbit, and the longest of a cluster with a register that moves by one difference at equal distances.
+/// The longest orbit.
 const LONGEST: usize = 4096;
+/// A register that moves by one difference at equal distances is a counter. A longer orbit is frozen only if no word
+/// that others see changes as often as at one of [`RARE`] edges: a jump is then seldom shorter than by its line.
 const SHORT: usize = 64;
-/// The most cells that are evaluated to find an orbit.
+const RARE: usize = 32;
+/// The most cells that are evaluated to find orbits.
 const WORK: usize = 1 << 16;
 
-/// A cluster and its place in the orbit.
+/// A word of a cluster.
 #[derive(Clone)]
+struct Orbit {
+    net: u32,
+    /// The words from the edge on at which it was frozen, and the edges until the word changes next.
+    words: Vec<(u64, u64)>,
+    /// The edge at which it changes next.
+    next: u64,
+}
+
+impl Orbit {
+    #[inline]
+    fn at(&self, edge: u64) -> (u64, u64) {
+        self.words[(edge % self.words.len() as u64) as usize]
+    }
+
+    /// Returns a number of periods for which the word is certainly that of now at this edge of each.
+    fn returns(&self, edge: u64, period: u64) -> u64 {
+        let length = self.words.len() as u64;
+        let (word, mut until) = self.at(edge);
+        let mut periods = 0u64;
+        for _ in 0..LOOKS {
+            periods += until.div_ceil(period);
+            // The product is a multiple of both.
+            if period.is_multiple_of(length) || periods >= length {
+                return FOREVER;
+            }
+            let then = self.at(edge + periods * period);
+            if then.0 != word {
+                break;
+            }
+            until = then.1;
+        }
+        periods
+    }
+}
+
+/// How often it is looked for the period in which a word of a cluster changes.
+const LOOKS: u32 = 16;
+
+/// Clusters, since they were frozen.
+#[derive(Clone, Default)]
 pub(super) struct Cluster {
-    /// The words that its registers have, and those of cells that are seen from outside.
-    nets: Vec<u32>,
-    /// The words of these nets in each state, and the edges until they change next.
-    orbit: Vec<Vec<(u64, u64)>>,
-    state: usize,
+    /// The words that others see, and those of registers that only the cluster sees. The latter are stored when the
+    /// cluster is thawed.
+    seen: Vec<Orbit>,
+    hidden: Vec<Orbit>,
+    /// The edges since then, and the edge at which a word that others see changes next.
+    edge: u64,
+    next: u64,
+}
+
+impl Cluster {
+    /// Returns the words of now of registers that only the cluster sees.
+    pub(super) fn hidden(&self) -> impl Iterator<Item = (u32, u64)> + '_ {
+        self.hidden.iter().map(|orbit| (orbit.net, orbit.at(self.edge).0))
+    }
 }
 
 /// The movements of a register at the edges at which clusters are looked for.
@@ -51,21 +103,29 @@ impl Movement {
 }
 
 impl Leap {
-    /// Moves the cluster on by so many edges; in a macro-step its words are still in all periods only if a period is a
-    /// multiple of the orbit. Marks the users of words that have changed.
+    /// Moves the cluster on by so many edges; in a macro-step its words have horizons in periods. Marks the users of
+    /// words that have changed.
     #[inline]
     pub(super) fn move_cluster<const PERIOD: bool>(&mut self, edges: u64) {
         let Some(cluster) = &mut self.cluster else { return };
-        let length = cluster.orbit.len() as u64;
-        cluster.state = ((cluster.state as u64 + edges % length) % length) as usize;
-        let is_still = !PERIOD || self.periods.period.is_multiple_of(length);
-        for (net, (word, _)) in cluster.nets.iter().zip(&cluster.orbit[cluster.state]) {
-            let made = Line { word: *word, slope: 0, horizon: if is_still { FOREVER } else { 1 } };
-            let line = &mut self.lines[*net as usize];
-            if super::differ::<PERIOD>(*line, made) {
-                *line = made;
-                self.users.mark_but(*net, &self.frozen, &mut self.marked);
+        cluster.edge += edges;
+        if !PERIOD && cluster.edge < cluster.next {
+            return;
+        }
+        cluster.next = u64::MAX;
+        for orbit in &mut cluster.seen {
+            if PERIOD || cluster.edge >= orbit.next {
+                let (word, until) = orbit.at(cluster.edge);
+                orbit.next = cluster.edge + until;
+                let horizon = if PERIOD { orbit.returns(cluster.edge, self.periods.period) } else { FOREVER };
+                let made = Line { word, slope: 0, horizon };
+                let line = &mut self.lines[orbit.net as usize];
+                if super::differ::<PERIOD>(*line, made) {
+                    *line = made;
+                    self.users.mark_but(orbit.net, &self.frozen, &mut self.marked);
+                }
             }
+            cluster.next = cluster.next.min(orbit.next);
         }
     }
 
@@ -73,21 +133,27 @@ impl Leap {
     #[inline]
     pub(super) fn tell_cluster(&mut self) {
         let Some(cluster) = &self.cluster else { return };
-        for (net, (word, until)) in cluster.nets.iter().zip(&cluster.orbit[cluster.state]) {
-            self.lines[*net as usize] = Line { word: *word, slope: 0, horizon: *until };
+        for orbit in &cluster.seen {
+            self.lines[orbit.net as usize].horizon = orbit.next - cluster.edge;
         }
     }
 
-    /// Returns the number of edges until a word of the cluster changes; none ever does without one.
+    /// Returns the number of edges until a word of the cluster that others see changes.
     #[inline]
     pub(super) fn until_cluster(&self) -> u64 {
-        let Some(cluster) = &self.cluster else { return FOREVER };
-        cluster.orbit[cluster.state].iter().map(|(_, until)| *until).min().unwrap_or(FOREVER)
+        self.cluster.as_ref().map_or(FOREVER, |cluster| cluster.next - cluster.edge)
     }
 
-    /// Returns the words of the cluster that others may see.
-    pub(super) fn seen_of_cluster(&self) -> &[u32] {
-        self.cluster.as_ref().map_or(&[], |cluster| &cluster.nets)
+    /// Returns whether a period brings all words of the cluster that others see back to those of now.
+    #[inline]
+    pub(super) fn is_periodic(&self) -> bool {
+        let period = self.periods.period as usize;
+        self.cluster.iter().flat_map(|cluster| &cluster.seen).all(|orbit| period.is_multiple_of(orbit.words.len()))
+    }
+
+    /// Returns the words of the cluster that others see.
+    pub(super) fn seen_of_cluster(&self) -> impl Iterator<Item = u32> + '_ {
+        self.cluster.iter().flat_map(|cluster| &cluster.seen).map(|orbit| orbit.net)
     }
 
     /// Thaws the cluster if one of its cells or registers takes a word that may move in a jump.
@@ -129,37 +195,52 @@ impl Leap {
         let mut closures: Vec<_> = (0..active.len()).map(closure).collect();
         closures.sort_by_key(|all| all.count_ones());
         closures.dedup();
-        let mut found: Option<(u64, (Cluster, IndexSet))> = None;
+        let (mut frozen, mut all, mut work) = (IndexSet::new(64 * self.marked.parts()), 0, WORK);
+        let mut orbits = Vec::new();
         for closure in closures {
-            let before = found.as_ref().map_or(0, |found| found.0);
-            let is_in = |bit: &usize| closure >> bit & 1 != 0;
-            let is_regular = (0..active.len()).filter(is_in).any(|bit| !movements[active[bit]].is_irregular);
-            let of = |all: u64, most: usize| self.cluster_of((all, &active, &on), most);
-            if closure & !before == 0 || of(closure, if is_regular { SHORT } else { LONGEST }).is_none() {
+            if closure & !all == 0 {
                 continue;
             }
-            if let Some(cluster) = of(closure | before, LONGEST) {
-                found = Some((closure | before, cluster));
+            let of = || (0..active.len()).filter(|bit| closure >> bit & 1 != 0);
+            let flops: Vec<_> = of().map(|bit| active[bit]).collect();
+            let Some((marks, made)) = self.orbits(&flops, &on, &mut work) else { continue };
+            let mut both = frozen.clone();
+            marks.iter().for_each(|mark| both.insert(*mark));
+            let is_new: Vec<_> = marks.iter().map(|mark| !frozen.contains(*mark)).collect();
+            let made: Vec<_> =
+                made.into_iter().zip(is_new).filter(|(_, is_new)| *is_new).map(|(made, _)| made).collect();
+            let is_rare = |orbit: &Orbit| {
+                let changes = orbit.words.iter().filter(|(_, until)| *until == 1).count();
+                !self.users.any_but(orbit.net, &both) || changes * RARE <= orbit.words.len()
+            };
+            let is_counter = of().any(|bit| !movements[active[bit]].is_irregular);
+            if is_counter && made.iter().any(|orbit| orbit.words.len() > SHORT && !is_rare(orbit)) {
+                continue;
             }
+            (frozen, all) = (both, all | closure);
+            orbits.extend(made);
         }
-        let Some((all, (cluster, frozen))) = found else { return false };
-        for (bit, at) in active.iter().enumerate() {
-            if all >> bit & 1 != 0 {
-                self.pending.set(*at, false);
-                self.movers.set(*at, false);
-                self.flops[*at].steady = 0;
-            }
+        for (_, at) in active.iter().enumerate().filter(|(bit, _)| all >> bit & 1 != 0) {
+            self.pending.set(*at, false);
+            self.movers.set(*at, false);
+            self.flops[*at].steady = 0;
         }
-        (self.cluster, self.frozen) = (Some(cluster), frozen);
+        if all == 0 {
+            return false;
+        }
+        let (seen, mut hidden): (Vec<_>, Vec<_>) =
+            orbits.into_iter().partition(|orbit| self.users.any_but(orbit.net, &frozen));
+        hidden.retain(|orbit| self.flops.iter().any(|flop| flop.output == orbit.net));
+        let next = seen.iter().map(|orbit| orbit.next).min().unwrap_or(FOREVER);
+        (self.cluster, self.frozen) = (Some(Cluster { seen, hidden, edge: 0, next }), frozen);
         self.find_cone();
         self.cluster.is_some()
     }
 
-    /// Returns the cluster of all these registers and its marks, if its orbit from the state of now on has at most
-    /// `most` states and closes. The registers are among the active ones, `on` which each word depends.
-    fn cluster_of(&self, (all, active, on): (u64, &[usize], &[u64]), most: usize) -> Option<(Cluster, IndexSet)> {
-        let is_in = |bit: &usize| all >> bit & 1 != 0;
-        let flops: Vec<_> = (0..active.len()).filter(is_in).map(|bit| active[bit]).collect();
+    /// Returns the marks of registers and of cells that depend on nothing else that moves, and the orbits of their
+    /// words, if all of them come back to those of now after at most [`LONGEST`] edges. `on` has the active registers
+    /// on which each word depends; `work` is the number of cells that may be evaluated.
+    fn orbits(&self, flops: &[usize], on: &[u64], work: &mut usize) -> Option<(Vec<usize>, Vec<Orbit>)> {
         // An asynchronous reset by the cluster itself would thaw it again and again.
         if self.resets.iter().any(|(at, net, ..)| flops.contains(&(*at as usize)) && on[*net as usize] != 0) {
             return None;
@@ -175,52 +256,46 @@ impl Leap {
                 step.operands.iter().for_each(|net| needed[*net as usize] = true);
             }
         }
-        let mut frozen = IndexSet::new(64 * self.marked.parts());
+        let mut marks: Vec<_> = flops.iter().map(|at| self.steps.len() + at).collect();
         let mut nets: Vec<_> = flops.iter().map(|at| self.flops[*at].output).collect();
-        let mut cells = Vec::new();
         for (at, step) in self.steps.iter().enumerate() {
             // `needed` has the words at rest, and from here on the words of the cluster.
             let is_own = step.operands.iter().all(|net| needed[*net as usize]);
             if on[step.output as usize] != 0 && (needed[step.output as usize] || is_own) {
                 needed[step.output as usize] = true;
-                frozen.insert(at);
-                cells.push(at);
+                marks.push(at);
+                nets.push(step.output);
             }
         }
-        flops.iter().for_each(|at| frozen.insert(self.steps.len() + at));
-        let is_seen = |net: &u32| self.users.any_but(*net, &frozen);
-        nets.extend(cells.iter().map(|at| self.steps[*at].output).filter(is_seen));
-        let most = most.min(WORK / cells.len().max(1));
-        let mut words: Vec<_> = self.lines.iter().map(|line| line.word).collect();
-        let mut orbit: Vec<Vec<(u64, u64)>> = Vec::new();
+        let (mut words, cells) = (self.lines.iter().map(|line| line.word).collect::<Vec<_>>(), &marks[flops.len()..]);
+        let mut orbits: Vec<_> = nets.iter().map(|net| Orbit { net: *net, words: Vec::new(), next: 0 }).collect();
         loop {
-            let state: Vec<_> = nets.iter().map(|net| (words[*net as usize], FOREVER)).collect();
-            if orbit.first().is_some_and(|first| first[..flops.len()] == state[..flops.len()]) {
-                break;
+            for orbit in &mut orbits {
+                orbit.words.push((words[orbit.net as usize], FOREVER));
             }
-            if orbit.len() == most {
-                return None;
-            }
-            orbit.push(state);
             let next: Vec<_> = flops.iter().map(|at| words[self.flops[*at].data as usize]).collect();
             flops.iter().zip(next).for_each(|(at, word)| words[self.flops[*at].output as usize] = word);
-            for at in &cells {
+            if orbits[..flops.len()].iter().all(|orbit| orbit.words[0].0 == words[orbit.net as usize]) {
+                break;
+            }
+            *work = work.checked_sub(cells.len())?;
+            if orbits[0].words.len() == LONGEST {
+                return None;
+            }
+            for at in cells {
                 let step = &self.steps[*at];
-                let word = step.operation.word_of(step.widths, |at| words[step.operands[at] as usize]);
-                words[step.output as usize] = word;
+                words[step.output as usize] =
+                    step.operation.word_of(step.widths, |at| words[step.operands[at] as usize]);
             }
         }
         // Twice around, from the last state on: the second time it is known when each word changes.
-        for at in (0..2 * orbit.len()).rev() {
-            let (this, next) = (at % orbit.len(), orbit[(at + 1) % orbit.len()].clone());
-            for ((word, until), (then, after)) in orbit[this].iter_mut().zip(next) {
-                *until = if *word == then { (after + 1).min(FOREVER) } else { 1 };
+        for Orbit { words, next, .. } in &mut orbits {
+            for at in (0..2 * words.len()).rev() {
+                let (this, (then, after)) = (at % words.len(), words[(at + 1) % words.len()]);
+                words[this].1 = if words[this].0 == then { (after + 1).min(FOREVER) } else { 1 };
             }
+            *next = words[0].1;
         }
-        // Words that only the cluster sees do not bound anything.
-        for net in (0..nets.len()).filter(|net| !is_seen(&nets[*net])).collect::<Vec<_>>() {
-            orbit.iter_mut().for_each(|state| state[net].1 = FOREVER);
-        }
-        Some((Cluster { nets, orbit, state: 0 }, frozen))
+        Some((marks, orbits))
     }
 }

@@ -345,7 +345,9 @@ impl Leap {
 
     /// Returns the words of the registers now.
     pub fn registers(&self) -> impl Iterator<Item = u64> + '_ {
-        self.flops.iter().map(|flop| self.lines[flop.output as usize].word)
+        let hidden = |net: u32| self.cluster.iter().flat_map(Cluster::hidden).find(move |(own, _)| *own == net);
+        let word = move |net: u32| hidden(net).map_or(self.lines[net as usize].word, |(_, word)| word);
+        self.flops.iter().map(move |flop| word(flop.output))
     }
 
     /// Returns how many edges there were, and how many of them were leapt over.
@@ -554,6 +556,8 @@ impl Leap {
             let frozen = self.frozen.part(part);
             while let Some(mark) = self.marked.take_from(part) {
                 if frozen >> (mark % 64) & 1 != 0 {
+                    let hidden = self.cluster.iter().flat_map(Cluster::hidden);
+                    hidden.for_each(|(net, word)| lines[net as usize].word = word);
                     self.marked.extend(&self.frozen);
                     self.frozen = IndexSet::new(64 * self.marked.parts());
                     (self.cluster, self.is_thawed, bound) = (None, true, 1);
@@ -689,7 +693,7 @@ impl Leap {
         self.movers.iter().for_each(|at| moves[self.flops[at].output as usize] = true);
         self.reach(&mut moves, |_| {});
         self.thaw_if(|net| moves[net as usize]);
-        self.seen_of_cluster().iter().for_each(|net| moves[*net as usize] = true);
+        self.seen_of_cluster().for_each(|net| moves[net as usize] = true);
         self.reach(&mut moves, |cell| cone.cells.push(cell));
         let is_in = |net: u32| moves[net as usize];
         for (at, flop) in self.flops.iter().enumerate() {

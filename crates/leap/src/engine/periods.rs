@@ -198,12 +198,12 @@ impl Leap {
         }
         self.move_cluster::<true>(0);
         self.settle::<true>(asked);
-        let (mut edges, mut steps) = (0, 0);
+        let (mut edges, mut steps, is_periodic) = (0, 0, self.is_periodic());
         while edges < period && !self.news.meets(&self.ranks[asked]) {
             let (flops, lines) = (&self.flops, &self.lines);
             self.taken.extend(self.pending.iter().map(|at| (at as u32, lines[flops[at].data as usize])));
             // Where no register is pending, nothing changes before the cluster's words do.
-            let rests = if self.taken.is_empty() { self.until_cluster().min(period - edges) } else { 1 };
+            let rests = if self.taken.is_empty() && is_periodic { self.until_cluster().min(period - edges) } else { 1 };
             self.move_cluster::<true>(rests);
             self.give::<true>();
             self.settle::<true>(asked);
