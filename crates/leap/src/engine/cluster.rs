@@ -16,10 +16,10 @@ use crate::line::FOREVER;
 
 /// The longest orbit.
 const LONGEST: usize = 4096;
-/// A register that moves by one difference at equal distances is a counter. A longer orbit is frozen only if no word
-/// that others see changes as often as at one of [`RARE`] edges: a jump is then seldom shorter than by its line.
+/// A register that moves by one difference at equal distances is a counter. A longer orbit of one is frozen only if
+/// each word that others see changes at most [`RARE`] times at so many edges: a line may tell more of it.
 const SHORT: usize = 64;
-const RARE: usize = 32;
+const RARE: usize = 2;
 /// The most cells that are evaluated to find orbits.
 const WORK: usize = 1 << 16;
 
@@ -197,28 +197,16 @@ impl Leap {
         closures.dedup();
         let (mut frozen, mut all, mut work) = (IndexSet::new(64 * self.marked.parts()), 0, WORK);
         let mut orbits = Vec::new();
-        for closure in closures {
-            if closure & !all == 0 {
-                continue;
-            }
+        for closure in closures.into_iter() {
             let of = || (0..active.len()).filter(|bit| closure >> bit & 1 != 0);
-            let flops: Vec<_> = of().map(|bit| active[bit]).collect();
-            let Some((marks, made)) = self.orbits(&flops, &on, &mut work) else { continue };
-            let mut both = frozen.clone();
-            marks.iter().for_each(|mark| both.insert(*mark));
-            let is_new: Vec<_> = marks.iter().map(|mark| !frozen.contains(*mark)).collect();
-            let made: Vec<_> =
-                made.into_iter().zip(is_new).filter(|(_, is_new)| *is_new).map(|(made, _)| made).collect();
-            let is_rare = |orbit: &Orbit| {
-                let changes = orbit.words.iter().filter(|(_, until)| *until == 1).count();
-                !self.users.any_but(orbit.net, &both) || changes * RARE <= orbit.words.len()
-            };
             let is_counter = of().any(|bit| !movements[active[bit]].is_irregular);
-            if is_counter && made.iter().any(|orbit| orbit.words.len() > SHORT && !is_rare(orbit)) {
-                continue;
+            let flops: Vec<_> = of().map(|bit| active[bit]).collect();
+            if closure & !all != 0
+                && let Some(made) = self.orbits((&flops, is_counter), &on, &mut frozen, &mut work)
+            {
+                all |= closure;
+                orbits.extend(made);
             }
-            (frozen, all) = (both, all | closure);
-            orbits.extend(made);
         }
         for (_, at) in active.iter().enumerate().filter(|(bit, _)| all >> bit & 1 != 0) {
             self.pending.set(*at, false);
@@ -228,19 +216,25 @@ impl Leap {
         if all == 0 {
             return false;
         }
-        let (seen, mut hidden): (Vec<_>, Vec<_>) =
+        let (seen, hidden): (Vec<_>, Vec<_>) =
             orbits.into_iter().partition(|orbit| self.users.any_but(orbit.net, &frozen));
-        hidden.retain(|orbit| self.flops.iter().any(|flop| flop.output == orbit.net));
         let next = seen.iter().map(|orbit| orbit.next).min().unwrap_or(FOREVER);
         (self.cluster, self.frozen) = (Some(Cluster { seen, hidden, edge: 0, next }), frozen);
         self.find_cone();
         self.cluster.is_some()
     }
 
-    /// Returns the marks of registers and of cells that depend on nothing else that moves, and the orbits of their
-    /// words, if all of them come back to those of now after at most [`LONGEST`] edges. `on` has the active registers
-    /// on which each word depends; `work` is the number of cells that may be evaluated.
-    fn orbits(&self, flops: &[usize], on: &[u64], work: &mut usize) -> Option<(Vec<usize>, Vec<Orbit>)> {
+    /// Returns the orbits of registers, and of cells that depend on nothing else that moves, as far as no other orbit
+    /// has them and others see them, and freezes all of them; `None` if the registers do not come back to their words of
+    /// now after at most [`LONGEST`] edges. `on` has the active registers on which each word depends; `work` is the
+    /// number of cells that may be evaluated.
+    fn orbits(
+        &self,
+        (flops, is_counter): (&[usize], bool),
+        on: &[u64],
+        frozen: &mut IndexSet,
+        work: &mut usize,
+    ) -> Option<Vec<Orbit>> {
         // An asynchronous reset by the cluster itself would thaw it again and again.
         if self.resets.iter().any(|(at, net, ..)| flops.contains(&(*at as usize)) && on[*net as usize] != 0) {
             return None;
@@ -256,33 +250,40 @@ impl Leap {
                 step.operands.iter().for_each(|net| needed[*net as usize] = true);
             }
         }
-        let mut marks: Vec<_> = flops.iter().map(|at| self.steps.len() + at).collect();
-        let mut nets: Vec<_> = flops.iter().map(|at| self.flops[*at].output).collect();
+        let (mut both, mut cells) = (frozen.clone(), Vec::new());
+        flops.iter().for_each(|at| both.insert(self.steps.len() + at));
         for (at, step) in self.steps.iter().enumerate() {
             // `needed` has the words at rest, and from here on the words of the cluster.
             let is_own = step.operands.iter().all(|net| needed[*net as usize]);
             if on[step.output as usize] != 0 && (needed[step.output as usize] || is_own) {
                 needed[step.output as usize] = true;
-                marks.push(at);
-                nets.push(step.output);
+                both.insert(at);
+                cells.push(at);
             }
         }
-        let (mut words, cells) = (self.lines.iter().map(|line| line.word).collect::<Vec<_>>(), &marks[flops.len()..]);
-        let mut orbits: Vec<_> = nets.iter().map(|net| Orbit { net: *net, words: Vec::new(), next: 0 }).collect();
-        loop {
+        let is_seen = |net: u32| self.users.any_but(net, &both);
+        let registers = flops.iter().filter(|at| !frozen.contains(self.steps.len() + **at));
+        let registers = registers.map(|at| self.flops[*at].output);
+        let others = cells.iter().filter(|at| !frozen.contains(**at)).map(|at| self.steps[*at].output);
+        let orbit = |net| Orbit { net, words: Vec::new(), next: 0 };
+        let mut orbits: Vec<_> = registers.chain(others.filter(|net| is_seen(*net))).map(orbit).collect();
+        let mut words: Vec<_> = self.lines.iter().map(|line| line.word).collect();
+        for states in 1.. {
             for orbit in &mut orbits {
                 orbit.words.push((words[orbit.net as usize], FOREVER));
             }
             let next: Vec<_> = flops.iter().map(|at| words[self.flops[*at].data as usize]).collect();
             flops.iter().zip(next).for_each(|(at, word)| words[self.flops[*at].output as usize] = word);
-            if orbits[..flops.len()].iter().all(|orbit| orbit.words[0].0 == words[orbit.net as usize]) {
+            if flops.iter().map(|at| self.flops[*at].output as usize).all(|net| words[net] == self.lines[net].word) {
                 break;
             }
             *work = work.checked_sub(cells.len())?;
-            if orbits[0].words.len() == LONGEST {
+            let changes = |orbit: &Orbit| orbit.words.windows(2).filter(|two| two[0].0 != two[1].0).count();
+            let is_often = |orbit: &Orbit| is_seen(orbit.net) && changes(orbit) > RARE;
+            if states == LONGEST || states == SHORT && is_counter && orbits.iter().any(is_often) {
                 return None;
             }
-            for at in cells {
+            for at in &cells {
                 let step = &self.steps[*at];
                 words[step.output as usize] =
                     step.operation.word_of(step.widths, |at| words[step.operands[at] as usize]);
@@ -296,6 +297,7 @@ impl Leap {
             }
             *next = words[0].1;
         }
-        Some((marks, orbits))
+        *frozen = both;
+        Some(orbits)
     }
 }

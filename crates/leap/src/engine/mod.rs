@@ -553,17 +553,19 @@ impl Leap {
         let mut bound = self.periods.bound;
         let mut part = 0;
         while part < self.marked.parts() {
-            let frozen = self.frozen.part(part);
-            while let Some(mark) = self.marked.take_from(part) {
-                if frozen >> (mark % 64) & 1 != 0 {
-                    let hidden = self.cluster.iter().flat_map(Cluster::hidden);
-                    hidden.for_each(|(net, word)| lines[net as usize].word = word);
-                    self.marked.extend(&self.frozen);
-                    self.frozen = IndexSet::new(64 * self.marked.parts());
-                    (self.cluster, self.is_thawed, bound) = (None, true, 1);
-                    part = usize::MAX;
-                    break;
-                }
+            // Marks that are set meanwhile are behind the one that sets them.
+            let (mut left, frozen) = (self.marked.take(part), self.frozen.part(part));
+            if left & frozen != 0 {
+                let hidden = self.cluster.iter().flat_map(Cluster::hidden);
+                hidden.for_each(|(net, word)| lines[net as usize].word = word);
+                self.marked.insert_into(part, left);
+                self.marked.extend(&self.frozen);
+                self.frozen = IndexSet::new(64 * self.marked.parts());
+                (self.cluster, self.is_thawed, bound) = (None, true, 1);
+                part = 0;
+                continue;
+            }
+            while let Some(mark) = take_lowest(&mut left, part) {
                 if mark < flops {
                     let step = &self.steps[mark];
                     let word = step.operation.word_of(step.widths, |at| lines[step.operands[at] as usize].word);
@@ -578,6 +580,10 @@ impl Leap {
                             *line = made;
                         }
                         self.users.mark_range(step.users, &mut self.marked);
+                        left |= self.marked.take(part);
+                        if left & frozen != 0 {
+                            self.marked.insert_into(part, std::mem::take(&mut left));
+                        }
                     }
                 } else if mark < outputs {
                     let flop = &self.flops[mark - flops];
@@ -611,7 +617,7 @@ impl Leap {
                     }
                 }
             }
-            part = part.wrapping_add(1);
+            part += usize::from(self.marked.part(part) == 0);
         }
         if PERIOD {
             self.periods.bound = bound;

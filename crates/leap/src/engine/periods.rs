@@ -198,10 +198,11 @@ impl Leap {
         }
         self.move_cluster::<true>(0);
         self.settle::<true>(asked);
-        let (mut edges, mut steps, is_periodic) = (0, 0, self.is_periodic());
+        let (mut edges, mut steps, mut moves, is_periodic) = (0, 0, false, self.is_periodic());
         while edges < period && !self.news.meets(&self.ranks[asked]) {
             let (flops, lines) = (&self.flops, &self.lines);
             self.taken.extend(self.pending.iter().map(|at| (at as u32, lines[flops[at].data as usize])));
+            moves |= !self.taken.is_empty();
             // Where no register is pending, nothing changes before the cluster's words do.
             let rests = if self.taken.is_empty() && is_periodic { self.until_cluster().min(period - edges) } else { 1 };
             self.move_cluster::<true>(rests);
@@ -236,7 +237,8 @@ impl Leap {
         }
         self.share.leapt += leapt;
         self.share.steps += steps;
-        self.pay(edges, leapt);
+        // Where the cluster alone moves, plain jumps reach as far.
+        if moves { self.pay(edges, leapt) } else { self.rest_from_periods() }
         edges + leapt
     }
 
