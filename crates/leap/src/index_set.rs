@@ -67,6 +67,12 @@ impl IndexSet {
         self.0[at]
     }
 
+    /// Returns word `at` of the set, of 64 numbers each, if it has so many.
+    #[inline]
+    pub(crate) fn part_mut(&mut self, at: usize) -> Option<&mut u64> {
+        self.0.get_mut(at)
+    }
+
     /// Returns how many words of 64 numbers each the set has.
     #[inline]
     pub(crate) fn parts(&self) -> usize {

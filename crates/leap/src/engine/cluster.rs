@@ -11,7 +11,7 @@
 //! frozen is evaluated: its registers have the words of now, and all of its cells are evaluated.
 
 use super::{Leap, Line};
-use crate::index_set::IndexSet;
+use crate::index_set::{IndexSet, take_lowest};
 use crate::line::FOREVER;
 
 /// The longest orbit.
@@ -82,6 +82,37 @@ impl Cluster {
     }
 }
 
+/// Cells that depend on words of the cluster and on no mover. While nothing else changes their words rest, each until an
+/// edge since the cluster was frozen. So the rules of [`Operation::line`](crate::Operation::line), of words without a
+/// slope, hold for these edges as for horizons, and have to be used again only where an operand has changed or is still
+/// until another edge: such cells are stale.
+#[derive(Clone, Default)]
+pub(super) struct Steady {
+    pub(super) cells: IndexSet,
+    /// The words that are seen by cells that depend on movers, by movers, and as outputs.
+    pub(super) seen: Vec<u32>,
+    /// The data of other registers, resets and clocks that the design makes, and the edge up to which all of them rest.
+    pub(super) ends: Vec<u32>,
+    next: u64,
+    is_new: bool,
+    /// The edge until which each word rests.
+    until: Vec<u64>,
+}
+
+impl Steady {
+    pub(super) fn new(marks: usize, nets: usize) -> Self {
+        let (cells, until) = (IndexSet::new(marks), vec![FOREVER; nets]);
+        Self { cells, until, is_new: true, ..Self::default() }
+    }
+
+    /// Lets a word of the cluster rest until an edge.
+    pub(super) fn begin(&mut self, net: u32, next: u64) {
+        if let Some(until) = self.until.get_mut(net as usize) {
+            (*until, self.is_new) = (next, true);
+        }
+    }
+}
+
 /// The movements of a register at the edges at which clusters are looked for.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Movement {
@@ -116,7 +147,10 @@ impl Leap {
         for orbit in &mut cluster.seen {
             if PERIOD || cluster.edge >= orbit.next {
                 let (word, until) = orbit.at(cluster.edge);
-                orbit.next = cluster.edge + until;
+                if std::mem::replace(&mut orbit.next, cluster.edge + until) != orbit.next {
+                    self.cone.steady.begin(orbit.net, orbit.next);
+                    self.users.mark(orbit.net, &mut self.stale);
+                }
                 let horizon = if PERIOD { orbit.returns(cluster.edge, self.periods.period) } else { FOREVER };
                 let made = Line { word, slope: 0, horizon };
                 let line = &mut self.lines[orbit.net as usize];
@@ -129,13 +163,39 @@ impl Leap {
         }
     }
 
-    /// Tells the lines of the cluster's words for the edges from now on.
+    /// Returns the number of edges for which all ends that depend on the cluster and on no mover rest, and gives words
+    /// that depend on no mover and that others see their horizons.
     #[inline]
-    pub(super) fn tell_cluster(&mut self) {
-        let Some(cluster) = &self.cluster else { return };
-        for orbit in &cluster.seen {
-            self.lines[orbit.net as usize].horizon = orbit.next - cluster.edge;
+    pub(super) fn steady_horizon(&mut self) -> u64 {
+        let Some(cluster) = &self.cluster else { return FOREVER };
+        let (steady, lines) = (&mut self.cone.steady, &mut self.lines);
+        let mut is_new = steady.is_new;
+        for part in 0..self.stale.parts() {
+            let cells = steady.cells.part(part);
+            let mut left = self.stale.take(part) & cells;
+            is_new |= left != 0;
+            while let Some(mark) = take_lowest(&mut left, part) {
+                let step = &self.steps[mark];
+                let operand = |at: usize| {
+                    let net = step.operands[at] as usize;
+                    Line { word: lines[net].word, slope: 0, horizon: steady.until[net] }
+                };
+                let Line { horizon, .. } =
+                    step.operation.line_of(step.widths, lines[step.output as usize].word, operand);
+                if std::mem::replace(&mut steady.until[step.output as usize], horizon) != horizon {
+                    self.users.mark_range(step.users, &mut self.stale);
+                    left |= self.stale.take(part) & cells;
+                }
+            }
         }
+        if is_new {
+            steady.next = steady.ends.iter().map(|net| steady.until[*net as usize]).min().unwrap_or(FOREVER);
+            steady.is_new = false;
+        }
+        for net in &steady.seen {
+            lines[*net as usize].horizon = steady.until[*net as usize] - cluster.edge;
+        }
+        steady.next - cluster.edge
     }
 
     /// Returns the number of edges until a word of the cluster that others see changes.
@@ -151,9 +211,9 @@ impl Leap {
         self.cluster.iter().flat_map(|cluster| &cluster.seen).all(|orbit| period.is_multiple_of(orbit.words.len()))
     }
 
-    /// Returns the words of the cluster that others see.
-    pub(super) fn seen_of_cluster(&self) -> impl Iterator<Item = u32> + '_ {
-        self.cluster.iter().flat_map(|cluster| &cluster.seen).map(|orbit| orbit.net)
+    /// Returns the words of the cluster that others see, and the edges at which they change next.
+    pub(super) fn seen_of_cluster(&self) -> impl Iterator<Item = (u32, u64)> + '_ {
+        self.cluster.iter().flat_map(|cluster| &cluster.seen).map(|orbit| (orbit.net, orbit.next))
     }
 
     /// Thaws the cluster if one of its cells or registers takes a word that may move in a jump.

@@ -12,7 +12,7 @@
 mod cluster;
 mod periods;
 
-use cluster::Cluster;
+use cluster::{Cluster, Steady};
 use periods::{LASTING, Periods};
 
 use crate::index_set::{IndexSet, take_lowest};
@@ -186,6 +186,8 @@ pub struct Leap {
     ramps: Vec<(usize, Line, u64)>,
     /// The users of movers, direct or not: cells, registers, outputs, asynchronous resets and clocks.
     cone: Cone,
+    /// The cells that were evaluated since horizons were computed; has no parts without a cluster.
+    stale: IndexSet,
     share: Share,
     brief: u32,
     rest: u64,
@@ -215,9 +217,10 @@ fn differ<const PERIOD: bool>(one: Line, other: Line) -> bool {
 
 #[derive(Clone, Default)]
 struct Cone {
+    steady: Steady,
     /// The data, the words and the widths of movers.
     movers: Vec<(u32, u32, u8)>,
-    cells: Vec<u32>,
+    cells: Vec<Step>,
     /// The places, the data and the words of registers.
     flops: Vec<(u32, u32, u32)>,
     outputs: Vec<u32>,
@@ -301,7 +304,8 @@ impl Leap {
             news: IndexSet::new(outputs.len()),
             ranks: (0..=ranks.iter().copied().max().unwrap_or(0)).map(up_to).collect(),
             ramps: Vec::new(),
-            cone: Cone::default(),
+            cone: Cone { steady: Steady::new(marks, 0), ..Cone::default() },
+            stale: IndexSet::default(),
             share: Share::default(),
             brief: 0,
             rest: 0,
@@ -501,8 +505,7 @@ impl Leap {
             let line = &mut lines[flop.output as usize];
             line.word = line.after(edges, flop.width);
         }
-        for &cell in &self.cone.cells {
-            let step = &self.steps[cell as usize];
+        for step in &self.cone.cells {
             let line = &mut lines[step.output as usize];
             if line.horizon > edges {
                 if line.slope != 0 {
@@ -565,6 +568,7 @@ impl Leap {
                 part = 0;
                 continue;
             }
+            let mut stale = left;
             while let Some(mark) = take_lowest(&mut left, part) {
                 if mark < flops {
                     let step = &self.steps[mark];
@@ -581,6 +585,7 @@ impl Leap {
                         }
                         self.users.mark_range(step.users, &mut self.marked);
                         left |= self.marked.take(part);
+                        stale |= left;
                         if left & frozen != 0 {
                             self.marked.insert_into(part, std::mem::take(&mut left));
                         }
@@ -617,6 +622,9 @@ impl Leap {
                     }
                 }
             }
+            if let Some(bits) = self.stale.part_mut(part) {
+                *bits |= stale;
+            }
             part += usize::from(self.marked.part(part) == 0);
         }
         if PERIOD {
@@ -630,7 +638,7 @@ impl Leap {
         if self.is_thawed {
             self.find_cone();
         }
-        self.tell_cluster();
+        let mut edges = self.steady_horizon().min(most);
         let mut is_other = false;
         for &(data, output, width) in &self.cone.movers {
             let difference = self.lines[data as usize].word.wrapping_sub(self.lines[output as usize].word);
@@ -643,13 +651,11 @@ impl Leap {
             return 1;
         }
         let lines = &mut self.lines[..];
-        for &cell in &self.cone.cells {
-            let step = &self.steps[cell as usize];
+        for step in &self.cone.cells {
             let word = lines[step.output as usize].word;
             let operand = |at: usize| lines[step.operands[at] as usize];
             lines[step.output as usize] = step.operation.line_of(step.widths, word, operand);
         }
-        let mut edges = most;
         for &(_, data, output) in &self.cone.flops {
             edges = edges.min(keeps(lines[data as usize], lines[output as usize].slope));
         }
@@ -694,31 +700,55 @@ impl Leap {
     fn find_cone(&mut self) {
         self.rest_lines();
         self.is_thawed = false;
-        let mut cone = Cone { ends: IndexSet::new(64 * self.marked.parts()), ..Cone::default() };
         let mut moves = vec![false; self.lines.len()];
         self.movers.iter().for_each(|at| moves[self.flops[at].output as usize] = true);
         self.reach(&mut moves, |_| {});
         self.thaw_if(|net| moves[net as usize]);
-        self.seen_of_cluster().for_each(|net| moves[net as usize] = true);
-        self.reach(&mut moves, |cell| cone.cells.push(cell));
-        let is_in = |net: u32| moves[net as usize];
-        for (at, flop) in self.flops.iter().enumerate() {
+        let (marks, mut waits) = (64 * self.marked.parts(), moves.clone());
+        let mut steady = Steady::new(marks, self.lines.len());
+        let mut cone = Cone { ends: IndexSet::new(marks), ..Cone::default() };
+        for (net, next) in self.seen_of_cluster() {
+            waits[net as usize] = true;
+            steady.begin(net, next);
+        }
+        self.reach(&mut waits, |cell| {
+            let step = &self.steps[cell as usize];
+            match moves[step.output as usize] {
+                true => cone.cells.push(*step),
+                false => steady.cells.insert(cell as usize),
+            }
+        });
+        // Movers see a word of the cluster through its horizon, the others only bound the jump.
+        let is_steady = |net: u32| waits[net as usize] && !moves[net as usize];
+        let taken = cone.cells.iter().flat_map(|step| step.operands);
+        steady.seen = taken.chain(self.outputs.iter().map(|output| output.0)).filter(|net| is_steady(*net)).collect();
+        for (at, flop) in self.flops.iter().enumerate().filter(|(at, _)| !self.frozen.contains(self.steps.len() + at)) {
             if self.movers.contains(at) {
                 cone.movers.push((flop.data, flop.output, flop.width));
             }
-            if (self.movers.contains(at) || is_in(flop.data)) && !self.frozen.contains(self.steps.len() + at) {
+            if self.movers.contains(at) || moves[flop.data as usize] {
                 cone.flops.push((at as u32, flop.data, flop.output));
+                steady.seen.extend(Some(flop.data).filter(|net| is_steady(*net)));
+            } else if is_steady(flop.data) {
+                steady.ends.push(flop.data);
             }
         }
+        steady.seen.sort_unstable();
+        steady.seen.dedup();
         let mut mark = self.steps.len() + self.flops.len();
-        let mut ends = |is_end: bool| {
-            cone.ends.set(mark, is_end);
+        let mut ends = |net: u32| {
+            cone.ends.set(mark, moves[net as usize]);
             mark += 1;
-            is_end
+            waits[net as usize]
         };
-        cone.outputs = (0..).zip(&self.outputs).filter(|(_, (net, _))| ends(is_in(*net))).map(|(at, _)| at).collect();
+        cone.outputs = (0..).zip(&self.outputs).filter(|(_, (net, _))| ends(*net)).map(|(at, _)| at).collect();
         let triggers = self.resets.iter().map(|reset| reset.1).chain(self.clocks.iter().map(|clock| clock.net));
-        cone.triggers = triggers.filter(|net| ends(is_in(*net))).collect();
-        self.cone = cone;
+        let triggers = triggers.filter(|net| ends(*net));
+        (steady.ends, cone.triggers) = {
+            let (still, moving): (Vec<_>, Vec<_>) = triggers.partition(|net| is_steady(*net));
+            (steady.ends.into_iter().chain(still).collect(), moving)
+        };
+        self.stale = if self.cluster.is_some() { steady.cells.clone() } else { IndexSet::default() };
+        self.cone = Cone { steady, ..cone };
     }
 }

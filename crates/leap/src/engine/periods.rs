@@ -238,7 +238,11 @@ impl Leap {
         self.share.leapt += leapt;
         self.share.steps += steps;
         // Where the cluster alone moves, plain jumps reach as far.
-        if moves { self.pay(edges, leapt) } else { self.rest_from_periods() }
+        if moves {
+            self.pay(edges, leapt)
+        } else {
+            self.rest_from_periods()
+        }
         edges + leapt
     }
 
