@@ -76,6 +76,11 @@ pub(super) struct Cluster {
 }
 
 impl Cluster {
+    /// Returns the words that others see, and the edges at which they change next.
+    pub(super) fn seen(&self) -> impl Iterator<Item = (u32, u64)> + '_ {
+        self.seen.iter().map(|orbit| (orbit.net, orbit.next))
+    }
+
     /// Returns the words of now of registers that only the cluster sees.
     pub(super) fn hidden(&self) -> impl Iterator<Item = (u32, u64)> + '_ {
         self.hidden.iter().map(|orbit| (orbit.net, orbit.at(self.edge).0))
@@ -140,18 +145,19 @@ impl Leap {
     pub(super) fn move_cluster<const PERIOD: bool>(&mut self, edges: u64) {
         let Some(cluster) = &mut self.cluster else { return };
         cluster.edge += edges;
-        if !PERIOD && cluster.edge < cluster.next {
+        let is_still = !PERIOD || self.periods.is_periodic;
+        if is_still && cluster.edge < cluster.next {
             return;
         }
         cluster.next = u64::MAX;
         for orbit in &mut cluster.seen {
-            if PERIOD || cluster.edge >= orbit.next {
+            if !is_still || cluster.edge >= orbit.next {
                 let (word, until) = orbit.at(cluster.edge);
                 if std::mem::replace(&mut orbit.next, cluster.edge + until) != orbit.next {
                     self.cone.steady.begin(orbit.net, orbit.next);
                     self.users.mark(orbit.net, &mut self.stale);
                 }
-                let horizon = if PERIOD { orbit.returns(cluster.edge, self.periods.period) } else { FOREVER };
+                let horizon = if is_still { FOREVER } else { orbit.returns(cluster.edge, self.periods.period) };
                 let made = Line { word, slope: 0, horizon };
                 let line = &mut self.lines[orbit.net as usize];
                 if super::differ::<PERIOD>(*line, made) {
@@ -209,11 +215,6 @@ impl Leap {
     pub(super) fn is_periodic(&self) -> bool {
         let period = self.periods.period as usize;
         self.cluster.iter().flat_map(|cluster| &cluster.seen).all(|orbit| period.is_multiple_of(orbit.words.len()))
-    }
-
-    /// Returns the words of the cluster that others see, and the edges at which they change next.
-    pub(super) fn seen_of_cluster(&self) -> impl Iterator<Item = (u32, u64)> + '_ {
-        self.cluster.iter().flat_map(|cluster| &cluster.seen).map(|orbit| (orbit.net, orbit.next))
     }
 
     /// Thaws the cluster if one of its cells or registers takes a word that may move in a jump.

@@ -51,6 +51,24 @@ struct Step {
     users: (u32, u32),
 }
 
+impl Step {
+    /// Returns its word now.
+    #[inline(always)]
+    fn word(&self, lines: &[Line]) -> u64 {
+        self.operation.word_of(self.widths, |at| lines[self.operands[at] as usize].word)
+    }
+
+    /// Returns its line from now on.
+    #[inline(always)]
+    fn line(&self, lines: &[Line]) -> Line {
+        let operand = |at: usize| lines[self.operands[at] as usize];
+        if self.operation == Operation::Mux && operand(0).rests() {
+            return operand(if operand(0).word == 0 { 1 } else { 2 });
+        }
+        self.operation.line_of(self.widths, self.word(lines), operand)
+    }
+}
+
 /// A register as the simulation needs it.
 #[derive(Clone, Copy)]
 struct Flop {
@@ -188,6 +206,9 @@ pub struct Leap {
     cone: Cone,
     /// The cells that were evaluated since horizons were computed; has no parts without a cluster.
     stale: IndexSet,
+    /// Whether words may have lines of a jump, and the marks that were evaluated in a macro-step.
+    has_lines: bool,
+    touched: IndexSet,
     share: Share,
     brief: u32,
     rest: u64,
@@ -306,6 +327,8 @@ impl Leap {
             ramps: Vec::new(),
             cone: Cone { steady: Steady::new(marks, 0), ..Cone::default() },
             stale: IndexSet::default(),
+            has_lines: false,
+            touched: IndexSet::new(marks),
             share: Share::default(),
             brief: 0,
             rest: 0,
@@ -512,8 +535,7 @@ impl Leap {
                     line.word = line.after(edges, step.widths.result);
                 }
             } else {
-                let word = step.operation.word_of(step.widths, |at| lines[step.operands[at] as usize].word);
-                lines[step.output as usize].word = word;
+                lines[step.output as usize].word = step.word(lines);
             }
         }
         for &(at, data, output) in &self.cone.flops {
@@ -568,24 +590,23 @@ impl Leap {
                 part = 0;
                 continue;
             }
-            let mut stale = left;
+            let mut all = left;
             while let Some(mark) = take_lowest(&mut left, part) {
                 if mark < flops {
                     let step = &self.steps[mark];
-                    let word = step.operation.word_of(step.widths, |at| lines[step.operands[at] as usize].word);
-                    let mut made = Line::still(word);
-                    if PERIOD && step.operands.iter().any(|net| lines[*net as usize].moves()) {
-                        made = step.operation.line_of(step.widths, word, |at| lines[step.operands[at] as usize]);
-                    }
+                    let made = match PERIOD {
+                        true => step.line(lines),
+                        false => Line::still(step.word(lines)),
+                    };
                     let line = &mut lines[step.output as usize];
                     if differ::<PERIOD>(*line, made) {
-                        line.word = word;
+                        line.word = made.word;
                         if PERIOD {
                             *line = made;
                         }
                         self.users.mark_range(step.users, &mut self.marked);
                         left |= self.marked.take(part);
-                        stale |= left;
+                        all |= left;
                         if left & frozen != 0 {
                             self.marked.insert_into(part, std::mem::take(&mut left));
                         }
@@ -623,7 +644,10 @@ impl Leap {
                 }
             }
             if let Some(bits) = self.stale.part_mut(part) {
-                *bits |= stale;
+                *bits |= all;
+            }
+            if PERIOD {
+                self.touched.insert_into(part, all);
             }
             part += usize::from(self.marked.part(part) == 0);
         }
@@ -638,6 +662,7 @@ impl Leap {
         if self.is_thawed {
             self.find_cone();
         }
+        self.has_lines = true;
         let mut edges = self.steady_horizon().min(most);
         let mut is_other = false;
         for &(data, output, width) in &self.cone.movers {
@@ -707,7 +732,7 @@ impl Leap {
         let (marks, mut waits) = (64 * self.marked.parts(), moves.clone());
         let mut steady = Steady::new(marks, self.lines.len());
         let mut cone = Cone { ends: IndexSet::new(marks), ..Cone::default() };
-        for (net, next) in self.seen_of_cluster() {
+        for (net, next) in self.cluster.iter().flat_map(Cluster::seen) {
             waits[net as usize] = true;
             steady.begin(net, next);
         }
