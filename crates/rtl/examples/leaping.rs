@@ -118,7 +118,13 @@ impl Clocked {
             Self { leap: Leap::new(netlist, (&initial, &vec![0; inputs.len()]), &ranks), inputs: inputs.collect() };
         clocked.leap.input(&clocked.words(true, 0, given));
         clocked.clock(RESET);
-        clocked.leap.input(&clocked.words(false, 0, given));
+        let words = clocked.words(false, 0, given);
+        clocked.leap.input(&words);
+        // As in a run, the reset stays passive.
+        if let Some(at) = clocked.inputs.iter().position(|(name, _)| name.starts_with("rst")) {
+            let registers: Vec<_> = clocked.leap.registers().collect();
+            clocked.leap = Leap::new(&netlist.with_input(at, words[at]), (&registers, &words), &ranks);
+        }
         clocked
     }
 

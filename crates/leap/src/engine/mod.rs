@@ -286,10 +286,12 @@ impl Leap {
         let operands = cells.iter().map(|cell| &cell.operands[..cell.operation.operands()]);
         let data: Vec<_> = flops.iter().map(|flop| [Net(flop.data)]).collect();
         let shown = outputs.iter().map(|output| std::slice::from_ref(&output.net));
-        let triggers = resets.iter().map(|reset| reset.1).chain(clocks.iter().map(|clock| clock.net));
-        let triggers: Vec<_> = triggers.map(|net| [Net(net)]).collect();
+        // A clock reads what its registers take, so that it is seen.
+        let taken = |clock: &Inner| clock.flops.iter().map(|(_, data)| Net(*data)).chain([Net(clock.net)]).collect();
+        let resetting = resets.iter().map(|reset| vec![Net(reset.1)]);
+        let triggers: Vec<Vec<_>> = resetting.chain(clocks.iter().map(taken)).collect();
         let all =
-            operands.chain(data.iter().map(|net| &net[..])).chain(shown).chain(triggers.iter().map(|net| &net[..]));
+            operands.chain(data.iter().map(|net| &net[..])).chain(shown).chain(triggers.iter().map(|nets| &nets[..]));
         let users = Users::new(widths.len(), all);
         let step = |cell: &Cell| Step {
             operation: cell.operation,
