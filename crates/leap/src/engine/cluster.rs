@@ -76,9 +76,9 @@ pub(super) struct Cluster {
 }
 
 impl Cluster {
-    /// Returns the words that others see, and the edges at which they change next.
-    pub(super) fn seen(&self) -> impl Iterator<Item = (u32, u64)> + '_ {
-        self.seen.iter().map(|orbit| (orbit.net, orbit.next))
+    /// Returns the words that others see.
+    pub(super) fn seen(&self) -> impl Iterator<Item = u32> + '_ {
+        self.seen.iter().map(|orbit| orbit.net)
     }
 
     /// Returns the words of now of registers that only the cluster sees.
@@ -108,13 +108,6 @@ impl Steady {
     pub(super) fn new(marks: usize, nets: usize) -> Self {
         let (cells, until) = (IndexSet::new(marks), vec![FOREVER; nets]);
         Self { cells, until, is_new: true, ..Self::default() }
-    }
-
-    /// Lets a word of the cluster rest until an edge.
-    pub(super) fn begin(&mut self, net: u32, next: u64) {
-        if let Some(until) = self.until.get_mut(net as usize) {
-            (*until, self.is_new) = (next, true);
-        }
     }
 }
 
@@ -153,10 +146,7 @@ impl Leap {
         for orbit in &mut cluster.seen {
             if !is_still || cluster.edge >= orbit.next {
                 let (word, until) = orbit.at(cluster.edge);
-                if std::mem::replace(&mut orbit.next, cluster.edge + until) != orbit.next {
-                    self.cone.steady.begin(orbit.net, orbit.next);
-                    self.users.mark(orbit.net, &mut self.stale);
-                }
+                orbit.next = cluster.edge + until;
                 let horizon = if is_still { FOREVER } else { orbit.returns(cluster.edge, self.periods.period) };
                 let made = Line { word, slope: 0, horizon };
                 let line = &mut self.lines[orbit.net as usize];
@@ -175,6 +165,13 @@ impl Leap {
     pub(super) fn steady_horizon(&mut self) -> u64 {
         let Some(cluster) = &self.cluster else { return FOREVER };
         let (steady, lines) = (&mut self.cone.steady, &mut self.lines);
+        for orbit in &cluster.seen {
+            let until = &mut steady.until[orbit.net as usize];
+            if std::mem::replace(until, orbit.next) != orbit.next {
+                self.users.mark(orbit.net, &mut self.stale);
+                steady.is_new = true;
+            }
+        }
         let mut is_new = steady.is_new;
         for part in 0..self.stale.parts() {
             let cells = steady.cells.part(part);

@@ -734,10 +734,7 @@ impl Leap {
         let (marks, mut waits) = (64 * self.marked.parts(), moves.clone());
         let mut steady = Steady::new(marks, self.lines.len());
         let mut cone = Cone { ends: IndexSet::new(marks), ..Cone::default() };
-        for (net, next) in self.cluster.iter().flat_map(Cluster::seen) {
-            waits[net as usize] = true;
-            steady.begin(net, next);
-        }
+        self.cluster.iter().flat_map(Cluster::seen).for_each(|net| waits[net as usize] = true);
         self.reach(&mut waits, |cell| {
             let step = &self.steps[cell as usize];
             match moves[step.output as usize] {

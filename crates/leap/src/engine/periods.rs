@@ -253,7 +253,7 @@ impl Leap {
     fn leap_periods(&mut self, jump: u64) {
         self.move_cluster::<false>(jump * self.periods.period);
         let lines = &mut self.lines;
-        for (net, _) in self.cluster.iter().flat_map(Cluster::seen) {
+        for net in self.cluster.iter().flat_map(Cluster::seen) {
             lines[net as usize].horizon = FOREVER;
         }
         for (flop, slope) in self.flops.iter().zip(&self.periods.slopes) {
