@@ -602,6 +602,43 @@ fn a_generator_that_nothing_sees_bounds_no_jump() {
     }
 }
 
+/// A flag takes a comparison at the nine edges of ten at which its counter is not enabled, and rests at the tenth. Behind
+/// a period it has the word that it takes, and in a later period it has not.
+#[test]
+fn a_flag_of_the_edges_between_ends_a_jump_over_periods() {
+    let mut plain = Plain::default();
+    let [one, last, none] = [1, 9, 0].map(|word| plain.constant(word, 4));
+    let (step, limit) = (plain.constant(1, 10), plain.constant(600, 10));
+    let [phase, ramp, flag] = [(4, 0), (10, 0), (1, 0)].map(|(width, word)| plain.register(width, word));
+    let enable = plain.cell(Operation::Equal, &[phase, last], 1);
+    let next = plain.cell(Operation::Add, &[phase, one], 4);
+    let data = plain.cell(Operation::Mux, &[enable, next, none], 4);
+    plain.connect(phase, data, None);
+    let next = plain.cell(Operation::Add, &[ramp, step], 10);
+    let data = plain.cell(Operation::Mux, &[enable, ramp, next], 10);
+    plain.connect(ramp, data, None);
+    let pulse = plain.cell(Operation::Less { signed: false }, &[ramp, limit], 1);
+    let data = plain.cell(Operation::Mux, &[enable, pulse, flag], 1);
+    plain.connect(flag, data, None);
+    plain.output(flag);
+    let mut leap = plain.leap(&[0]);
+    plain.settle();
+    leap.tell([Some(0)]);
+    let (mut said, mut done) = (Vec::new(), 0);
+    while done < 100_000 {
+        done += leap.clock(100_000 - done, 0, |at, _, word| said.push((done + at, word)));
+    }
+    let (mut expected, mut last) = (Vec::new(), 0);
+    for edge in 1..=100_000 {
+        plain.edge();
+        if std::mem::replace(&mut last, plain.words[flag]) != last {
+            expected.push((edge, last));
+        }
+    }
+    assert_eq!(said, expected);
+    assert!(leap.share().steps < 5000, "{:?}", leap.share());
+}
+
 /// A ring of bits takes a bit of a counter. The counter rests while the ring is found to run freely, and goes on at the
 /// edge at which another counter has wrapped. Then a jump begins at once, in which the ring must not keep to its orbit.
 #[test]
