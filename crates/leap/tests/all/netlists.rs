@@ -602,6 +602,36 @@ fn a_generator_that_nothing_sees_bounds_no_jump() {
     }
 }
 
+/// A slow counter behind a divider lets a register take an input at one of 1000 edges. The input changes between.
+#[test]
+fn a_register_that_waits_for_a_slow_counter_bounds_a_jump_once_it_is_to_change() {
+    let mut random = Random(0x5851_f42d_4c95_7f2d);
+    let mut plain = Plain::default();
+    let input = plain.input(4);
+    let [phase, pace, taken, ramp] = [2, 8, 4, 12].map(|width| plain.register(width, 0));
+    let next = |plain: &mut Plain, own, width, last| {
+        let [one, last, none] = [1, last, 0].map(|word| plain.constant(word, width));
+        let next = plain.cell(Operation::Add, &[own, one], width);
+        let is_last = plain.cell(Operation::Equal, &[own, last], 1);
+        (is_last, plain.cell(Operation::Mux, &[is_last, next, none], width))
+    };
+    let (rises, data) = next(&mut plain, phase, 2, 3);
+    plain.connect(phase, data, None);
+    let (is_last, data) = next(&mut plain, pace, 8, 249);
+    let data = plain.cell(Operation::Mux, &[rises, pace, data], 8);
+    plain.connect(pace, data, None);
+    let data = plain.cell(Operation::Mux, &[is_last, taken, input], 4);
+    let data = plain.cell(Operation::Mux, &[rises, taken, data], 4);
+    plain.connect(taken, data, None);
+    let (_, data) = next(&mut plain, ramp, 12, 2999);
+    plain.connect(ramp, data, None);
+    plain.output(taken);
+    let top = plain.cell(Operation::Slice { low: 11 }, &[ramp], 1);
+    plain.output(top);
+    let share = same_for(&mut plain, 200_000, 3000, &mut random);
+    assert!(share > 0.9, "{share}");
+}
+
 /// A flag takes a comparison at the nine edges of ten at which its counter is not enabled, and rests at the tenth. Behind
 /// a period it has the word that it takes, and in a later period it has not.
 #[test]
@@ -620,19 +650,24 @@ fn a_flag_of_the_edges_between_ends_a_jump_over_periods() {
     let pulse = plain.cell(Operation::Less { signed: false }, &[ramp, limit], 1);
     let data = plain.cell(Operation::Mux, &[enable, pulse, flag], 1);
     plain.connect(flag, data, None);
-    plain.output(flag);
-    let mut leap = plain.leap(&[0]);
+    // Its changes let macro-steps begin at the edge behind an enabled one.
+    let top = plain.cell(Operation::Slice { low: 9 }, &[ramp], 1);
+    let outputs = [flag, top];
+    outputs.iter().for_each(|output| plain.output(*output));
+    let mut leap = plain.leap(&[0, 0]);
     plain.settle();
-    leap.tell([Some(0)]);
+    leap.tell([Some(0), Some(0)]);
     let (mut said, mut done) = (Vec::new(), 0);
     while done < 100_000 {
-        done += leap.clock(100_000 - done, 0, |at, _, word| said.push((done + at, word)));
+        done += leap.clock(100_000 - done, 0, |at, output, word| said.push((done + at, output, word)));
     }
-    let (mut expected, mut last) = (Vec::new(), 0);
+    let (mut expected, mut last) = (Vec::new(), [0; 2]);
     for edge in 1..=100_000 {
         plain.edge();
-        if std::mem::replace(&mut last, plain.words[flag]) != last {
-            expected.push((edge, last));
+        for (output, place) in outputs.iter().enumerate() {
+            if std::mem::replace(&mut last[output], plain.words[*place]) != last[output] {
+                expected.push((edge, output, last[output]));
+            }
         }
     }
     assert_eq!(said, expected);
