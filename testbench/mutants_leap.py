@@ -227,8 +227,6 @@ MUTANTS = [
     (ENGINE, "what a register of a made clock takes is not seen", "clock.flops.iter().map(|(_, data)| Net(*data))",
      "clock.flops.iter().take(0).map(|(_, data)| Net(*data))"),
     (ENGINE, "cells that wait for a cluster are never stale", "*bits |= all;", "*bits |= 0;"),
-    (ENGINE, "words of a cluster do not bound data of counters",
-     "steady.seen.extend(Some(flop.data).filter(|net| is_steady(*net)));", ""),
     (ENGINE, "words of a cluster do not bound data", "steady.ends.push(flop.data);", ""),
     (CLUSTER, "a cluster is an edge ahead", "cluster.edge += edges;",
      "cluster.edge += edges + u64::from(edges > 0);"),

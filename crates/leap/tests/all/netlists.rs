@@ -762,6 +762,34 @@ fn slopes_of_periods_end_with_them() {
     assert!(leapt > 2500, "{leapt} edges of a request are leapt over");
 }
 
+/// A counter that an input holds, an accumulator of its words and a ramp, all at every tenth edge. Where the counter comes
+/// back to the word at which it was held, the accumulator moves for a period as it was assumed, and not in the next one.
+#[test]
+fn a_slope_that_holds_for_one_period_is_not_that_of_the_next() {
+    let mut plain = Plain::default();
+    let gate = plain.input(1);
+    let [phase, count, sum, ramp] = [4, 4, 12, 12].map(|width| plain.register(width, 0));
+    let [one, last, none] = [1, 9, 0].map(|word| plain.constant(word, 4));
+    let enable = plain.cell(Operation::Equal, &[phase, last], 1);
+    let next = plain.cell(Operation::Add, &[phase, one], 4);
+    let data = plain.cell(Operation::Mux, &[enable, next, none], 4);
+    plain.connect(phase, data, None);
+    let step = plain.cell(Operation::Extend { signed: false }, &[gate], 4);
+    let next = plain.cell(Operation::Add, &[count, step], 4);
+    let data = plain.cell(Operation::Mux, &[enable, count, next], 4);
+    plain.connect(count, data, None);
+    let step = plain.constant(1, 12);
+    let taken = plain.cell(Operation::Extend { signed: false }, &[count], 12);
+    for (register, step) in [(sum, taken), (ramp, step)] {
+        let next = plain.cell(Operation::Add, &[register, step], 12);
+        let data = plain.cell(Operation::Mux, &[enable, register, next], 12);
+        plain.connect(register, data, None);
+        let top = plain.cell(Operation::Slice { low: 11 }, &[register], 1);
+        plain.output(top);
+    }
+    same_for(&mut plain, 300_000, 9000, &mut Random(0x1405_7b7e_f767_814f));
+}
+
 /// A counter that takes a step now and then, and an accumulator of the counter's old words: the next word of the
 /// accumulator is a line, but with another slope than the accumulator was assumed to have. The figures are from a model
 /// in Python.
