@@ -87,6 +87,13 @@ impl Cluster {
     }
 }
 
+/// Thaws a cluster: registers that only it sees have their words of now, and all of its cells are marked.
+pub(super) fn thaw(of: &mut Option<Cluster>, lines: &mut [Line], marked: &mut IndexSet, frozen: &mut IndexSet) {
+    of.take().iter().flat_map(Cluster::hidden).for_each(|(net, word)| lines[net as usize].word = word);
+    marked.extend(frozen);
+    *frozen = IndexSet::new(64 * marked.parts());
+}
+
 /// Cells that depend on words of the cluster and on no mover. While nothing else changes their words rest, each until an
 /// edge since the cluster was frozen. So the rules of [`Operation::line`](crate::Operation::line), of words without a
 /// slope, hold for these edges as for horizons, and have to be used again only where an operand has changed or is still
@@ -255,7 +262,7 @@ impl Leap {
         closures.dedup();
         let (mut frozen, mut all, mut work) = (IndexSet::new(64 * self.marked.parts()), 0, WORK);
         let mut orbits = Vec::new();
-        for closure in closures.into_iter() {
+        for closure in closures {
             let of = || (0..active.len()).filter(|bit| closure >> bit & 1 != 0);
             let is_counter = of().any(|bit| !movements[active[bit]].is_irregular);
             let flops: Vec<_> = of().map(|bit| active[bit]).collect();

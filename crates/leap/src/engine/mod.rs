@@ -177,6 +177,13 @@ impl Inner {
     }
 }
 
+impl Inner {
+    /// Returns what it reads: its net, and what its registers take, so that this is seen.
+    fn reads(&self) -> Vec<Net> {
+        self.flops.iter().map(|(_, data)| Net(*data)).chain([Net(self.net)]).collect()
+    }
+}
+
 /// A simulation of a netlist, between two clock edges.
 #[derive(Clone)]
 pub struct Leap {
@@ -286,12 +293,10 @@ impl Leap {
         let operands = cells.iter().map(|cell| &cell.operands[..cell.operation.operands()]);
         let data: Vec<_> = flops.iter().map(|flop| [Net(flop.data)]).collect();
         let shown = outputs.iter().map(|output| std::slice::from_ref(&output.net));
-        // A clock reads what its registers take, so that it is seen.
-        let taken = |clock: &Inner| clock.flops.iter().map(|(_, data)| Net(*data)).chain([Net(clock.net)]).collect();
-        let resetting = resets.iter().map(|reset| vec![Net(reset.1)]);
-        let triggers: Vec<Vec<_>> = resetting.chain(clocks.iter().map(taken)).collect();
+        let triggers = resets.iter().map(|reset| vec![Net(reset.1)]).chain(clocks.iter().map(Inner::reads));
+        let triggers: Vec<_> = triggers.collect();
         let all =
-            operands.chain(data.iter().map(|net| &net[..])).chain(shown).chain(triggers.iter().map(|nets| &nets[..]));
+            operands.chain(data.iter().map(|net| &net[..])).chain(shown).chain(triggers.iter().map(Vec::as_slice));
         let users = Users::new(widths.len(), all);
         let step = |cell: &Cell| Step {
             operation: cell.operation,
@@ -583,13 +588,9 @@ impl Leap {
             // Marks that are set meanwhile are behind the one that sets them.
             let (mut left, frozen) = (self.marked.take(part), self.frozen.part(part));
             if left & frozen != 0 {
-                let hidden = self.cluster.iter().flat_map(Cluster::hidden);
-                hidden.for_each(|(net, word)| lines[net as usize].word = word);
                 self.marked.insert_into(part, left);
-                self.marked.extend(&self.frozen);
-                self.frozen = IndexSet::new(64 * self.marked.parts());
-                (self.cluster, self.is_thawed, bound) = (None, true, 1);
-                part = 0;
+                cluster::thaw(&mut self.cluster, lines, &mut self.marked, &mut self.frozen);
+                (self.is_thawed, bound, part) = (true, 1, 0);
                 continue;
             }
             let mut all = left;
@@ -645,9 +646,7 @@ impl Leap {
                     }
                 }
             }
-            if let Some(bits) = self.stale.part_mut(part) {
-                *bits |= all;
-            }
+            self.stale.part_mut(part).into_iter().for_each(|bits| *bits |= all);
             if PERIOD {
                 self.touched.insert_into(part, all);
             }
