@@ -231,6 +231,13 @@ pub struct Leap {
     is_thawed: bool,
 }
 
+/// Returns the outputs of a rank and below.
+fn up_to(rank: u8, ranks: &[u8]) -> IndexSet {
+    let mut set = IndexSet::new(ranks.len());
+    (0..ranks.len()).filter(|at| ranks[*at] <= rank).for_each(|at| set.insert(at));
+    set
+}
+
 /// Returns for how many edges, or periods of a macro-step, a word certainly has this slope.
 #[inline]
 fn keeps(line: Line, slope: i64) -> u64 {
@@ -306,11 +313,6 @@ impl Leap {
             users: (users.from[cell.output.index()], users.from[cell.output.index() + 1]),
         };
         let steps: Vec<_> = cells.iter().map(step).collect();
-        let up_to = |rank: u8| {
-            let mut set = IndexSet::new(outputs.len());
-            (0..outputs.len()).filter(|at| ranks[*at] <= rank).for_each(|at| set.insert(at));
-            set
-        };
         let mut marked = IndexSet::new(marks);
         (0..marks).for_each(|mark| marked.insert(mark));
         let first = cells.len() + flops.len() + outputs.len();
@@ -330,7 +332,7 @@ impl Leap {
             movers: IndexSet::new(flops.len()),
             told: vec![None; outputs.len()],
             news: IndexSet::new(outputs.len()),
-            ranks: (0..=ranks.iter().copied().max().unwrap_or(0)).map(up_to).collect(),
+            ranks: (0..=ranks.iter().copied().max().unwrap_or(0)).map(|rank| up_to(rank, ranks)).collect(),
             ramps: Vec::new(),
             cone: Cone { steady: Steady::new(marks, 0), ..Cone::default() },
             stale: IndexSet::default(),
