@@ -19,6 +19,7 @@ from pathlib import Path
 from mutants_certify import ROOT, held, outcome
 
 RECORD = ROOT / "testbench" / "record" / "mutants-leap.txt"
+PRINTER = ROOT / "testbench" / "record" / "mutants-printer.txt"
 LINE = "crates/leap/src/line.rs"
 OPERATION = "crates/leap/src/operation.rs"
 ENGINE = "crates/leap/src/engine/mod.rs"
@@ -29,6 +30,7 @@ CLUSTER = "crates/leap/src/engine/cluster.rs"
 CELLS = "crates/leap/src/yosys/cells.rs"
 WORDS = "crates/leap/src/yosys/words.rs"
 MODULE = "crates/leap/src/yosys/module.rs"
+PLAIN = "crates/rtl/src/dut/leap/plain.rs"
 
 # The tests, in the order in which they are asked: those that cost least first.
 STAGES = [["yosys::", "cells::every", "cells::words", "cells::an_equality", "horizons::", "netlists::a_",
@@ -123,8 +125,8 @@ MUTANTS = [
     (ENGINE, "registers are not checked",
      "edges = edges.min(keeps(lines[data as usize], lines[output as usize].slope));",
      "edges = edges.min(keeps(lines[data as usize], lines[output as usize].slope).max(most));"),
-    (ENGINE, "registers at rest are not checked", "(self.movers.contains(at) || is_in(flop.data)) &&",
-     "self.movers.contains(at) &&"),
+    (ENGINE, "registers at rest are not checked", "if self.movers.contains(at) || moves[flop.data as usize] {",
+     "if self.movers.contains(at) {"),
     (ENGINE, "outputs are not checked", "edges = edges.min(keeps(line, 0));", ""),
     (ENGINE, "outputs that are shown need no horizon", "edges = edges.min(line.horizon);", ""),
     (ENGINE, "the first word of a ramp is not told", "for edge in before + 1..done {",
@@ -139,8 +141,9 @@ MUTANTS = [
      "line.word.wrapping_add(line.slope.cast_unsigned());"),
     (ENGINE, "resets and clocks are not checked", "edges = edges.min(keeps(lines[net as usize], 0));",
      "edges = edges.min(keeps(lines[net as usize], 0).max(most));"),
-    (ENGINE, "clocks that are made are not checked", ".chain(self.clocks.iter().map(|clock| clock.net));\n        cone",
-     ";\n        cone"),
+    (ENGINE, "clocks that are made are not checked",
+     ".chain(self.clocks.iter().map(|clock| clock.net));\n        let triggers",
+     ";\n        let triggers"),
     (ENGINE, "jumps begin while others than counters change", " && self.pending.is_within(&self.movers);", ";"),
     (ENGINE, "a jump begins before a change is told", "if may_leap && !self.news.meets(&self.ranks[asked]) {",
      "if may_leap {"),
@@ -186,10 +189,10 @@ MUTANTS = [
     (ENGINE, "registers take words alone in a period", "line.word = taken.word;\n            if PERIOD {",
      "line.word = taken.word;\n            if false {"),
     (ENGINE, "operands of a cell have no lines in a period",
-     "if PERIOD && step.operands.iter().any(|net| lines[*net as usize].moves()) {", "if false {"),
-    (PERIODS, "a register need not move by its slope", "if is_it { keeps(line, slopes[at]) } else { 1 }",
-     "keeps(line, slopes[at])"),
-    (PERIODS, "the slope after a period does not matter", "if is_it { keeps(line, slopes[at]) } else { 1 }",
+     "true => step.line(lines),", "true => Line::still(step.word(lines)),"),
+    (PERIODS, "a register need not move by its slope", "if is_it { keeps(line, *slope) } else { 1 }",
+     "keeps(line, *slope)"),
+    (PERIODS, "the slope after a period does not matter", "if is_it { keeps(line, *slope) } else { 1 }",
      "if is_it { line.horizon } else { 1 }"),
     (PERIODS, "registers are not checked after a period", "least = least.min(if is_it",
      "least = least.max(if is_it"),
@@ -198,26 +201,65 @@ MUTANTS = [
      "while edges < period {"),
     (PERIODS, "a jump goes on past the request", ".min((most - period) / period)", ".min(most / period)"),
     (PERIODS, "a jump is a period short", "jump.wrapping_mul(slope", "(jump - 1).wrapping_mul(slope"),
-    (PERIODS, "lines stay after a period", "        self.rest_lines();\n        // Registers", "        // Registers"),
+    (PERIODS, "lines stay after a period", "lines[step.output as usize] = Line::still(word);",
+     "lines[step.output as usize].word = word;"),
     (PERIODS, "the edges of rest are one more than there are", "self.until_cluster().min(period - edges)",
      "(self.until_cluster() + 1).min(period - edges)"),
+    (PERIODS, "a period rests though its words of the cluster do not return",
+     "if self.taken.is_empty() && self.periods.is_periodic {", "if self.taken.is_empty() {"),
+    (PERIODS, "a period begins at rest though words of the cluster do not return",
+     "let waits = self.periods.is_periodic && self.pending.is_empty();", "let waits = self.pending.is_empty();"),
+    (PERIODS, "registers that take a line behind a period are not checked",
+     "let bound = if is_same { data.horizon.min(own.horizon) } else { 1 };", "let bound = FOREVER;"),
+    (PERIODS, "data behind a period may have another slope", "if is_same { data.horizon.min(own.horizon) } else { 1 };",
+     "data.horizon.min(own.horizon);"),
+    (PERIODS, "a word is on its line at its horizon", "match line.horizon > jump {", "match line.horizon >= jump {"),
     (PERIODS, "rests before an event are an edge longer", "self.move_cluster::<false>(rests - 1);",
      "self.move_cluster::<false>(rests);"),
     # Clusters.
-    (ENGINE, "cells that are thawed keep their words",
-     "self.marked.extend(&self.frozen);\n                    self.frozen", "self.frozen"),
-    (CLUSTER, "a cluster is an edge ahead", "cluster.state as u64 + edges % length",
-     "cluster.state as u64 + u64::from(edges > 0) + edges % length"),
-    (CLUSTER, "words of a cluster are the same in each period", "if is_still { FOREVER } else { 1 }", "FOREVER"),
-    (CLUSTER, "words of a cluster mark nothing", "self.users.mark_but(*net, &self.frozen, &mut self.marked);", ""),
-    (CLUSTER, "words of a cluster last an edge longer", "horizon: *until }", "horizon: *until + 1 }"),
-    (CLUSTER, "words of a cluster bound nothing", "filter(|net| !is_seen(&nets[*net]))", "filter(|_| true)"),
-    (CLUSTER, "words of a cluster last for ever at the orbit's end", "(0..2 * orbit.len()).rev()",
-     "(0..orbit.len()).rev()"),
+    (CLUSTER, "cells that are thawed keep their words", "    marked.extend(frozen);\n", ""),
+    (CLUSTER, "registers that are thawed keep their words", "|(net, word)| lines[net as usize].word = word);", "|_| {});"),
+    (ENGINE, "registers of a cluster show the words of its beginning",
+     "hidden(net).map_or(self.lines[net as usize].word, |(_, word)| word)", "self.lines[net as usize].word"),
+    (ENGINE, "a frozen cell may be evaluated", "self.marked.insert_into(part, std::mem::take(&mut left));", ""),
+    (ENGINE, "what a register of a made clock takes is not seen", "self.flops.iter().map(|(_, data)| Net(*data))",
+     "self.flops.iter().take(0).map(|(_, data)| Net(*data))"),
+    (ENGINE, "cells that wait for a cluster are never stale", "*bits |= all", "*bits |= 0"),
+    (ENGINE, "words of a cluster do not bound data", "steady.ends.push(flop.data);", ""),
+    (CLUSTER, "a cluster is an edge ahead", "cluster.edge += edges;",
+     "cluster.edge += edges + u64::from(edges > 0);"),
+    (CLUSTER, "words of a cluster are the same in each period",
+     "let horizon = if is_still {", "let horizon = if true {"),
+    (CLUSTER, "words of a cluster return a period longer", "            until = then.1;\n        }\n        periods",
+     "            until = then.1;\n        }\n        periods + 1"),
+    (CLUSTER, "words of a cluster return for ever too soon", "periods >= length", "periods >= length / 2"),
+    (CLUSTER, "each period brings a cluster back", ".all(|orbit| period.is_multiple_of(orbit.words.len()))",
+     ".all(|orbit| period <= orbit.words.len())"),
+    (CLUSTER, "words of a cluster mark nothing",
+     "self.users.mark_but(orbit.net, &self.frozen, &mut self.marked);", ""),
+    (CLUSTER, "words of a cluster last an edge longer", "orbit.next = cluster.edge + until;",
+     "orbit.next = cluster.edge + until + 1;"),
+    (CLUSTER, "words of a cluster bound nothing", "        steady.next - cluster.edge\n", "        FOREVER\n"),
+    (CLUSTER, "what waits for a cluster lasts an edge longer", "        steady.next - cluster.edge\n",
+     "        steady.next - cluster.edge + 1\n"),
+    (CLUSTER, "what others see of a cluster lasts an edge longer", "steady.until[*net as usize] - cluster.edge;",
+     "steady.until[*net as usize] - cluster.edge + 1;"),
+    (CLUSTER, "a word of a cluster that lasts longer leaves its users",
+     "self.users.mark(orbit.net, &mut self.stale);", ""),
+    (CLUSTER, "a cell that lasts longer leaves its users", "self.users.mark_range(step.users, &mut self.stale);", ""),
+    (CLUSTER, "words of a cluster last for ever at the orbit's end", "(0..2 * words.len()).rev()",
+     "(0..words.len()).rev()"),
     (CLUSTER, "counters may move what a cluster takes", "if self.frozen.iter().any(is_moved) {",
      "if false && self.frozen.iter().any(is_moved) {"),
     (CLUSTER, "cells that take other words too are frozen", "step.operands.iter().all(|net| needed[*net as usize]);",
      "step.operands.iter().any(|net| needed[*net as usize]);"),
+    # Netlists.
+    (NETLIST, "a choice by a word that is kept takes the other",
+     "if word == 0 { a } else { b };", "if word == 0 { b } else { a };"),
+    (NETLIST, "a word that is kept is another",
+     "made.constants.push((net, word &", "made.constants.push((net, !word &"),
+    (NETLIST, "cells are followed by one step",
+     "for cell in self.cells.iter().rev() {", "for cell in self.cells.iter() {"),
     # The reader of Yosys' JSON.
     (CELLS, "operands have no sign", "let sign = bits.last().copied().filter(|_| is_signed)",
      "let sign = bits.last().copied().filter(|_| is_signed && width == 0)"),
@@ -262,6 +304,28 @@ MUTANTS = [
      "self.0.iter().zip(&other.0).take(1).any("),
 ]
 
+# Those of the printer of what Verilator has read. Tests of crates/rtl hold what Yosys makes of it against Verilator.
+PRINTED = [
+    (PLAIN, "an operation loses its signs", "let signed = |text: &str| if is_signed {",
+     "let signed = |text: &str| if is_signed && text.is_empty() {"),
+    (PLAIN, "an extension copies no sign",
+     "(format!(\"{{($signed({value}) + $signed({{{width}{{1'b0}}}}))}}\"), width)",
+     "(format!(\"{{{{{more}{{1'b0}}}}, {value}}}\"), width)"),
+    (PLAIN, "an operation takes its width from around it", "Ok((format!(\"{{({} {sign} {b})}}\", signed(a))",
+     "Ok((format!(\"({} {sign} {b})\", signed(a))"),
+    (PLAIN, "the words of a choice are exchanged", "({when} ? {yes} : {no})", "({when} ? {no} : {yes})"),
+    (PLAIN, "a choice loses its default", "if let Some(body) = otherwise {",
+     "if let Some(body) = otherwise.filter(|_| first) {"),
+    (PLAIN, "a part begins a bit higher", "\"const\" => self.number(low)?.to_string(),",
+     "\"const\" => (self.number(low)? ^ 1).to_string(),"),
+    (PLAIN, "a structure is a bit wider", "let mut width = 0;", "let mut width = 1;"),
+    (PLAIN, "a name of a package is one of the module", "filter(|name| of_packages.contains(name))",
+     "filter(|name| of_packages.contains(name) && name.is_empty())"),
+    (PLAIN, "a function of several is the first one", "[function] if is_direct(&function) => {",
+     "[function, ..] => {"),
+    (PLAIN, "an arithmetic shift has no sign", "\"shiftrs\" => (\">>>\", true),", "\"shiftrs\" => (\">>\", false),"),
+]
+
 
 def main():
     if sys.argv[1:] not in ([], ["--update"]):
@@ -288,7 +352,14 @@ def main():
                     break
             return builds, failed
 
-        return held(MUTANTS, tests, tree, "testbench/mutants_leap.py", RECORD, "the leaping engine")
+        def printed():
+            # The netlists that were made of what another printer has written.
+            shutil.rmtree(folder / "tmp", ignore_errors=True)
+            package = ["-p", "hpu-rtl", "--test", "all", "--", "system_verilog::"]
+            return outcome([*command[:command.index("-p")], *package], tree, folder)
+
+        return max(held(MUTANTS, tests, tree, "testbench/mutants_leap.py", RECORD, "the leaping engine"),
+                   held(PRINTED, printed, tree, "testbench/mutants_leap.py", PRINTER, "the printer for Yosys"))
 
 
 if __name__ == "__main__":

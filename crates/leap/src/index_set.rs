@@ -55,16 +55,22 @@ impl IndexSet {
         self.0.iter().zip(&other.0).any(|(own, other)| own & other != 0)
     }
 
-    /// Removes the least number that is in word `at` of the set, of 64 numbers each, and returns it.
+    /// Removes the numbers in word `at` of the set, of 64 numbers each, and returns them as bits.
     #[inline]
-    pub(crate) fn take_from(&mut self, at: usize) -> Option<usize> {
-        take_lowest(&mut self.0[at], at)
+    pub(crate) fn take(&mut self, at: usize) -> u64 {
+        std::mem::take(&mut self.0[at])
     }
 
     /// Returns word `at` of the set, of 64 numbers each.
     #[inline]
     pub(crate) fn part(&self, at: usize) -> u64 {
         self.0[at]
+    }
+
+    /// Returns word `at` of the set, of 64 numbers each, if it has so many.
+    #[inline]
+    pub(crate) fn part_mut(&mut self, at: usize) -> Option<&mut u64> {
+        self.0.get_mut(at)
     }
 
     /// Returns how many words of 64 numbers each the set has.

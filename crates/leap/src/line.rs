@@ -23,16 +23,16 @@ impl Line {
         Self { word, slope: 0, horizon: FOREVER }
     }
 
-    /// Returns whether it may ever be another word than now.
-    #[inline]
-    pub(crate) fn moves(self) -> bool {
-        self.slope != 0 || self.horizon != FOREVER
-    }
-
     /// Returns the word after so many edges, if it is on its line then.
     #[inline]
     pub(crate) fn after(self, edges: u64, width: u8) -> u64 {
         self.word.wrapping_add(edges.wrapping_mul(self.slope.cast_unsigned())) & mask(width)
+    }
+
+    /// Returns whether it rests for ever.
+    #[inline]
+    pub(crate) fn rests(self) -> bool {
+        self.slope == 0 && self.horizon == FOREVER
     }
 
     #[inline]

@@ -178,6 +178,52 @@ impl Netlist {
         self.registers[at].clock = Some(clock);
     }
 
+    /// Returns the netlist with an input that keeps a word, such as a reset that is over. Choices by such words are left
+    /// out, and what nothing reads then. Registers, inputs and outputs are those of before, in their order.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such input.
+    #[must_use]
+    pub fn with_input(&self, input: usize, word: u64) -> Self {
+        let mut made = self.clone();
+        let (net, mut words) = (self.inputs[input].1, vec![None; self.widths.len()]);
+        let mut to: Vec<_> = (0..self.widths.len() as u32).map(Net).collect();
+        made.inputs[input].1 = made.net(self.width(net));
+        made.constants.push((net, word & mask(self.width(net))));
+        made.constants.iter().for_each(|(net, word)| words[net.index()] = Some(*word));
+        made.cells.clear();
+        for cell in &self.cells {
+            let cell = Cell { operands: cell.operands.map(|net| to[net.index()]), ..*cell };
+            let [select, a, b] = cell.operands;
+            let given = cell.operands.map(|net| words[net.index()]);
+            if let (Operation::Mux, Some(word)) = (cell.operation, words[select.index()]) {
+                to[cell.output.index()] = if word == 0 { a } else { b };
+            } else if let [Some(x), Some(y), Some(z)] = given {
+                let word = cell.operation.word(cell.widths, [x, y, z]);
+                words[cell.output.index()] = Some(word);
+                made.constants.push((cell.output, word));
+            } else {
+                made.cells.push(cell);
+            }
+        }
+        let at = |net: Net| to[net.index()];
+        for register in &mut made.registers {
+            register.data = at(register.data);
+            register.reset = register.reset.map(|reset| AsynchronousReset { net: at(reset.net), ..reset });
+            register.clock = register.clock.map(|clock| MadeClock { net: at(clock.net), ..clock });
+        }
+        made.outputs.iter_mut().for_each(|output| output.net = at(output.net));
+        let mut is_read = vec![false; made.widths.len()];
+        let resets = made.registers.iter().filter_map(|register| Some(register.reset?.net));
+        let clocks = made.registers.iter().filter_map(|register| Some(register.clock?.net));
+        let ends = made.registers.iter().map(|register| register.data).chain(resets).chain(clocks);
+        ends.chain(made.outputs.iter().map(|output| output.net)).for_each(|net| is_read[net.index()] = true);
+        made.reach(&mut is_read);
+        made.cells.retain(|cell| is_read[cell.output.index()]);
+        made
+    }
+
     /// Adds an output, or a word inside that is looked at.
     pub fn output(&mut self, name: &str, net: Net) {
         self.outputs.push(Output { name: name.to_string(), net });
@@ -199,20 +245,26 @@ impl Netlist {
         let wanted = self.outputs.iter().enumerate().filter(|(at, _)| takes(*at)).map(|(_, output)| output.net);
         wanted.for_each(|net| reached[net.index()] = true);
         loop {
-            for cell in self.cells.iter().rev().filter(|cell| reached[cell.output.index()]).collect::<Vec<_>>() {
-                cell.operands.iter().for_each(|net| reached[net.index()] = true);
-            }
+            self.reach(&mut reached);
             let mut is_new = false;
-            for register in
-                self.registers.iter().filter(|register| reached[register.output.index()]).collect::<Vec<_>>()
-            {
+            for register in &self.registers {
                 let (reset, clock) = (register.reset.map(|reset| reset.net), register.clock.map(|clock| clock.net));
-                for net in [register.data].into_iter().chain(reset).chain(clock) {
+                let taken = [register.data].into_iter().chain(reset).chain(clock);
+                for net in taken.filter(|_| reached[register.output.index()]).collect::<Vec<_>>() {
                     is_new |= !std::mem::replace(&mut reached[net.index()], true);
                 }
             }
             if !is_new {
                 return self.registers.iter().map(|register| reached[register.output.index()]).collect();
+            }
+        }
+    }
+
+    /// Takes the operands of cells with words among these for such, too.
+    fn reach(&self, reached: &mut [bool]) {
+        for cell in self.cells.iter().rev() {
+            if reached[cell.output.index()] {
+                cell.operands.iter().for_each(|net| reached[net.index()] = true);
             }
         }
     }

@@ -89,8 +89,12 @@ fn own(block: &dyn AnyBlock) -> Result<Netlist, Fault> {
     netlist(&SceneFile { name: "own.toml".to_string(), text, data, is_shipped: false })
 }
 
-/// Returns a line of an encoder after this many forward steps; `None` for other inputs.
+/// Returns a line of an encoder after this many forward steps, or the word of its counter, which begins near a wall;
+/// `None` for other inputs.
 fn line(name: &str, step: u64) -> Option<u64> {
+    if name == "pos" {
+        return Some(970 + step);
+    }
     let of = |part: &str| name == part || name.starts_with(&format!("{part}_"));
     let (a, b) = (matches!(step % 4, 1 | 2), step % 4 > 1);
     if of("a_pin") || of("enc_a") {
@@ -114,7 +118,13 @@ impl Clocked {
             Self { leap: Leap::new(netlist, (&initial, &vec![0; inputs.len()]), &ranks), inputs: inputs.collect() };
         clocked.leap.input(&clocked.words(true, 0, given));
         clocked.clock(RESET);
-        clocked.leap.input(&clocked.words(false, 0, given));
+        let words = clocked.words(false, 0, given);
+        clocked.leap.input(&words);
+        // As in a run, the reset stays passive.
+        if let Some(at) = clocked.inputs.iter().position(|(name, _)| name.starts_with("rst")) {
+            let registers: Vec<_> = clocked.leap.registers().collect();
+            clocked.leap = Leap::new(&netlist.with_input(at, words[at]), (&registers, &words), &ranks);
+        }
         clocked
     }
 
@@ -234,13 +244,14 @@ fn main() -> ExitCode {
     let knee = |name: &str, _| match name {
         "gain" => 95,
         "wall" => 20,
+        "pos_valid" => 1,
         _ => 0,
     };
     let name = std::env::args().nth(1);
     // In runs of these scenes the encoder has about as many edges a second.
     let (rest, made) = match name.as_deref() {
         None => {
-            let mut all = ["knee", "rim", "hybrid", "prescaled"].into_iter();
+            let mut all = ["knee", "rim", "hybrid", "prescaled", "paddle"].into_iter();
             let lists = |case| writeln!(io::stdout(), "leap-{case} the netlist for 2 * 10^6 edges").is_ok();
             return ExitCode::from(u8::from(!all.all(lists)));
         }
@@ -248,6 +259,7 @@ fn main() -> ExitCode {
         Some("leap-knee") => (6500, scene("knee").and_then(|scene| netlist(&scene))),
         Some("leap-rim") => (6500, scene("rim").and_then(|scene| netlist(&scene))),
         Some("leap-prescaled") => (32_000, scene("prescaled").and_then(|scene| netlist(&scene))),
+        Some("leap-paddle") => (13_000, scene("paddle").and_then(|scene| netlist(&scene))),
         Some("leap-hybrid") => (32_000, own(&*block_by_name("hybrid_loop").expect("a block"))),
         Some(_) => return ExitCode::from(2),
     };

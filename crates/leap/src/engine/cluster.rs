@@ -1,33 +1,121 @@
 //! Clusters: registers whose next words depend on no others but on words that rest, such as a prescaler, a divider or a
 //! generator of random bits.
 //!
-//! While those words rest, a cluster runs through one and the same orbit of states, which is made once by ordinary
-//! steps: its registers and cells are then *frozen*, and their words are those of the orbit. The rest of the design
-//! sees words of the cluster only that a cell, a register or an output outside takes. Each of these is still until the
-//! edge at which the orbit changes it, so this is its horizon, whatever the cluster does. A cluster that matters to
-//! nobody now bounds no jump: the rules of cells that it does not reach now take no horizon of its words.
+//! While those words rest, each word of a cluster runs through an orbit of its own, which is made once by ordinary
+//! steps: registers and cells are then *frozen*, and their words are those of the orbits. The rest of the design sees
+//! words of the cluster only that a cell, a register or an output outside takes. Each of these is still until the edge
+//! at which the orbit changes it, so this is its horizon, whatever the cluster does. A cluster that matters to nobody
+//! now bounds no jump: the rules of cells that it does not reach now take no horizon of its words.
 //!
 //! A word from outside that a frozen cell takes and that changes marks the cell. The cluster is thawed before anything
 //! frozen is evaluated: its registers have the words of now, and all of its cells are evaluated.
 
 use super::{Leap, Line};
-use crate::index_set::IndexSet;
+use crate::index_set::{IndexSet, take_lowest};
 use crate::line::FOREVER;
 
-/// The longest orbit, and the longest of a cluster with a register that moves by one difference at equal distances.
+/// The longest orbit.
 const LONGEST: usize = 4096;
+/// A register that moves by one difference at equal distances is a counter. A longer orbit of one is frozen only if
+/// each word that others see changes at most [`RARE`] times at so many edges: a line may tell more of it.
 const SHORT: usize = 64;
-/// The most cells that are evaluated to find an orbit.
+const RARE: usize = 2;
+/// The most cells that are evaluated to find orbits.
 const WORK: usize = 1 << 16;
 
-/// A cluster and its place in the orbit.
+/// A word of a cluster.
 #[derive(Clone)]
+struct Orbit {
+    net: u32,
+    /// The words from the edge on at which it was frozen, and the edges until the word changes next.
+    words: Vec<(u64, u64)>,
+    /// The edge at which it changes next.
+    next: u64,
+}
+
+impl Orbit {
+    #[inline]
+    fn at(&self, edge: u64) -> (u64, u64) {
+        self.words[(edge % self.words.len() as u64) as usize]
+    }
+
+    /// Returns a number of periods for which the word is certainly that of now at this edge of each.
+    fn returns(&self, edge: u64, period: u64) -> u64 {
+        let length = self.words.len() as u64;
+        let (word, mut until) = self.at(edge);
+        let mut periods = 0u64;
+        for _ in 0..LOOKS {
+            periods += until.div_ceil(period);
+            // The product is a multiple of both.
+            if period.is_multiple_of(length) || periods >= length {
+                return FOREVER;
+            }
+            let then = self.at(edge + periods * period);
+            if then.0 != word {
+                break;
+            }
+            until = then.1;
+        }
+        periods
+    }
+}
+
+/// How often it is looked for the period in which a word of a cluster changes.
+const LOOKS: u32 = 16;
+
+/// Clusters, since they were frozen.
+#[derive(Clone, Default)]
 pub(super) struct Cluster {
-    /// The words that its registers have, and those of cells that are seen from outside.
-    nets: Vec<u32>,
-    /// The words of these nets in each state, and the edges until they change next.
-    orbit: Vec<Vec<(u64, u64)>>,
-    state: usize,
+    /// The words that others see, and those of registers that only the cluster sees. The latter are stored when the
+    /// cluster is thawed.
+    seen: Vec<Orbit>,
+    hidden: Vec<Orbit>,
+    /// The edges since then, and the edge at which a word that others see changes next.
+    edge: u64,
+    next: u64,
+}
+
+impl Cluster {
+    /// Returns the words that others see.
+    pub(super) fn seen(&self) -> impl Iterator<Item = u32> + '_ {
+        self.seen.iter().map(|orbit| orbit.net)
+    }
+
+    /// Returns the words of now of registers that only the cluster sees.
+    pub(super) fn hidden(&self) -> impl Iterator<Item = (u32, u64)> + '_ {
+        self.hidden.iter().map(|orbit| (orbit.net, orbit.at(self.edge).0))
+    }
+}
+
+/// Thaws a cluster: registers that only it sees have their words of now, and all of its cells are marked.
+pub(super) fn thaw(of: &mut Option<Cluster>, lines: &mut [Line], marked: &mut IndexSet, frozen: &mut IndexSet) {
+    of.take().iter().flat_map(Cluster::hidden).for_each(|(net, word)| lines[net as usize].word = word);
+    marked.extend(frozen);
+    *frozen = IndexSet::new(64 * marked.parts());
+}
+
+/// Cells that depend on words of the cluster and on no mover. While nothing else changes their words rest, each until an
+/// edge since the cluster was frozen. So the rules of [`Operation::line`](crate::Operation::line), of words without a
+/// slope, hold for these edges as for horizons, and have to be used again only where an operand has changed or is still
+/// until another edge: such cells are stale.
+#[derive(Clone, Default)]
+pub(super) struct Steady {
+    pub(super) cells: IndexSet,
+    /// The words that are seen by cells that depend on movers, by movers, and as outputs.
+    pub(super) seen: Vec<u32>,
+    /// The data of other registers, resets and clocks that the design makes, and the edge up to which all of them rest.
+    pub(super) ends: Vec<u32>,
+    next: u64,
+    is_new: bool,
+    /// The edge until which each word rests.
+    until: Vec<u64>,
+}
+
+impl Steady {
+    pub(super) fn new(marks: usize, nets: usize) -> Self {
+        let (cells, until) = (IndexSet::new(marks), vec![FOREVER; nets]);
+        Self { cells, until, is_new: true, ..Self::default() }
+    }
 }
 
 /// The movements of a register at the edges at which clusters are looked for.
@@ -51,43 +139,86 @@ impl Movement {
 }
 
 impl Leap {
-    /// Moves the cluster on by so many edges; in a macro-step its words are still in all periods only if a period is a
-    /// multiple of the orbit. Marks the users of words that have changed.
+    /// Moves the cluster on by so many edges; in a macro-step its words have horizons in periods. Marks the users of
+    /// words that have changed.
     #[inline]
     pub(super) fn move_cluster<const PERIOD: bool>(&mut self, edges: u64) {
         let Some(cluster) = &mut self.cluster else { return };
-        let length = cluster.orbit.len() as u64;
-        cluster.state = ((cluster.state as u64 + edges % length) % length) as usize;
-        let is_still = !PERIOD || self.periods.period.is_multiple_of(length);
-        for (net, (word, _)) in cluster.nets.iter().zip(&cluster.orbit[cluster.state]) {
-            let made = Line { word: *word, slope: 0, horizon: if is_still { FOREVER } else { 1 } };
-            let line = &mut self.lines[*net as usize];
-            if super::differ::<PERIOD>(*line, made) {
-                *line = made;
-                self.users.mark_but(*net, &self.frozen, &mut self.marked);
+        cluster.edge += edges;
+        let is_still = !PERIOD || self.periods.is_periodic;
+        if is_still && cluster.edge < cluster.next {
+            return;
+        }
+        cluster.next = u64::MAX;
+        for orbit in &mut cluster.seen {
+            if !is_still || cluster.edge >= orbit.next {
+                let (word, until) = orbit.at(cluster.edge);
+                orbit.next = cluster.edge + until;
+                let horizon = if is_still { FOREVER } else { orbit.returns(cluster.edge, self.periods.period) };
+                let made = Line { word, slope: 0, horizon };
+                let line = &mut self.lines[orbit.net as usize];
+                if super::differ::<PERIOD>(*line, made) {
+                    *line = made;
+                    self.users.mark_but(orbit.net, &self.frozen, &mut self.marked);
+                }
+            }
+            cluster.next = cluster.next.min(orbit.next);
+        }
+    }
+
+    /// Returns the number of edges for which all ends that depend on the cluster and on no mover rest, and gives words
+    /// that depend on no mover and that others see their horizons.
+    #[inline]
+    pub(super) fn steady_horizon(&mut self) -> u64 {
+        let Some(cluster) = &self.cluster else { return FOREVER };
+        let (steady, lines) = (&mut self.cone.steady, &mut self.lines);
+        for orbit in &cluster.seen {
+            let until = &mut steady.until[orbit.net as usize];
+            if std::mem::replace(until, orbit.next) != orbit.next {
+                self.users.mark(orbit.net, &mut self.stale);
+                steady.is_new = true;
             }
         }
-    }
-
-    /// Tells the lines of the cluster's words for the edges from now on.
-    #[inline]
-    pub(super) fn tell_cluster(&mut self) {
-        let Some(cluster) = &self.cluster else { return };
-        for (net, (word, until)) in cluster.nets.iter().zip(&cluster.orbit[cluster.state]) {
-            self.lines[*net as usize] = Line { word: *word, slope: 0, horizon: *until };
+        let mut is_new = steady.is_new;
+        for part in 0..self.stale.parts() {
+            let cells = steady.cells.part(part);
+            let mut left = self.stale.take(part) & cells;
+            is_new |= left != 0;
+            while let Some(mark) = take_lowest(&mut left, part) {
+                let step = &self.steps[mark];
+                let operand = |at: usize| {
+                    let net = step.operands[at] as usize;
+                    Line { word: lines[net].word, slope: 0, horizon: steady.until[net] }
+                };
+                let Line { horizon, .. } =
+                    step.operation.line_of(step.widths, lines[step.output as usize].word, operand);
+                if std::mem::replace(&mut steady.until[step.output as usize], horizon) != horizon {
+                    self.users.mark_range(step.users, &mut self.stale);
+                    left |= self.stale.take(part) & cells;
+                }
+            }
         }
+        if is_new {
+            steady.next = steady.ends.iter().map(|net| steady.until[*net as usize]).min().unwrap_or(FOREVER);
+            steady.is_new = false;
+        }
+        for net in &steady.seen {
+            lines[*net as usize].horizon = steady.until[*net as usize] - cluster.edge;
+        }
+        steady.next - cluster.edge
     }
 
-    /// Returns the number of edges until a word of the cluster changes; none ever does without one.
+    /// Returns the number of edges until a word of the cluster that others see changes.
     #[inline]
     pub(super) fn until_cluster(&self) -> u64 {
-        let Some(cluster) = &self.cluster else { return FOREVER };
-        cluster.orbit[cluster.state].iter().map(|(_, until)| *until).min().unwrap_or(FOREVER)
+        self.cluster.as_ref().map_or(FOREVER, |cluster| cluster.next - cluster.edge)
     }
 
-    /// Returns the words of the cluster that others may see.
-    pub(super) fn seen_of_cluster(&self) -> &[u32] {
-        self.cluster.as_ref().map_or(&[], |cluster| &cluster.nets)
+    /// Returns whether a period brings all words of the cluster that others see back to those of now.
+    #[inline]
+    pub(super) fn is_periodic(&self) -> bool {
+        let period = self.periods.period as usize;
+        self.cluster.iter().flat_map(|cluster| &cluster.seen).all(|orbit| period.is_multiple_of(orbit.words.len()))
     }
 
     /// Thaws the cluster if one of its cells or registers takes a word that may move in a jump.
@@ -129,37 +260,46 @@ impl Leap {
         let mut closures: Vec<_> = (0..active.len()).map(closure).collect();
         closures.sort_by_key(|all| all.count_ones());
         closures.dedup();
-        let mut found: Option<(u64, (Cluster, IndexSet))> = None;
+        let (mut frozen, mut all, mut work) = (IndexSet::new(64 * self.marked.parts()), 0, WORK);
+        let mut orbits = Vec::new();
         for closure in closures {
-            let before = found.as_ref().map_or(0, |found| found.0);
-            let is_in = |bit: &usize| closure >> bit & 1 != 0;
-            let is_regular = (0..active.len()).filter(is_in).any(|bit| !movements[active[bit]].is_irregular);
-            let of = |all: u64, most: usize| self.cluster_of((all, &active, &on), most);
-            if closure & !before == 0 || of(closure, if is_regular { SHORT } else { LONGEST }).is_none() {
-                continue;
-            }
-            if let Some(cluster) = of(closure | before, LONGEST) {
-                found = Some((closure | before, cluster));
-            }
-        }
-        let Some((all, (cluster, frozen))) = found else { return false };
-        for (bit, at) in active.iter().enumerate() {
-            if all >> bit & 1 != 0 {
-                self.pending.set(*at, false);
-                self.movers.set(*at, false);
-                self.flops[*at].steady = 0;
+            let of = || (0..active.len()).filter(|bit| closure >> bit & 1 != 0);
+            let is_counter = of().any(|bit| !movements[active[bit]].is_irregular);
+            let flops: Vec<_> = of().map(|bit| active[bit]).collect();
+            if closure & !all != 0
+                && let Some(made) = self.orbits((&flops, is_counter), &on, &mut frozen, &mut work)
+            {
+                all |= closure;
+                orbits.extend(made);
             }
         }
-        (self.cluster, self.frozen) = (Some(cluster), frozen);
+        for (_, at) in active.iter().enumerate().filter(|(bit, _)| all >> bit & 1 != 0) {
+            self.pending.set(*at, false);
+            self.movers.set(*at, false);
+            self.flops[*at].steady = 0;
+        }
+        if all == 0 {
+            return false;
+        }
+        let (seen, hidden): (Vec<_>, Vec<_>) =
+            orbits.into_iter().partition(|orbit| self.users.any_but(orbit.net, &frozen));
+        let next = seen.iter().map(|orbit| orbit.next).min().unwrap_or(FOREVER);
+        (self.cluster, self.frozen) = (Some(Cluster { seen, hidden, edge: 0, next }), frozen);
         self.find_cone();
         self.cluster.is_some()
     }
 
-    /// Returns the cluster of all these registers and its marks, if its orbit from the state of now on has at most
-    /// `most` states and closes. The registers are among the active ones, `on` which each word depends.
-    fn cluster_of(&self, (all, active, on): (u64, &[usize], &[u64]), most: usize) -> Option<(Cluster, IndexSet)> {
-        let is_in = |bit: &usize| all >> bit & 1 != 0;
-        let flops: Vec<_> = (0..active.len()).filter(is_in).map(|bit| active[bit]).collect();
+    /// Returns the orbits of registers, and of cells that depend on nothing else that moves, as far as no other orbit
+    /// has them and others see them, and freezes all of them; `None` if the registers do not come back to their words of
+    /// now after at most [`LONGEST`] edges. `on` has the active registers on which each word depends; `work` is the
+    /// number of cells that may be evaluated.
+    fn orbits(
+        &self,
+        (flops, is_counter): (&[usize], bool),
+        on: &[u64],
+        frozen: &mut IndexSet,
+        work: &mut usize,
+    ) -> Option<Vec<Orbit>> {
         // An asynchronous reset by the cluster itself would thaw it again and again.
         if self.resets.iter().any(|(at, net, ..)| flops.contains(&(*at as usize)) && on[*net as usize] != 0) {
             return None;
@@ -175,52 +315,54 @@ impl Leap {
                 step.operands.iter().for_each(|net| needed[*net as usize] = true);
             }
         }
-        let mut frozen = IndexSet::new(64 * self.marked.parts());
-        let mut nets: Vec<_> = flops.iter().map(|at| self.flops[*at].output).collect();
-        let mut cells = Vec::new();
+        let (mut both, mut cells) = (frozen.clone(), Vec::new());
+        flops.iter().for_each(|at| both.insert(self.steps.len() + at));
         for (at, step) in self.steps.iter().enumerate() {
             // `needed` has the words at rest, and from here on the words of the cluster.
             let is_own = step.operands.iter().all(|net| needed[*net as usize]);
             if on[step.output as usize] != 0 && (needed[step.output as usize] || is_own) {
                 needed[step.output as usize] = true;
-                frozen.insert(at);
+                both.insert(at);
                 cells.push(at);
             }
         }
-        flops.iter().for_each(|at| frozen.insert(self.steps.len() + at));
-        let is_seen = |net: &u32| self.users.any_but(*net, &frozen);
-        nets.extend(cells.iter().map(|at| self.steps[*at].output).filter(is_seen));
-        let most = most.min(WORK / cells.len().max(1));
+        let is_seen = |net: u32| self.users.any_but(net, &both);
+        let registers = flops.iter().filter(|at| !frozen.contains(self.steps.len() + **at));
+        let registers = registers.map(|at| self.flops[*at].output);
+        let others = cells.iter().filter(|at| !frozen.contains(**at)).map(|at| self.steps[*at].output);
+        let orbit = |net| Orbit { net, words: Vec::new(), next: 0 };
+        let mut orbits: Vec<_> = registers.chain(others.filter(|net| is_seen(*net))).map(orbit).collect();
         let mut words: Vec<_> = self.lines.iter().map(|line| line.word).collect();
-        let mut orbit: Vec<Vec<(u64, u64)>> = Vec::new();
-        loop {
-            let state: Vec<_> = nets.iter().map(|net| (words[*net as usize], FOREVER)).collect();
-            if orbit.first().is_some_and(|first| first[..flops.len()] == state[..flops.len()]) {
-                break;
+        for states in 1.. {
+            for orbit in &mut orbits {
+                orbit.words.push((words[orbit.net as usize], FOREVER));
             }
-            if orbit.len() == most {
-                return None;
-            }
-            orbit.push(state);
             let next: Vec<_> = flops.iter().map(|at| words[self.flops[*at].data as usize]).collect();
             flops.iter().zip(next).for_each(|(at, word)| words[self.flops[*at].output as usize] = word);
+            if flops.iter().map(|at| self.flops[*at].output as usize).all(|net| words[net] == self.lines[net].word) {
+                break;
+            }
+            *work = work.checked_sub(cells.len())?;
+            let changes = |orbit: &Orbit| orbit.words.windows(2).filter(|two| two[0].0 != two[1].0).count();
+            let is_often = |orbit: &Orbit| is_seen(orbit.net) && changes(orbit) > RARE;
+            if states == LONGEST || states == SHORT && is_counter && orbits.iter().any(is_often) {
+                return None;
+            }
             for at in &cells {
                 let step = &self.steps[*at];
-                let word = step.operation.word_of(step.widths, |at| words[step.operands[at] as usize]);
-                words[step.output as usize] = word;
+                words[step.output as usize] =
+                    step.operation.word_of(step.widths, |at| words[step.operands[at] as usize]);
             }
         }
         // Twice around, from the last state on: the second time it is known when each word changes.
-        for at in (0..2 * orbit.len()).rev() {
-            let (this, next) = (at % orbit.len(), orbit[(at + 1) % orbit.len()].clone());
-            for ((word, until), (then, after)) in orbit[this].iter_mut().zip(next) {
-                *until = if *word == then { (after + 1).min(FOREVER) } else { 1 };
+        for Orbit { words, next, .. } in &mut orbits {
+            for at in (0..2 * words.len()).rev() {
+                let (this, (then, after)) = (at % words.len(), words[(at + 1) % words.len()]);
+                words[this].1 = if words[this].0 == then { (after + 1).min(FOREVER) } else { 1 };
             }
+            *next = words[0].1;
         }
-        // Words that only the cluster sees do not bound anything.
-        for net in (0..nets.len()).filter(|net| !is_seen(&nets[*net])).collect::<Vec<_>>() {
-            orbit.iter_mut().for_each(|state| state[net].1 = FOREVER);
-        }
-        Some((Cluster { nets, orbit, state: 0 }, frozen))
+        *frozen = both;
+        Some(orbits)
     }
 }

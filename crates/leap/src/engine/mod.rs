@@ -12,7 +12,7 @@
 mod cluster;
 mod periods;
 
-use cluster::Cluster;
+use cluster::{Cluster, Steady};
 use periods::{LASTING, Periods};
 
 use crate::index_set::{IndexSet, take_lowest};
@@ -49,6 +49,24 @@ struct Step {
     operands: [u32; 3],
     output: u32,
     users: (u32, u32),
+}
+
+impl Step {
+    /// Returns its word now.
+    #[inline(always)]
+    fn word(&self, lines: &[Line]) -> u64 {
+        self.operation.word_of(self.widths, |at| lines[self.operands[at] as usize].word)
+    }
+
+    /// Returns its line from now on.
+    #[inline(always)]
+    fn line(&self, lines: &[Line]) -> Line {
+        let operand = |at: usize| lines[self.operands[at] as usize];
+        if self.operation == Operation::Mux && operand(0).rests() {
+            return operand(if operand(0).word == 0 { 1 } else { 2 });
+        }
+        self.operation.line_of(self.widths, self.word(lines), operand)
+    }
 }
 
 /// A register as the simulation needs it.
@@ -159,6 +177,13 @@ impl Inner {
     }
 }
 
+impl Inner {
+    /// Returns what it reads: its net, and what its registers take, so that this is seen.
+    fn reads(&self) -> Vec<Net> {
+        self.flops.iter().map(|(_, data)| Net(*data)).chain([Net(self.net)]).collect()
+    }
+}
+
 /// A simulation of a netlist, between two clock edges.
 #[derive(Clone)]
 pub struct Leap {
@@ -186,6 +211,11 @@ pub struct Leap {
     ramps: Vec<(usize, Line, u64)>,
     /// The users of movers, direct or not: cells, registers, outputs, asynchronous resets and clocks.
     cone: Cone,
+    /// The cells that were evaluated since horizons were computed; has no parts without a cluster.
+    stale: IndexSet,
+    /// Whether words may have lines of a jump, and the marks that were evaluated in a macro-step.
+    has_lines: bool,
+    touched: IndexSet,
     share: Share,
     brief: u32,
     rest: u64,
@@ -199,6 +229,13 @@ pub struct Leap {
     cluster: Option<Cluster>,
     frozen: IndexSet,
     is_thawed: bool,
+}
+
+/// Returns the outputs of a rank and below.
+fn up_to(rank: u8, ranks: &[u8]) -> IndexSet {
+    let mut set = IndexSet::new(ranks.len());
+    (0..ranks.len()).filter(|at| ranks[*at] <= rank).for_each(|at| set.insert(at));
+    set
 }
 
 /// Returns for how many edges, or periods of a macro-step, a word certainly has this slope.
@@ -215,9 +252,10 @@ fn differ<const PERIOD: bool>(one: Line, other: Line) -> bool {
 
 #[derive(Clone, Default)]
 struct Cone {
+    steady: Steady,
     /// The data, the words and the widths of movers.
     movers: Vec<(u32, u32, u8)>,
-    cells: Vec<u32>,
+    cells: Vec<Step>,
     /// The places, the data and the words of registers.
     flops: Vec<(u32, u32, u32)>,
     outputs: Vec<u32>,
@@ -262,10 +300,10 @@ impl Leap {
         let operands = cells.iter().map(|cell| &cell.operands[..cell.operation.operands()]);
         let data: Vec<_> = flops.iter().map(|flop| [Net(flop.data)]).collect();
         let shown = outputs.iter().map(|output| std::slice::from_ref(&output.net));
-        let triggers = resets.iter().map(|reset| reset.1).chain(clocks.iter().map(|clock| clock.net));
-        let triggers: Vec<_> = triggers.map(|net| [Net(net)]).collect();
+        let triggers = resets.iter().map(|reset| vec![Net(reset.1)]).chain(clocks.iter().map(Inner::reads));
+        let triggers: Vec<_> = triggers.collect();
         let all =
-            operands.chain(data.iter().map(|net| &net[..])).chain(shown).chain(triggers.iter().map(|net| &net[..]));
+            operands.chain(data.iter().map(|net| &net[..])).chain(shown).chain(triggers.iter().map(Vec::as_slice));
         let users = Users::new(widths.len(), all);
         let step = |cell: &Cell| Step {
             operation: cell.operation,
@@ -275,11 +313,6 @@ impl Leap {
             users: (users.from[cell.output.index()], users.from[cell.output.index() + 1]),
         };
         let steps: Vec<_> = cells.iter().map(step).collect();
-        let up_to = |rank: u8| {
-            let mut set = IndexSet::new(outputs.len());
-            (0..outputs.len()).filter(|at| ranks[*at] <= rank).for_each(|at| set.insert(at));
-            set
-        };
         let mut marked = IndexSet::new(marks);
         (0..marks).for_each(|mark| marked.insert(mark));
         let first = cells.len() + flops.len() + outputs.len();
@@ -299,9 +332,12 @@ impl Leap {
             movers: IndexSet::new(flops.len()),
             told: vec![None; outputs.len()],
             news: IndexSet::new(outputs.len()),
-            ranks: (0..=ranks.iter().copied().max().unwrap_or(0)).map(up_to).collect(),
+            ranks: (0..=ranks.iter().copied().max().unwrap_or(0)).map(|rank| up_to(rank, ranks)).collect(),
             ramps: Vec::new(),
-            cone: Cone::default(),
+            cone: Cone { steady: Steady::new(marks, 0), ..Cone::default() },
+            stale: IndexSet::default(),
+            has_lines: false,
+            touched: IndexSet::new(marks),
             share: Share::default(),
             brief: 0,
             rest: 0,
@@ -345,7 +381,9 @@ impl Leap {
 
     /// Returns the words of the registers now.
     pub fn registers(&self) -> impl Iterator<Item = u64> + '_ {
-        self.flops.iter().map(|flop| self.lines[flop.output as usize].word)
+        let hidden = |net: u32| self.cluster.iter().flat_map(Cluster::hidden).find(move |(own, _)| *own == net);
+        let word = move |net: u32| hidden(net).map_or(self.lines[net as usize].word, |(_, word)| word);
+        self.flops.iter().map(move |flop| word(flop.output))
     }
 
     /// Returns how many edges there were, and how many of them were leapt over.
@@ -499,16 +537,14 @@ impl Leap {
             let line = &mut lines[flop.output as usize];
             line.word = line.after(edges, flop.width);
         }
-        for &cell in &self.cone.cells {
-            let step = &self.steps[cell as usize];
+        for step in &self.cone.cells {
             let line = &mut lines[step.output as usize];
             if line.horizon > edges {
                 if line.slope != 0 {
                     line.word = line.after(edges, step.widths.result);
                 }
             } else {
-                let word = step.operation.word_of(step.widths, |at| lines[step.operands[at] as usize].word);
-                lines[step.output as usize].word = word;
+                lines[step.output as usize].word = step.word(lines);
             }
         }
         for &(at, data, output) in &self.cone.flops {
@@ -551,29 +587,34 @@ impl Leap {
         let mut bound = self.periods.bound;
         let mut part = 0;
         while part < self.marked.parts() {
-            let frozen = self.frozen.part(part);
-            while let Some(mark) = self.marked.take_from(part) {
-                if frozen >> (mark % 64) & 1 != 0 {
-                    self.marked.extend(&self.frozen);
-                    self.frozen = IndexSet::new(64 * self.marked.parts());
-                    (self.cluster, self.is_thawed, bound) = (None, true, 1);
-                    part = usize::MAX;
-                    break;
-                }
+            // Marks that are set meanwhile are behind the one that sets them.
+            let (mut left, frozen) = (self.marked.take(part), self.frozen.part(part));
+            if left & frozen != 0 {
+                self.marked.insert_into(part, left);
+                cluster::thaw(&mut self.cluster, lines, &mut self.marked, &mut self.frozen);
+                (self.is_thawed, bound, part) = (true, 1, 0);
+                continue;
+            }
+            let mut all = left;
+            while let Some(mark) = take_lowest(&mut left, part) {
                 if mark < flops {
                     let step = &self.steps[mark];
-                    let word = step.operation.word_of(step.widths, |at| lines[step.operands[at] as usize].word);
-                    let mut made = Line::still(word);
-                    if PERIOD && step.operands.iter().any(|net| lines[*net as usize].moves()) {
-                        made = step.operation.line_of(step.widths, word, |at| lines[step.operands[at] as usize]);
-                    }
+                    let made = match PERIOD {
+                        true => step.line(lines),
+                        false => Line::still(step.word(lines)),
+                    };
                     let line = &mut lines[step.output as usize];
                     if differ::<PERIOD>(*line, made) {
-                        line.word = word;
+                        line.word = made.word;
                         if PERIOD {
                             *line = made;
                         }
                         self.users.mark_range(step.users, &mut self.marked);
+                        left |= self.marked.take(part);
+                        all |= left;
+                        if left & frozen != 0 {
+                            self.marked.insert_into(part, std::mem::take(&mut left));
+                        }
                     }
                 } else if mark < outputs {
                     let flop = &self.flops[mark - flops];
@@ -607,7 +648,11 @@ impl Leap {
                     }
                 }
             }
-            part = part.wrapping_add(1);
+            self.stale.part_mut(part).into_iter().for_each(|bits| *bits |= all);
+            if PERIOD {
+                self.touched.insert_into(part, all);
+            }
+            part += usize::from(self.marked.part(part) == 0);
         }
         if PERIOD {
             self.periods.bound = bound;
@@ -620,7 +665,8 @@ impl Leap {
         if self.is_thawed {
             self.find_cone();
         }
-        self.tell_cluster();
+        self.has_lines = true;
+        let mut edges = self.steady_horizon().min(most);
         let mut is_other = false;
         for &(data, output, width) in &self.cone.movers {
             let difference = self.lines[data as usize].word.wrapping_sub(self.lines[output as usize].word);
@@ -633,13 +679,11 @@ impl Leap {
             return 1;
         }
         let lines = &mut self.lines[..];
-        for &cell in &self.cone.cells {
-            let step = &self.steps[cell as usize];
+        for step in &self.cone.cells {
             let word = lines[step.output as usize].word;
             let operand = |at: usize| lines[step.operands[at] as usize];
             lines[step.output as usize] = step.operation.line_of(step.widths, word, operand);
         }
-        let mut edges = most;
         for &(_, data, output) in &self.cone.flops {
             edges = edges.min(keeps(lines[data as usize], lines[output as usize].slope));
         }
@@ -684,31 +728,52 @@ impl Leap {
     fn find_cone(&mut self) {
         self.rest_lines();
         self.is_thawed = false;
-        let mut cone = Cone { ends: IndexSet::new(64 * self.marked.parts()), ..Cone::default() };
         let mut moves = vec![false; self.lines.len()];
         self.movers.iter().for_each(|at| moves[self.flops[at].output as usize] = true);
         self.reach(&mut moves, |_| {});
         self.thaw_if(|net| moves[net as usize]);
-        self.seen_of_cluster().iter().for_each(|net| moves[*net as usize] = true);
-        self.reach(&mut moves, |cell| cone.cells.push(cell));
-        let is_in = |net: u32| moves[net as usize];
-        for (at, flop) in self.flops.iter().enumerate() {
+        let (marks, mut waits) = (64 * self.marked.parts(), moves.clone());
+        let mut steady = Steady::new(marks, self.lines.len());
+        let mut cone = Cone { ends: IndexSet::new(marks), ..Cone::default() };
+        self.cluster.iter().flat_map(Cluster::seen).for_each(|net| waits[net as usize] = true);
+        self.reach(&mut waits, |cell| {
+            let step = &self.steps[cell as usize];
+            match moves[step.output as usize] {
+                true => cone.cells.push(*step),
+                false => steady.cells.insert(cell as usize),
+            }
+        });
+        // Movers see a word of the cluster through its horizon, the others only bound the jump.
+        let is_steady = |net: u32| waits[net as usize] && !moves[net as usize];
+        let taken = cone.cells.iter().flat_map(|step| step.operands);
+        steady.seen = taken.chain(self.outputs.iter().map(|output| output.0)).filter(|net| is_steady(*net)).collect();
+        for (at, flop) in self.flops.iter().enumerate().filter(|(at, _)| !self.frozen.contains(self.steps.len() + at)) {
             if self.movers.contains(at) {
                 cone.movers.push((flop.data, flop.output, flop.width));
             }
-            if (self.movers.contains(at) || is_in(flop.data)) && !self.frozen.contains(self.steps.len() + at) {
+            if self.movers.contains(at) || moves[flop.data as usize] {
                 cone.flops.push((at as u32, flop.data, flop.output));
+                steady.seen.extend(Some(flop.data).filter(|net| is_steady(*net)));
+            } else if is_steady(flop.data) {
+                steady.ends.push(flop.data);
             }
         }
+        steady.seen.sort_unstable();
+        steady.seen.dedup();
         let mut mark = self.steps.len() + self.flops.len();
-        let mut ends = |is_end: bool| {
-            cone.ends.set(mark, is_end);
+        let mut ends = |net: u32| {
+            cone.ends.set(mark, moves[net as usize]);
             mark += 1;
-            is_end
+            waits[net as usize]
         };
-        cone.outputs = (0..).zip(&self.outputs).filter(|(_, (net, _))| ends(is_in(*net))).map(|(at, _)| at).collect();
+        cone.outputs = (0..).zip(&self.outputs).filter(|(_, (net, _))| ends(*net)).map(|(at, _)| at).collect();
         let triggers = self.resets.iter().map(|reset| reset.1).chain(self.clocks.iter().map(|clock| clock.net));
-        cone.triggers = triggers.filter(|net| ends(is_in(*net))).collect();
-        self.cone = cone;
+        let triggers = triggers.filter(|net| ends(*net));
+        (steady.ends, cone.triggers) = {
+            let (still, moving): (Vec<_>, Vec<_>) = triggers.partition(|net| is_steady(*net));
+            (steady.ends.into_iter().chain(still).collect(), moving)
+        };
+        self.stale = if self.cluster.is_some() { steady.cells.clone() } else { IndexSet::default() };
+        self.cone = Cone { steady, ..cone };
     }
 }

@@ -11,8 +11,9 @@
 //!
 //! The period is found as the distance at which the differences of the pending registers repeat.
 
-use super::cluster::Movement;
+use super::cluster::{Cluster, Movement};
 use super::{Leap, STILL, keeps};
+use crate::index_set::take_lowest;
 use crate::line::{FOREVER, Line};
 use crate::operation::{mask, signed};
 
@@ -36,6 +37,8 @@ const LONGEST_REST: u64 = 1 << 20;
 pub(super) struct Periods {
     /// The edges of a period; 0 if there is none.
     pub(super) period: u64,
+    /// Whether it brings all words of the cluster that others see back to those of before.
+    pub(super) is_periodic: bool,
     /// The slope of each register a period, and the difference over the period that was seen last.
     slopes: Vec<i64>,
     seen: Vec<u64>,
@@ -164,7 +167,7 @@ impl Leap {
         let periods = &mut self.periods;
         (periods.period, periods.credit) = (period, CREDIT);
         periods.slopes = vec![0; self.flops.len()];
-        periods.seen = vec![0; self.flops.len()];
+        (periods.seen, periods.begun) = (vec![0; self.flops.len()], vec![0; self.flops.len()]);
     }
 
     /// Gives periods up for a time, which doubles.
@@ -178,12 +181,14 @@ impl Leap {
     /// Makes the edges of a period, and leaps over further ones where that is proved.
     fn macro_step(&mut self, most: u64, asked: usize) -> u64 {
         let period = self.periods.period;
-        self.rest_lines();
+        if std::mem::take(&mut self.has_lines) {
+            self.rest_lines();
+        }
         self.periods.bound = FOREVER;
-        self.periods.begun.clear();
-        for (at, (flop, slope)) in self.flops.iter().zip(&self.periods.slopes).enumerate() {
+        let registers = self.flops.iter().zip(&mut self.periods.slopes).zip(&mut self.periods.begun);
+        for (at, ((flop, slope), begun)) in registers.enumerate() {
             let line = &mut self.lines[flop.output as usize];
-            self.periods.begun.push(line.word);
+            *begun = line.word;
             if *slope != 0 {
                 line.slope = *slope;
                 self.marked.insert(self.steps.len() + at);
@@ -196,39 +201,37 @@ impl Leap {
                 self.periods.bound = 1;
             }
         }
-        self.move_cluster::<true>(0);
+        // Where no register is pending, nothing changes before the cluster's words do. The words of these edges are in
+        // later periods those behind the last edge of the period before, so those have the lines.
+        self.periods.is_periodic = self.is_periodic();
+        let waits = self.periods.is_periodic && self.pending.is_empty();
+        let mut edges = if waits { self.until_cluster().min(period) } else { 0 };
+        let (mut steps, mut moves) = (u64::from(waits), false);
+        self.move_cluster::<true>(edges);
         self.settle::<true>(asked);
-        let (mut edges, mut steps) = (0, 0);
         while edges < period && !self.news.meets(&self.ranks[asked]) {
             let (flops, lines) = (&self.flops, &self.lines);
             self.taken.extend(self.pending.iter().map(|at| (at as u32, lines[flops[at].data as usize])));
-            // Where no register is pending, nothing changes before the cluster's words do.
-            let rests = if self.taken.is_empty() { self.until_cluster().min(period - edges) } else { 1 };
+            moves |= !self.taken.is_empty();
+            let rests = if self.taken.is_empty() && self.periods.is_periodic {
+                self.until_cluster().min(period - edges)
+            } else {
+                1
+            };
             self.move_cluster::<true>(rests);
             self.give::<true>();
             self.settle::<true>(asked);
             (edges, steps) = (edges + rests, steps + 1);
         }
         let is_whole = edges == period && !self.news.meets(&self.ranks[asked]);
+        for at in self.pending.iter().filter(|_| waits) {
+            let [data, own] = [self.flops[at].data, self.flops[at].output].map(|net| self.lines[net as usize]);
+            let is_same = (data.word, data.slope) == (own.word, own.slope);
+            let bound = if is_same { data.horizon.min(own.horizon) } else { 1 };
+            self.periods.bound = self.periods.bound.min(bound);
+        }
         let jump = if is_whole { self.proved().min((most - period) / period) } else { 0 };
-        if jump > 0 {
-            self.move_cluster::<false>(jump * period);
-            for (at, (flop, slope)) in self.flops.iter().zip(&self.periods.slopes).enumerate() {
-                if *slope != 0 {
-                    let moved =
-                        self.lines[flop.output as usize].word.wrapping_add(jump.wrapping_mul(slope.cast_unsigned()));
-                    self.taken.push((at as u32, Line::still(moved & mask(flop.width))));
-                }
-            }
-        }
-        self.rest_lines();
-        // Registers whose lines alone were others are pending no more.
-        let first = self.steps.len();
-        for at in (first..first + self.flops.len()).filter(|at| !self.frozen.contains(*at)) {
-            self.marked.insert(at);
-        }
-        self.give::<false>();
-        self.settle::<false>(0);
+        self.leap_periods(jump);
         let leapt = jump * period;
         self.share.edges += edges + leapt;
         if leapt > 0 && leapt + 2 * period <= most {
@@ -236,8 +239,48 @@ impl Leap {
         }
         self.share.leapt += leapt;
         self.share.steps += steps;
-        self.pay(edges, leapt);
+        // Where the cluster alone moves, plain jumps reach as far.
+        if moves {
+            self.pay(edges, leapt)
+        } else {
+            self.rest_from_periods()
+        }
         edges + leapt
+    }
+
+    /// Leaps over periods from the lines of a macro-step on, and lets all words rest. As in a jump over edges, a word
+    /// with a longer horizon is on its line; others that were evaluated in the macro-step are evaluated.
+    fn leap_periods(&mut self, jump: u64) {
+        self.move_cluster::<false>(jump * self.periods.period);
+        let lines = &mut self.lines;
+        for net in self.cluster.iter().flat_map(Cluster::seen) {
+            lines[net as usize].horizon = FOREVER;
+        }
+        for (flop, slope) in self.flops.iter().zip(&self.periods.slopes) {
+            let line = &mut lines[flop.output as usize];
+            let moved = jump.wrapping_mul(slope.cast_unsigned());
+            *line = Line::still(line.word.wrapping_add(moved) & mask(flop.width));
+        }
+        let flops = self.steps.len();
+        for part in 0..self.touched.parts() {
+            let mut left = self.touched.take(part);
+            while let Some(mark) = take_lowest(&mut left, part) {
+                if let Some(step) = self.steps.get(mark) {
+                    let line = lines[step.output as usize];
+                    let word = match line.horizon > jump {
+                        true => line.after(jump, step.widths.result),
+                        false => step.word(lines),
+                    };
+                    lines[step.output as usize] = Line::still(word);
+                } else if let Some(flop) = self.flops.get(mark - flops) {
+                    let is_pending = lines[flop.data as usize].word != lines[flop.output as usize].word;
+                    self.pending.set(mark - flops, is_pending);
+                } else {
+                    self.marked.insert(mark);
+                }
+            }
+        }
+        self.settle::<false>(0);
     }
 
     /// Returns for how many periods after the one that is done all registers certainly move by their slopes. Learns the
@@ -245,16 +288,19 @@ impl Leap {
     fn proved(&mut self) -> u64 {
         let Periods { slopes, seen, begun, bound, .. } = &mut self.periods;
         let mut least = *bound;
-        for (at, flop) in self.flops.iter().enumerate() {
-            if self.frozen.contains(self.steps.len() + at) {
+        let registers = self.flops.iter().zip(slopes).zip(seen).zip(begun);
+        for (at, (((flop, slope), seen), begun)) in registers.enumerate() {
+            let line = self.lines[flop.output as usize];
+            let is_resting = line == Line::still(*begun) && *slope == 0;
+            if is_resting || self.frozen.contains(self.steps.len() + at) {
+                *seen = 0;
                 continue;
             }
-            let line = self.lines[flop.output as usize];
-            let difference = line.word.wrapping_sub(begun[at]) & mask(flop.width);
-            let is_it = difference == slopes[at].cast_unsigned() & mask(flop.width);
-            least = least.min(if is_it { keeps(line, slopes[at]) } else { 1 });
-            if std::mem::replace(&mut seen[at], difference) == difference {
-                slopes[at] = signed(difference, flop.width);
+            let difference = line.word.wrapping_sub(*begun) & mask(flop.width);
+            let is_it = difference == slope.cast_unsigned() & mask(flop.width);
+            least = least.min(if is_it { keeps(line, *slope) } else { 1 });
+            if std::mem::replace(seen, difference) == difference {
+                *slope = signed(difference, flop.width);
             }
         }
         least.saturating_sub(1)

@@ -1,6 +1,6 @@
 //! Whole netlists, held against stepping every cell at every edge by the Verilog standard.
 
-use hpu_leap::{AsynchronousReset, Leap, MadeClock, Net, Netlist, Operation};
+use hpu_leap::{AsynchronousReset, Leap, MadeClock, Net, Netlist, Operation, Share};
 
 use crate::random::Random;
 use crate::verilog;
@@ -170,8 +170,19 @@ fn same_for(plain: &mut Plain, edges: u64, most: u64, random: &mut Random) -> f6
     plain.settle();
     let (mut edge, mut shown) = (0, plain.outputs.iter().map(|place| plain.words[*place]).collect::<Vec<_>>());
     leap.tell(shown.iter().map(|word| Some(*word)));
+    // In the second half, an input keeps its word, and is left out of the netlist.
+    let (mut half, mut kept) = (Share::default(), None);
     while edge < edges {
-        let words: Vec<_> = plain.inputs.iter().map(|place| random.below(1 << plain.widths[*place])).collect();
+        if edge > edges / 2 && kept.is_none() && !plain.inputs.is_empty() {
+            let input = random.below(plain.inputs.len() as u64) as usize;
+            let given: Vec<_> = plain.inputs.iter().map(|place| plain.words[*place]).collect();
+            let registers: Vec<_> = leap.registers().collect();
+            (half, kept) = (leap.share(), Some((input, given[input])));
+            leap = Leap::new(&plain.netlist.with_input(input, given[input]), (&registers, &given), &ranks);
+            leap.tell(shown.iter().map(|word| Some(*word)));
+        }
+        let mut words: Vec<_> = plain.inputs.iter().map(|place| random.below(1 << plain.widths[*place])).collect();
+        kept.iter().for_each(|(input, word)| words[*input] = *word);
         for (place, word) in plain.inputs.iter().zip(&words) {
             plain.words[*place] = *word;
         }
@@ -205,8 +216,36 @@ fn same_for(plain: &mut Plain, edges: u64, most: u64, random: &mut Random) -> f6
             assert_eq!(leap.registers().collect::<Vec<_>>(), registers, "after edge {edge}");
         }
     }
-    assert_eq!(leap.share().edges, edge);
-    leap.share().leapt as f64 / edge as f64
+    assert_eq!(half.edges + leap.share().edges, edge);
+    (half.leapt + leap.share().leapt) as f64 / edge as f64
+}
+
+/// Which registers outputs depend on, held against following each word forwards until nothing is new.
+#[test]
+fn live_registers_are_those_that_an_output_depends_on() {
+    let (mut dead, mut all) = (0, 0);
+    for seed in 1..=300 {
+        let mut random = Random(seed * 0x9e6c_63d0_876a_68f3);
+        let plain = random_netlist(&mut random);
+        let shown = plain.outputs[random.below(plain.outputs.len() as u64) as usize];
+        let live = plain.netlist.live(|output| plain.outputs[output] == shown);
+        for (at, (own, ..)) in plain.registers.iter().enumerate() {
+            let mut reached = vec![false; plain.nets.len()];
+            reached[*own] = true;
+            for _ in 0..plain.nets.len() {
+                for (_, operands, place) in &plain.cells {
+                    reached[*place] |= operands.iter().any(|place| reached[*place]);
+                }
+                for (register, data, reset) in &plain.registers {
+                    let by_clock = plain.made.iter().any(|made| made.0 == *register && reached[made.1]);
+                    reached[*register] |= reached[*data] || by_clock || reset.is_some_and(|reset| reached[reset.0]);
+                }
+            }
+            assert_eq!(live[at], reached[shown], "netlist {seed}, register {at}");
+            (dead, all) = (dead + u32::from(!live[at]), all + 1);
+        }
+    }
+    assert!(dead > 50 && dead + 50 < all, "{dead} of {all} are dead");
 }
 
 /// Returns a netlist with counters, accumulators, random logic, asynchronous resets, and clocks that it makes.
@@ -563,6 +602,83 @@ fn a_generator_that_nothing_sees_bounds_no_jump() {
     }
 }
 
+/// A slow counter behind a divider lets a register take an input at one of 1000 edges. The input changes between.
+#[test]
+fn a_register_that_waits_for_a_slow_counter_bounds_a_jump_once_it_is_to_change() {
+    let mut random = Random(0x5851_f42d_4c95_7f2d);
+    let mut plain = Plain::default();
+    let input = plain.input(4);
+    let [phase, pace, taken, ramp] = [2, 8, 4, 12].map(|width| plain.register(width, 0));
+    let next = |plain: &mut Plain, own, width, last| {
+        let [one, last, none] = [1, last, 0].map(|word| plain.constant(word, width));
+        let next = plain.cell(Operation::Add, &[own, one], width);
+        let is_last = plain.cell(Operation::Equal, &[own, last], 1);
+        (is_last, plain.cell(Operation::Mux, &[is_last, next, none], width))
+    };
+    let (rises, data) = next(&mut plain, phase, 2, 3);
+    plain.connect(phase, data, None);
+    let (is_last, data) = next(&mut plain, pace, 8, 249);
+    let data = plain.cell(Operation::Mux, &[rises, pace, data], 8);
+    plain.connect(pace, data, None);
+    let data = plain.cell(Operation::Mux, &[is_last, taken, input], 4);
+    let data = plain.cell(Operation::Mux, &[rises, taken, data], 4);
+    plain.connect(taken, data, None);
+    let (_, data) = next(&mut plain, ramp, 12, 2999);
+    plain.connect(ramp, data, None);
+    plain.output(taken);
+    let top = plain.cell(Operation::Slice { low: 11 }, &[ramp], 1);
+    plain.output(top);
+    let share = same_for(&mut plain, 200_000, 3000, &mut random);
+    assert!(share > 0.9, "{share}");
+}
+
+/// A flag takes a comparison at the nine edges of ten at which its counter is not enabled, and rests at the tenth. Behind
+/// a period it has the word that it takes, and in a later period it has not.
+#[test]
+fn a_flag_of_the_edges_between_ends_a_jump_over_periods() {
+    // The counter reaches the latter where the first period of a request ends.
+    [600, 601].into_iter().for_each(flagged);
+}
+
+fn flagged(limit: u64) {
+    let mut plain = Plain::default();
+    let [one, last, none] = [1, 9, 0].map(|word| plain.constant(word, 4));
+    let (step, limit) = (plain.constant(1, 10), plain.constant(limit, 10));
+    let [phase, ramp, flag] = [(4, 0), (10, 0), (1, 0)].map(|(width, word)| plain.register(width, word));
+    let enable = plain.cell(Operation::Equal, &[phase, last], 1);
+    let next = plain.cell(Operation::Add, &[phase, one], 4);
+    let data = plain.cell(Operation::Mux, &[enable, next, none], 4);
+    plain.connect(phase, data, None);
+    let next = plain.cell(Operation::Add, &[ramp, step], 10);
+    let data = plain.cell(Operation::Mux, &[enable, ramp, next], 10);
+    plain.connect(ramp, data, None);
+    let pulse = plain.cell(Operation::Less { signed: false }, &[ramp, limit], 1);
+    let data = plain.cell(Operation::Mux, &[enable, pulse, flag], 1);
+    plain.connect(flag, data, None);
+    let top = plain.cell(Operation::Slice { low: 9 }, &[ramp], 1);
+    let outputs = [flag, top];
+    outputs.iter().for_each(|output| plain.output(*output));
+    let mut leap = plain.leap(&[0, 0]);
+    plain.settle();
+    leap.tell([Some(0), Some(0)]);
+    let (mut said, mut done) = (Vec::new(), 0);
+    while done < 100_000 {
+        // Macro-steps begin at the edge behind an enabled one.
+        done += leap.clock(2000 - done % 2000, 0, |at, output, word| said.push((done + at, output, word)));
+    }
+    let (mut expected, mut last) = (Vec::new(), [0; 2]);
+    for edge in 1..=100_000 {
+        plain.edge();
+        for (output, place) in outputs.iter().enumerate() {
+            if std::mem::replace(&mut last[output], plain.words[*place]) != last[output] {
+                expected.push((edge, output, last[output]));
+            }
+        }
+    }
+    assert_eq!(said, expected);
+    assert!(leap.share().steps < 5000, "{:?}", leap.share());
+}
+
 /// A ring of bits takes a bit of a counter. The counter rests while the ring is found to run freely, and goes on at the
 /// edge at which another counter has wrapped. Then a jump begins at once, in which the ring must not keep to its orbit.
 #[test]
@@ -644,6 +760,34 @@ fn slopes_of_periods_end_with_them() {
         }
     }
     assert!(leapt > 2500, "{leapt} edges of a request are leapt over");
+}
+
+/// A counter that an input holds, an accumulator of its words and a ramp, all at every tenth edge. Where the counter comes
+/// back to the word at which it was held, the accumulator moves for a period as it was assumed, and not in the next one.
+#[test]
+fn a_slope_that_holds_for_one_period_is_not_that_of_the_next() {
+    let mut plain = Plain::default();
+    let gate = plain.input(1);
+    let [phase, count, sum, ramp] = [4, 4, 12, 12].map(|width| plain.register(width, 0));
+    let [one, last, none] = [1, 9, 0].map(|word| plain.constant(word, 4));
+    let enable = plain.cell(Operation::Equal, &[phase, last], 1);
+    let next = plain.cell(Operation::Add, &[phase, one], 4);
+    let data = plain.cell(Operation::Mux, &[enable, next, none], 4);
+    plain.connect(phase, data, None);
+    let step = plain.cell(Operation::Extend { signed: false }, &[gate], 4);
+    let next = plain.cell(Operation::Add, &[count, step], 4);
+    let data = plain.cell(Operation::Mux, &[enable, count, next], 4);
+    plain.connect(count, data, None);
+    let step = plain.constant(1, 12);
+    let taken = plain.cell(Operation::Extend { signed: false }, &[count], 12);
+    for (register, step) in [(sum, taken), (ramp, step)] {
+        let next = plain.cell(Operation::Add, &[register, step], 12);
+        let data = plain.cell(Operation::Mux, &[enable, register, next], 12);
+        plain.connect(register, data, None);
+        let top = plain.cell(Operation::Slice { low: 11 }, &[register], 1);
+        plain.output(top);
+    }
+    same_for(&mut plain, 300_000, 9000, &mut Random(0x1405_7b7e_f767_814f));
 }
 
 /// A counter that takes a step now and then, and an accumulator of the counter's old words: the next word of the

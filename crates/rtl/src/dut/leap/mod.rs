@@ -39,7 +39,7 @@ use crate::engines::tool::Tool;
 /// reason why there is none, if there is one.
 const RESULTS: [&str; 5] = [NETLIST, PORTS, NOTES, UNCHECKED, UNFIT];
 /// Version of the rules by which designs are refused. Raise it with each new one.
-const RULES: &str = "6";
+const RULES: &str = "7";
 const NETLIST: &str = "netlist.json";
 /// The JSON of Yosys before it simplifies anything.
 const UNSIMPLIFIED: &str = "unsimplified.json";

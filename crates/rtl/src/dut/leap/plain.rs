@@ -397,17 +397,6 @@ impl<'x> Printer<'_, 'x> {
         }
     }
 
-    /// Checks that a function of a package reads its own words alone.
-    fn is_closed(&self, function: usize) -> bool {
-        let own: BTreeSet<_> = self
-            .tree
-            .within(function)
-            .filter(|at| self.tag(*at) == "var")
-            .filter_map(|at| self.tree.nodes[at].get("name"))
-            .collect();
-        self.tree.words(function).all(|name| own.contains(name))
-    }
-
     fn statements(&mut self, all: &[usize]) -> Result<(), String> {
         let mut at = 0;
         while at < all.len() {
@@ -659,11 +648,9 @@ impl<'x> Printer<'_, 'x> {
         port.and_then(|port| tree.nodes[port].get("name")).ok_or_else(|| "a connection by its place".to_string())
     }
 
+    /// Prints a function. One of a package reads its own words alone: names of packages are refused.
     fn function(&mut self, at: usize) -> Result<(), String> {
         let (name, width) = (self.get(at, "name")?, self.width(at)?);
-        if self.packaged.contains(&at) && !self.is_closed(at) {
-            return Err(format!("the function `{name}`, which reads a word of its package"));
-        }
         let _ = writeln!(self.text, "function [{}:0] {};", width - 1, named(name));
         let (vars, body): (Vec<_>, Vec<_>) = self.tree.parts(at).into_iter().partition(|part| self.tag(*part) == "var");
         for var in vars {

@@ -110,6 +110,9 @@ impl Running {
             design.inputs.iter().map(word).collect()
         };
         let (before, resets) = (given(passive), given(1 - passive));
+        let reset = design.inputs.iter().position(|source| matches!(source, Source::Reset));
+        // The reset stays passive from its end on.
+        let after = reset.map(|input| netlist.with_input(input, passive));
         let begun = |fill: Option<u64>| {
             let mut leap = Leap::new(netlist, (&initial(netlist, fill), &before), &ranks);
             leap.input(&resets);
@@ -118,7 +121,8 @@ impl Running {
                 left -= leap.clock(left, u8::MAX, |_, _, _| {});
             }
             leap.input(&before);
-            leap
+            let registers: Vec<_> = leap.registers().collect();
+            after.as_ref().map_or(leap, |netlist| Leap::new(netlist, (&registers, &before), &ranks))
         };
         let is_unset =
             netlist.registers().iter().any(|one| one.set.count_ones() < u32::from(netlist.width(one.output)));
