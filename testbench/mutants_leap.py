@@ -218,7 +218,8 @@ MUTANTS = [
      "self.move_cluster::<false>(rests);"),
     # Clusters.
     (CLUSTER, "cells that are thawed keep their words", "    marked.extend(frozen);\n", ""),
-    (CLUSTER, "registers that are thawed keep their words", "|(net, word)| lines[net as usize].word = word);", "|_| {});"),
+    (CLUSTER, "registers that are thawed keep their words",
+     "|(net, word)| lines[net as usize].word = word);", "|_| {});"),
     (ENGINE, "registers of a cluster show the words of its beginning",
      "hidden(net).map_or(self.lines[net as usize].word, |(_, word)| word)", "self.lines[net as usize].word"),
     (ENGINE, "a frozen cell may be evaluated", "self.marked.insert_into(part, std::mem::take(&mut left));", ""),

@@ -178,8 +178,8 @@ impl Netlist {
         self.registers[at].clock = Some(clock);
     }
 
-    /// Returns the netlist with an input that keeps a word, such as a reset that is over. Choices by such words are left
-    /// out, and what nothing reads then. Registers, inputs and outputs are those of before, in their order.
+    /// Returns the netlist with an input that keeps a word, such as a reset that is over. Choices by such words are
+    /// left out, and what nothing reads then. Registers, inputs and outputs are those of before, in their order.
     ///
     /// # Panics
     ///

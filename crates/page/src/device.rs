@@ -106,8 +106,8 @@ impl Drawn<'_> {
             }
         }
         format!(
-            "<svg class=\"diagram\" xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {wide} {high}\" width=\"{wide}\" \
-         role=\"img\" aria-label=\"{0}\">\n<title>{0}</title>\n{svg}</svg>\n",
+            "<svg class=\"diagram\" xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {wide} {high}\" \
+             width=\"{wide}\" role=\"img\" aria-label=\"{0}\">\n<title>{0}</title>\n{svg}</svg>\n",
             "The device: bodies, joints, drive, sensors and hand"
         )
     }

@@ -72,10 +72,11 @@ fn every_loop_is_drawn_with_its_signals_formats_and_connections() {
 fn every_network_is_drawn_with_its_bodies_and_what_they_have() {
     let mut drawn = 0;
     for scene in shipped() {
-        let Experiment::Axis(axis) = scene.parse(&[]).expect("a shipped scene") else { continue };
+        let experiment = scene.parse(&[]).expect("a shipped scene");
+        let Experiment::Axis(axis) = &experiment else { continue };
         let Some(compound) = axis.network.as_deref() else { continue };
         drawn += 1;
-        let svg = hpu_page::device::drawing(compound);
+        let svg = hpu_page::device::drawing(&experiment).expect("a drawing");
         for text in compound.names.iter().map(String::as_str).chain(["hand", "encoder", "wall"]) {
             assert!(svg.contains(&format!(">{text}</text>")), "{}: {text}", scene.name);
         }

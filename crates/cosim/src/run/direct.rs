@@ -11,8 +11,8 @@
 //!
 //! The hand's knots, a ramp and an analog shaper take effect at the start of the next step. An averaged bridge gives
 //! the mean over the step of its output (see [`Latch`]). Commands that a host hands on within a step act by their mean,
-//! those of a latched bridge by what its periods take of them. The rows of the trace lie on the straight line between the
-//! ends of a step. Words are shown only at the rows; those of a wiring are the words at the step's end.
+//! those of a latched bridge by what its periods take of them. The rows of the trace lie on the straight line between
+//! the ends of a step. Words are shown only at the rows; those of a wiring are the words at the step's end.
 
 use std::collections::VecDeque;
 use std::sync::atomic::Ordering;
@@ -364,8 +364,8 @@ impl<'d, 'p, C: Controller> Course<'d, 'p, C> {
         }
     }
 
-    /// Returns the actuator's drive in a step behind a host, which takes what is asked for now and hands on what it took
-    /// before.
+    /// Returns the actuator's drive in a step behind a host, which takes what is asked for now and hands on what it
+    /// took before.
     #[inline(never)]
     fn handed_on(&mut self, (edge, next): (u64, u64), now: Asked) -> Drive {
         if self.waiting.back().map_or(self.taken, asked) != asked(&now) {

@@ -360,8 +360,8 @@ fn a_host_hands_on_commands_in_fixed_steps() {
 }
 
 /// Behind a host that makes a wall swing, fixed steps come to the motion of the exact flow: of a bridge whose latch
-/// takes a duty once a period, of one that takes it at once, and of an amplifier. What is left is less than a hundredth of
-/// what the host does.
+/// takes a duty once a period, of one that takes it at once, and of an amplifier. What is left is less than a hundredth
+/// of what the host does.
 #[test]
 fn steps_behind_a_host_converge() {
     let motor = "about = \"A motor.\"\nclock.frequency = \"1 MHz\"\nrun.duration = \"80 ms\"\n\

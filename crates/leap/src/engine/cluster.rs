@@ -94,10 +94,10 @@ pub(super) fn thaw(of: &mut Option<Cluster>, lines: &mut [Line], marked: &mut In
     *frozen = IndexSet::new(64 * marked.parts());
 }
 
-/// Cells that depend on words of the cluster and on no mover. While nothing else changes their words rest, each until an
-/// edge since the cluster was frozen. So the rules of [`Operation::line`](crate::Operation::line), of words without a
-/// slope, hold for these edges as for horizons, and have to be used again only where an operand has changed or is still
-/// until another edge: such cells are stale.
+/// Cells that depend on words of the cluster and on no mover. While nothing else changes their words rest, each until
+/// an edge since the cluster was frozen. So the rules of [`Operation::line`](crate::Operation::line), of words without
+/// a slope, hold for these edges as for horizons, and have to be used again only where an operand has changed or is
+/// still until another edge: such cells are stale.
 #[derive(Clone, Default)]
 pub(super) struct Steady {
     pub(super) cells: IndexSet,
@@ -290,8 +290,8 @@ impl Leap {
     }
 
     /// Returns the orbits of registers, and of cells that depend on nothing else that moves, as far as no other orbit
-    /// has them and others see them, and freezes all of them; `None` if the registers do not come back to their words of
-    /// now after at most [`LONGEST`] edges. `on` has the active registers on which each word depends; `work` is the
+    /// has them and others see them, and freezes all of them; `None` if the registers do not come back to their words
+    /// of now after at most [`LONGEST`] edges. `on` has the active registers on which each word depends; `work` is the
     /// number of cells that may be evaluated.
     fn orbits(
         &self,

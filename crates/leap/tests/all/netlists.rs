@@ -632,8 +632,8 @@ fn a_register_that_waits_for_a_slow_counter_bounds_a_jump_once_it_is_to_change()
     assert!(share > 0.9, "{share}");
 }
 
-/// A flag takes a comparison at the nine edges of ten at which its counter is not enabled, and rests at the tenth. Behind
-/// a period it has the word that it takes, and in a later period it has not.
+/// A flag takes a comparison at the nine edges of ten at which its counter is not enabled, and rests at the tenth.
+/// Behind a period it has the word that it takes, and in a later period it has not.
 #[test]
 fn a_flag_of_the_edges_between_ends_a_jump_over_periods() {
     // The counter reaches the latter where the first period of a request ends.
@@ -762,8 +762,9 @@ fn slopes_of_periods_end_with_them() {
     assert!(leapt > 2500, "{leapt} edges of a request are leapt over");
 }
 
-/// A counter that an input holds, an accumulator of its words and a ramp, all at every tenth edge. Where the counter comes
-/// back to the word at which it was held, the accumulator moves for a period as it was assumed, and not in the next one.
+/// A counter that an input holds, an accumulator of its words and a ramp, all at every tenth edge. Where the counter
+/// comes back to the word at which it was held, the accumulator moves for a period as it was assumed, and not in the
+/// next one.
 #[test]
 fn a_slope_that_holds_for_one_period_is_not_that_of_the_next() {
     let mut plain = Plain::default();

@@ -558,8 +558,8 @@ where
         all.find(|edges| self.is_stale(*edges)).map(|edges| self.anchor + edges)
     }
 
-    /// Returns whether the motion is anchored anew this number of edges after its anchor, a power of two: its bounds have become
-    /// loose, or it has all but come to rest, so that errors of the motion before hide what is left of it.
+    /// Returns whether the motion is anchored anew this number of edges after its anchor, a power of two: its bounds
+    /// have become loose, or it has all but come to rest, so that errors of the motion before hide what is left of it.
     fn is_stale(&self, edges: u64) -> bool {
         let dyadic = dyadic(edges);
         let (_, now) = self.motion.at_with_slope(edges);

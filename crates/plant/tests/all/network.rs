@@ -617,8 +617,8 @@ fn bodies_that_swing_freely_are_looked_at_seldom() {
     assert!(counts > 1000 && device.redecided() < 10, "{counts} counts, {} decided again", device.redecided());
 }
 
-/// A body slips toward where its spring and its friction balance, ever slower, and never stops: its speed falls by 10^13
-/// in each second. Whether it still moves is told by `f64` all the same.
+/// A body slips toward where its spring and its friction balance, ever slower, and never stops: its speed falls by
+/// 10^13 in each second. Whether it still moves is told by `f64` all the same.
 #[test]
 fn a_body_that_creeps_to_its_rest_is_looked_at_seldom() {
     let slips = Body {
