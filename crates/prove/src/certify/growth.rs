@@ -231,6 +231,9 @@ mod tests {
             &[][..],
             &[("bits = 8\nfull", "bits = 6\nfull")],
             &[("range = 8", "range = 2"), ("[0, -0.25, 0, 0]", "[0.5, 1.25, -1, 0.5]")],
+            // Readings of few words, and outputs that come to their greatest word.
+            &[("bits = 8\nrange = 8", "bits = 4\nrange = 8"), ("[0, -0.25, 0, 0]", "[0.4, -0.4, 0.3, 0]")],
+            &[("[0, -0.25, 0, 0]", "[7, -7, 6, 0]")],
             &[
                 ("disturbance = 1", "disturbance = -0.3"),
                 ("coefficient_fraction", "rounding = 'floor'\ncoefficient_fraction"),
