@@ -73,9 +73,9 @@ struct Course<'d, 'p, C> {
     controller: C,
     /// The force, in N, or the duty asked for in the step before.
     asked: f64,
-    /// What was asked for and is on its way through a host, each with the edge at which the actuator takes it.
+    /// Forces and duties on their way through a host, each with the edge at which the actuator takes it.
     waiting: VecDeque<Asked>,
-    /// What the host handed on last: force and duty.
+    /// The force and the duty that the host handed on last.
     taken: [f64; 2],
     drive: Drive,
     latch: Option<Latch>,

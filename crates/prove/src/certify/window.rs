@@ -35,7 +35,7 @@ const DAMPED: &str = "the drag of its damping depends on the motion before";
 /// The longest window, in periods.
 const LONGEST: f64 = 1e12;
 
-/// What is proved of a wall from a state on.
+/// The bounds that are proved of a wall from a state on.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Window {
     /// Bound of the rms of the angle about its rest, over the window, in counts.

@@ -776,7 +776,7 @@ fn a_state_on_the_periodic_motion_deviates_from_nothing() {
     }
 }
 
-/// What [`in_window`] tells: the greatest share of a bound of the rms, and of one of the angle.
+/// The result of [`in_window`]: the greatest share of a bound of the rms, and of one of the angle.
 type Shares = [f64; 2];
 
 /// Holds a motion against what is proved from its state on: all angles of some of its windows.
