@@ -124,17 +124,23 @@ pub(super) struct Movement {
     difference: u64,
     last: u64,
     distance: u64,
-    /// How often it has moved.
+    /// How often it has moved, and how often by another difference, or after another distance, than the time before.
     count: u64,
-    is_irregular: bool,
+    turns: u64,
 }
 
 impl Movement {
     /// Notes that a register moves at an edge.
     pub(super) fn note(&mut self, edge: u64, difference: u64) {
-        self.is_irregular |= self.count > 0 && self.difference != difference;
-        self.is_irregular |= self.count > 1 && self.distance != edge - self.last;
+        let turns =
+            self.count > 0 && self.difference != difference || self.count > 1 && self.distance != edge - self.last;
+        self.turns += u64::from(turns);
         *self = Self { difference, distance: edge - self.last, last: edge, count: self.count + 1, ..*self };
+    }
+
+    /// Returns whether it moves as a counter does. A counter turns twice where it wraps.
+    fn is_counter(&self) -> bool {
+        self.turns <= 2 + self.count / 16
     }
 }
 
@@ -264,7 +270,7 @@ impl Leap {
         let mut orbits = Vec::new();
         for closure in closures {
             let of = || (0..active.len()).filter(|bit| closure >> bit & 1 != 0);
-            let is_counter = of().any(|bit| !movements[active[bit]].is_irregular);
+            let is_counter = of().any(|bit| movements[active[bit]].is_counter());
             let flops: Vec<_> = of().map(|bit| active[bit]).collect();
             if closure & !all != 0
                 && let Some(made) = self.orbits((&flops, is_counter), &on, &mut frozen, &mut work)
