@@ -28,6 +28,8 @@ const LONGEST: usize = 64;
 pub(super) const LASTING: u64 = 1 << 14;
 /// Edges of macro-steps without a jump after which another period is tried.
 const CREDIT: u64 = 1024;
+/// The most periods of ordinary steps behind an event.
+const LONGEST_WAIT: u64 = 4;
 /// The least and the most edges for which no period is looked for after none was found.
 const SHORTEST_REST: u64 = 1 << 9;
 const LONGEST_REST: u64 = 1 << 20;
@@ -51,8 +53,11 @@ pub(super) struct Periods {
     /// The number of steps at which it is looked next, and what there was the last time: edges and steps.
     next: u64,
     before: (u64, u64),
-    /// The edge up to which a jump over periods has ended with an event, so that ordinary steps follow.
+    /// The edge up to which a jump over periods has ended with an event, so that ordinary steps follow; for how many
+    /// periods they do, and whether no macro-step has followed them yet.
     event: u64,
+    waits: u64,
+    is_behind_event: bool,
     /// The edge at which a cluster was found last.
     found: u64,
     /// The edge up to which no period is looked for, and the rest after the next failure.
@@ -165,7 +170,7 @@ impl Leap {
 
     fn begin_period(&mut self, period: u64) {
         let periods = &mut self.periods;
-        (periods.period, periods.credit) = (period, CREDIT);
+        (periods.period, periods.credit, periods.waits) = (period, CREDIT, 1);
         periods.slopes = vec![0; self.flops.len()];
         (periods.seen, periods.begun) = (vec![0; self.flops.len()], vec![0; self.flops.len()]);
     }
@@ -234,8 +239,13 @@ impl Leap {
         self.leap_periods(jump);
         let leapt = jump * period;
         self.share.edges += edges + leapt;
+        // What an event sets off may take several periods: a macro-step within them would be in vain.
+        if std::mem::take(&mut self.periods.is_behind_event) && leapt == 0 && self.periods.waits < LONGEST_WAIT {
+            self.periods.waits += 1;
+        }
         if leapt > 0 && leapt + 2 * period <= most {
-            self.periods.event = self.share.edges + period;
+            self.periods.event = self.share.edges + self.periods.waits * period;
+            self.periods.is_behind_event = true;
         }
         self.share.leapt += leapt;
         self.share.steps += steps;
