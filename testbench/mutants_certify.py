@@ -4,7 +4,8 @@
 Each is written into the source in turn, and the tests of the checker and of its matrices run. A mutant that fails no
 test survives. The source is put back in the end.
 
-Usage: testbench/mutants_certify.py [--update]
+Usage: testbench/mutants_certify.py [--only=TEXT] [--update]
+  --only    judge the mutants alone whose file or error has this text
   --update  write testbench/record/mutants-certify.txt
 Exit codes: 0 each mutant is killed, 1 one survives, 3 the tests fail without a mutant, or a mutant does not build.
 """
@@ -189,13 +190,13 @@ def outcome(command, root, folder=None):
 
 
 def judged(mutants, tests, root):
-    """Writes each mutant into the sources of a tree in turn, and runs the tests. Returns a row for each, and how many
-    survive; None where that cannot be told."""
+    """Writes each mutant into the sources of a tree in turn, and runs the tests. Returns a row for each; None where that
+    cannot be told."""
     builds, failed = tests()
     if not builds or failed:
         print(f"without a mutant: {failed or 'no build'}", file=sys.stderr)
         return None
-    rows, survivors = [], 0
+    rows = []
     for file, what, old, new in mutants:
         path = root / file
         source = path.read_text()
@@ -210,23 +211,50 @@ def judged(mutants, tests, root):
         if not builds:
             print(f"does not build: {what}", file=sys.stderr)
             return None
-        survivors += failed is None
         rows.append(f"{file}  {'killed' if failed else 'SURVIVES'}  {what}\n    {failed or ''}".rstrip())
         print(rows[-1], flush=True)
-    return rows, survivors
+    return rows
+
+
+def known(arguments):
+    """Returns whether these are options of a script that calls `held`."""
+    return all(argument == "--update" or argument.startswith("--only=") for argument in arguments)
 
 
 def held(mutants, tests, root, command, record, of):
-    """Judges mutants, and writes the record if that was asked for. Returns the exit code."""
-    found = judged(mutants, tests, root)
+    """Judges mutants, and writes the record if that was asked for. Returns the exit code.
+
+    With `--only` rows of mutants that are not judged are kept, and those of mutants that there are no more go."""
+    only = next((word.removeprefix("--only=") for word in sys.argv if word.startswith("--only=")), "")
+    chosen = [mutant for mutant in mutants if only in mutant[0] or only in mutant[1]]
+    if not chosen:
+        return 0
+    found = judged(chosen, tests, root)
     if found is None:
         return 3
-    rows, survivors = found
-    head = f"# {command}\n# {len(rows)} mutants of {of}: {len(rows) - survivors} killed, {survivors} survive\n" \
-           "# each with the first test that fails\n"
+    rows = {key(row): row for row in [*(kept(record) if only else []), *found]}
+    rows = [rows[name] for name in ((file, what) for file, what, *_ in mutants) if name in rows]
+    missing = len(mutants) - len(rows)
+    survivors = sum("  SURVIVES  " in row for row in rows)
+    head = f"# {command}\n# {len(rows)} mutants of {of}: {len(rows) - survivors} killed, {survivors} survive" \
+           f"{f', {missing} not run' if missing else ''}\n# each with the first test that fails\n"
     if "--update" in sys.argv:
         record.write_text(head + "\n".join(rows) + "\n")
-    return 1 if survivors else 0
+    return 1 if any("  SURVIVES  " in row for row in found) else 0
+
+
+def key(row):
+    """Returns the file and the error of a row."""
+    file, _, what = row.splitlines()[0].split("  ", 2)
+    return file, what
+
+
+def kept(record):
+    """Returns the rows of a record."""
+    text = record.read_text() if record.exists() else ""
+    lines = [line for line in text.splitlines() if not line.startswith("#")]
+    starts = [at for at, line in enumerate(lines) if not line.startswith("    ")]
+    return ["\n".join(lines[at:end]) for at, end in zip(starts, [*starts[1:], len(lines)])]
 
 
 # Tests that take a second or two, which kill most mutants.
@@ -245,7 +273,7 @@ def tests():
 
 
 def main():
-    if sys.argv[1:] not in ([], ["--update"]):
+    if not known(sys.argv[1:]):
         print(__doc__, file=sys.stderr)
         return 2
     return held(MUTANTS, tests, ROOT, "testbench/mutants_certify.py", RECORD, "the checker of certificates")

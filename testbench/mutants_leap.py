@@ -4,8 +4,9 @@
 Each is written in turn into a copy of the tree, where the tests of crates/leap run. A mutant that fails no test
 survives. Errors that only make jumps shorter are none: they cost time, never a word.
 
-Usage: testbench/mutants_leap.py [--update]
-  --update  write testbench/record/mutants-leap.txt
+Usage: testbench/mutants_leap.py [--only=TEXT] [--update]
+  --only    judge the mutants alone whose file or error has this text
+  --update  write testbench/record/mutants-leap.txt and mutants-printer.txt
 Exit codes: 0 each mutant is killed, 1 one survives, 3 the tests fail without a mutant, or a mutant does not build.
 """
 
@@ -16,7 +17,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from mutants_certify import ROOT, held, outcome
+from mutants_certify import ROOT, held, known, outcome
 
 RECORD = ROOT / "testbench" / "record" / "mutants-leap.txt"
 PRINTER = ROOT / "testbench" / "record" / "mutants-printer.txt"
@@ -185,7 +186,7 @@ MUTANTS = [
     (ENGINE, "lines of registers whose words rest are not taken", "let is_pending = differ::<PERIOD>(",
      "let is_pending = differ::<false>("),
     (ENGINE, "lines of cells whose words rest are not passed on", "if differ::<PERIOD>(*line, made) {",
-     "if line.word != word {"),
+     "if line.word != made.word {"),
     (ENGINE, "registers take words alone in a period", "line.word = taken.word;\n            if PERIOD {",
      "line.word = taken.word;\n            if false {"),
     (ENGINE, "operands of a cell have no lines in a period",
@@ -311,7 +312,7 @@ PRINTED = [
      "let signed = |text: &str| if is_signed && text.is_empty() {"),
     (PLAIN, "an extension copies no sign",
      "(format!(\"{{($signed({value}) + $signed({{{width}{{1'b0}}}}))}}\"), width)",
-     "(format!(\"{{{{{more}{{1'b0}}}}, {value}}}\"), width)"),
+     "(format!(\"{{{{{width}{{1'b0}}}} | {value}}}\"), width)"),
     (PLAIN, "an operation takes its width from around it", "Ok((format!(\"{{({} {sign} {b})}}\", signed(a))",
      "Ok((format!(\"({} {sign} {b})\", signed(a))"),
     (PLAIN, "the words of a choice are exchanged", "({when} ? {yes} : {no})", "({when} ? {no} : {yes})"),
@@ -329,7 +330,7 @@ PRINTED = [
 
 
 def main():
-    if sys.argv[1:] not in ([], ["--update"]):
+    if not known(sys.argv[1:]):
         print(__doc__, file=sys.stderr)
         return 2
     folder = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")).resolve() / "mutants-leap"
