@@ -882,24 +882,6 @@ fn a_reset_without_an_edge_waits_for_the_clock() {
     }
 }
 
-/// A register whose data are a constant has the word of its asynchronous reset while that acts, and its data again at
-/// the first edge after it, although its data have not changed.
-#[test]
-fn a_register_takes_data_that_rest_at_the_edge_after_its_reset() {
-    let mut plain = Plain::default();
-    let (reset, register, data) = (plain.input(1), plain.register(8, 5), plain.constant(5, 8));
-    plain.connect(register, data, Some((reset, 1, 9)));
-    plain.output(register);
-    let mut leap = plain.leap(&[0]);
-    let mut after = |level| {
-        leap.input(&[level]);
-        let at_once = leap.output(0);
-        leap.clock(1, 0, |_, _, _| {});
-        [at_once, leap.output(0)]
-    };
-    assert_eq!([0, 1, 0].map(&mut after), [[5, 5], [9, 9], [9, 5]]);
-}
-
 /// A word that an input reaches without a register is told after the next edge, however long the jump could be.
 #[test]
 fn a_change_through_logic_alone_is_told_after_the_next_edge() {
