@@ -1,7 +1,7 @@
 //! The parameters of a run, each with the source of its value.
 
-use hpu_cosim::scene::{Experiment, Miss, Origin, Parameter, ParameterValue};
-use hpu_page::{Cell, Column, Table};
+use hpu_cosim::scene::{Experiment, Miss, Origin, Parameter};
+use hpu_page::{Cell, Column, Table, as_json};
 use hpu_study::fit::Fit;
 use serde_json::{Value, json};
 
@@ -44,16 +44,6 @@ pub fn table(all: &[Said]) -> Table {
         Column::text("source", "").of(|said: &Said| said.by.clone()),
     ];
     Table::of("parameters", all, fields).gap(1)
-}
-
-/// Returns a value as JSON.
-pub fn as_json(value: &ParameterValue) -> Value {
-    match value {
-        ParameterValue::Number(value) => json!(value),
-        ParameterValue::Integer(value) => json!(value),
-        ParameterValue::Flag(flag) => json!(flag),
-        ParameterValue::Text(text) => json!(text),
-    }
 }
 
 /// Returns the message that a stiffness word misses the stiffness, with the format that would hold it.

@@ -4,11 +4,10 @@ use hpu_cosim::SceneFile;
 use hpu_cosim::scene::{
     ChangedDefault, Experiment, Resolved, SceneError, ValueSource, as_scene, changed_defaults, resolved, shipped,
 };
-use hpu_page::{Column, Page, Table};
+use hpu_page::{Column, Page, Table, as_json};
 use serde_json::{Value, json};
 
 use crate::page::show;
-use crate::parameters::as_json;
 use crate::scene::{Set, first_sentence, quoted, set_options, source};
 use crate::shell::{Exit, Failure, print_file, print_json, tell};
 

@@ -49,7 +49,7 @@ pub use arithmetic::{
     truncating_multiplier, unilateral, zero_order_hold,
 };
 use base::block::step;
-pub use base::block::step::{AnyStep, Combinational, Holds, Lemma, Register, Step};
+pub use base::block::step::{ClockEdge, Combinational, Holds, Lemma, Register, Step};
 pub use base::block::{AnyBlock, Block, Connection, Generic, Instance, Parts, ROUNDING, Rom, bundle, flatten};
 pub use base::config::ConfigError;
 pub use base::law::{Law, LawIn, LawOut, LawWidths};

@@ -1,6 +1,7 @@
 //! The values of pages.
 
 use hpu_cosim::number;
+use hpu_cosim::scene::ParameterValue;
 use serde::Serialize;
 use serde_json::Value as Json;
 
@@ -39,7 +40,7 @@ impl Value {
             Self::Absent => return None,
             Self::Null => Json::Null,
             Self::Flag(flag) => Json::from(*flag),
-            Self::Integer(value) => serde_json::json!(value),
+            Self::Integer(value) => serde_json::to_value(value).expect("a number"),
             Self::Number(value) => Json::from(*value),
             Self::Text(text) => Json::from(text.as_str()),
             Self::Json(value) => value.clone(),
@@ -68,6 +69,16 @@ impl Value {
             Self::Text(text) => text.clone(),
             Self::Json(value) => value.to_string(),
         }
+    }
+}
+
+/// Returns the value of a key of a scene as JSON.
+pub fn as_json(value: &ParameterValue) -> Json {
+    match value {
+        ParameterValue::Number(value) => Json::from(*value),
+        ParameterValue::Integer(value) => Json::from(*value),
+        ParameterValue::Flag(flag) => Json::from(*flag),
+        ParameterValue::Text(text) => Json::from(text.as_str()),
     }
 }
 
@@ -109,6 +120,24 @@ impl From<String> for Value {
 impl From<Json> for Value {
     fn from(value: Json) -> Self {
         Self::Json(value)
+    }
+}
+
+impl<T: Serialize, const N: usize> From<[T; N]> for Value {
+    fn from(list: [T; N]) -> Self {
+        Self::of(&list[..])
+    }
+}
+
+impl<T: Serialize> From<&[T]> for Value {
+    fn from(list: &[T]) -> Self {
+        Self::of(list)
+    }
+}
+
+impl<T: Serialize> From<Vec<T>> for Value {
+    fn from(list: Vec<T>) -> Self {
+        Self::of(list)
     }
 }
 

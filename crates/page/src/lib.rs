@@ -64,7 +64,7 @@ pub mod trace_table;
 use serde::Serialize;
 use serde_json::{Map, Value as Json};
 
-pub use cell::{Cell, Value, quoted};
+pub use cell::{Cell, Value, as_json, quoted};
 pub use html::escaped;
 #[cfg(not(target_family = "wasm"))]
 pub use parquet::{Parquet, ParquetFile, Rows, write_parquet};

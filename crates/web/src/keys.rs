@@ -1,7 +1,8 @@
 //! The keys of a scene, from which the page makes its controls.
 
 use hpu_cosim::scene::keys::{Sizes, Takes};
-use hpu_cosim::scene::{Experiment, Loop, ParameterValue, Resolved, ValueSource, resolved};
+use hpu_cosim::scene::{Experiment, Loop, Resolved, ValueSource, resolved};
+use hpu_page::as_json;
 use hpu_study::map::Method;
 use serde_json::{Value, json};
 
@@ -34,17 +35,11 @@ fn methods(experiment: &Experiment) -> Vec<Value> {
 
 fn told(key: &Resolved) -> Value {
     let path = if key.section.is_empty() { key.key.clone() } else { format!("{}.{}", key.section, key.key) };
-    let value = match &key.value {
-        ParameterValue::Number(value) => json!(value),
-        ParameterValue::Integer(value) => json!(value),
-        ParameterValue::Flag(flag) => json!(flag),
-        ParameterValue::Text(text) => json!(text),
-    };
     json!({
         "key": path,
         "section": key.section,
         "toml": key.toml,
-        "value": value,
+        "value": as_json(&key.value),
         "unit": key.unit,
         "source": key.source.to_string(),
         "given": matches!(key.source, ValueSource::Given(_)),

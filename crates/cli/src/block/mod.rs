@@ -2,6 +2,7 @@
 
 mod csv;
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use csv::Ticked;
@@ -177,7 +178,7 @@ fn described(block: &dyn AnyBlock, notation: Notation) -> Page {
         Column::text("direction", "").of(|(direction, _): &Port| *direction),
         Column::text("name", "port").least(11).of(|(_, port): &Port| port.name),
         Column::text("format", "format")
-            .of(move |(_, port): &Port| Cell::new(json!(triple(port.format))).shown(notation.of(port.format))),
+            .of(move |(_, port): &Port| Cell::new(triple(port.format)).shown(notation.of(port.format))),
         Column::text("notations", "").data().of(notations),
         Column::text("unit", "unit").of(|(_, port): &Port| port.unit),
         Column::text("doc", "meaning").of(|(_, port): &Port| port.doc),
@@ -186,7 +187,7 @@ fn described(block: &dyn AnyBlock, notation: Notation) -> Page {
     page.data("name", name).data("clocked", block.clocked()).note(format!("{name}, {kind}"));
     page.table(Table::of("ports", &ports, fields));
     let generics = block.generics();
-    page.data("generics", json!({}));
+    page.data("generics", BTreeMap::<String, ()>::new());
     if !generics.is_empty() {
         let columns = ["", "generic", "value"].map(|head| Column::text("", head));
         let mut table = Table::new("", columns);

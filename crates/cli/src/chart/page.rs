@@ -1,10 +1,11 @@
 //! A chart of speed against accuracy, for text, JSON and CSV.
 
+use std::collections::BTreeMap;
+
 use hpu_cosim::scene::Output;
 use hpu_page::{Cell, Column, Field, Page, Table, Value};
 use hpu_study::accuracy::{Chart, Contestant, ContestantResult, Entry, Grade, Race};
 use hpu_study::map::outcome_name;
-use serde_json::{Map, Value as Json, json};
 
 use crate::chart::Charted;
 use crate::page;
@@ -152,10 +153,8 @@ fn grades<'a>() -> [Field<'a, Row<'a>>; 9] {
         Grade::VerdictOnly => "right verdict, and no more".into(),
         Grade::Wrong => "wrong".into(),
     };
-    let overrides = |(_, entry): &Row| {
-        let set = entry.contestant.overrides.iter().map(|(key, value)| (key.clone(), json!(value)));
-        Json::Object(set.collect::<Map<_, _>>())
-    };
+    let overrides =
+        |(_, entry): &Row| Value::of(entry.contestant.overrides.iter().cloned().collect::<BTreeMap<_, _>>());
     let grade = |(_, entry): &Row| entry.row.as_ref().map_or("refused", |row| row.grade.name());
     let per_wall = |row: &ContestantResult| speed(Some(row.speed.motion_per_wall()));
     [
@@ -167,7 +166,7 @@ fn grades<'a>() -> [Field<'a, Row<'a>>; 9] {
         of(Column::text("timed", "timed").said(), |row| row.speed.timed().into()),
         of(Column::number("error", "").data(), |row| row.grade.error().into()),
         of(Column::text("", "error").said(), error),
-        of(Column::text("errors", "").in_json(), |_| json!({}).into()),
+        of(Column::text("errors", "").in_json(), |_| Value::of(BTreeMap::<String, ()>::new()).into()),
     ]
 }
 
@@ -195,7 +194,7 @@ fn runs<'a>() -> [Field<'a, Row<'a>>; 13] {
     let outcome = |row: &ContestantResult| row.outcome.map(|outcome| outcome_name(Some(outcome))).into();
     let between = |row: &ContestantResult| {
         let wall_s = row.speed.wall_s();
-        json!([wall_s.low, wall_s.high]).into()
+        [wall_s.low, wall_s.high].into()
     };
     let slow = |row: &ContestantResult| {
         let slow = |shortened_s| format!("(slow: over {shortened_s} s of motion, as its reference)");

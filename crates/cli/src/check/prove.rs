@@ -382,20 +382,20 @@ fn told(found: &Verdict) -> (&'static str, Value) {
             let (columns, history) = around.table(around.rows.len() as u64);
             ("refuted", json!({ "about": about, "columns": columns, "history": history }))
         }
-        (Some(Refuted::Wiring(why)), _) => ("refuted", json!(why)),
-        (None, found) if refused(found).is_some() => ("refused", json!(refused(found))),
+        (Some(Refuted::Wiring(why)), _) => ("refuted", why.into()),
+        (None, found) if refused(found).is_some() => ("refused", refused(found).into()),
         (None, Verdict::Wired(parts)) => (if open(parts).is_empty() { "proved" } else { "wired" }, Value::Null),
-        (None, Verdict::Open(why)) => ("open", json!(why)),
-        (None, Verdict::Proved(Proof { given, .. })) => ("proved", json!(given)),
+        (None, Verdict::Open(why)) => ("open", why.as_str().into()),
+        (None, Verdict::Proved(Proof { given, .. })) => ("proved", given.as_deref().into()),
         (None, _) => ("proved", Value::Null),
     }
 }
 
 /// Returns the columns of the rows; text has the verdict in a sentence behind them.
 fn fields() -> [Field<'static, ProofResult>; 7] {
-    let said = |row: &ProofResult| row.found.as_ref().map_or_else(|error| ("open", json!(error.to_string())), told);
+    let said = |row: &ProofResult| row.found.as_ref().map_or_else(|error| ("open", error.to_string().into()), told);
     let solvers = |row: &ProofResult| match &row.found {
-        Ok(Verdict::Proved(Proof { by, .. })) => json!(by),
+        Ok(Verdict::Proved(Proof { by, .. })) => by.as_slice().into(),
         _ => Value::Null,
     };
     let parts = |row: &ProofResult| match &row.found {
@@ -418,8 +418,8 @@ fn fields() -> [Field<'static, ProofResult>; 7] {
 fn part(Part { place, block, generics, verdict }: &Part) -> Value {
     let (said, why) = told(verdict);
     let value = |value: &Generic| match value {
-        Generic::Integer(value) => json!(value),
-        Generic::Boolean(value) => json!(value),
+        Generic::Integer(value) => Value::from(*value),
+        Generic::Boolean(value) => Value::from(*value),
     };
     let generics: serde_json::Map<_, _> =
         generics.iter().map(|(name, set)| ((*name).to_string(), value(set))).collect();

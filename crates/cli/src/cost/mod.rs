@@ -326,7 +326,7 @@ pub fn timed<T: Borrow<Priced> + 'static>() -> impl Iterator<Item = Field<'stati
     [
         speed("fmax_mhz", true),
         speed("path_ns", false),
-        of(Column::text("placed_mhz", "").only(&[Place::Json]), |cost| json!(placed(cost)).into()),
+        of(Column::text("placed_mhz", "").only(&[Place::Json]), |cost| hpu_page::Value::of(placed(cost)).into()),
         Column::text("failure", "").data().of(|row: &T| row.borrow().cost.as_ref().err().cloned()),
     ]
     .into_iter()

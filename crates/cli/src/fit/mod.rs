@@ -1,15 +1,15 @@
 //! `hpu fit`: finds the least model, the cheapest one that still answers a scene's question.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use hpu_cosim::scene::{Experiment, Hand, Output, shipped};
 use hpu_cosim::{Control, SceneFile};
-use hpu_page::{Column, Field, Page, Table};
+use hpu_page::{Column, Field, Page, Table, Value};
 use hpu_study::Kind;
 use hpu_study::fit::{Fit, Tried, fit, percent};
 use hpu_study::map::SceneText;
 use hpu_study::timing::Spread;
-use serde_json::{Value, json};
 
 use crate::page::{self as pages, show};
 use crate::parameters::{missed_object, stiffness_missed};
@@ -189,8 +189,8 @@ pub fn least(
 }
 
 /// Returns the quartiles of a ratio.
-fn between(ratio: Spread) -> Value {
-    json!([ratio.low, ratio.high])
+fn between(ratio: Spread) -> [f64; 2] {
+    [ratio.low, ratio.high]
 }
 
 /// Returns the chosen model and its reasons.
@@ -200,8 +200,8 @@ pub fn model(found: &Fit) -> Page {
         [] => "as written: nothing can be left out".to_string(),
         set => set.iter().map(|(key, value)| format!("{key} = {value}")).collect::<Vec<_>>().join(", "),
     };
-    let set = found.set.iter().map(|(key, value)| (key.clone(), json!(value)));
-    page.fact("set", "model", Value::Object(set.collect()), model);
+    let set: BTreeMap<_, _> = found.set.iter().cloned().collect();
+    page.fact("set", "model", Value::of(set), model);
     page.data("within", found.within).data("contact_share", found.contact_share);
     if found.contact_share == Some(0.0) {
         let said = "wall not reached in the judged window: the scene as written settles nothing about the wall";
@@ -215,7 +215,7 @@ pub fn model(found: &Fit) -> Page {
         told.collect::<Vec<_>>().join(", ")
     };
     let errors = |errors: &[(Output, f64)]| {
-        Value::Object(errors.iter().map(|(output, error)| (output.name().to_string(), json!(error))).collect())
+        errors.iter().map(|(output, error)| (output.name(), *error)).collect::<BTreeMap<_, _>>()
     };
     let judged = found.errors.iter().map(|(output, _)| output.name());
     page.data("judged", judged.collect::<Vec<_>>()).data("errors", errors(&found.errors));
@@ -232,7 +232,7 @@ pub fn model(found: &Fit) -> Page {
         let wall = si(found.wall_s, "s");
         page.line("speed", format!("{}; {wall}", found.speedup.said("times the scene as written")));
     }
-    page.data("left_out", json!([])).data("kept", json!([]));
+    page.data("left_out", [(); 0]).data("kept", [(); 0]);
     for left in &found.left_out {
         let (what, output) = (&left.what, left.output.name());
         let effect = match left.effect {

@@ -1,8 +1,7 @@
 //! The page of identified keys.
 
-use hpu_page::{Column, Field, Page, Table};
+use hpu_page::{Column, Field, Page, Table, Value};
 use hpu_study::identify::{Bound, Found};
-use serde_json::{Value, json};
 
 use super::Identification;
 
@@ -83,9 +82,9 @@ pub fn rounded(value: f64, found: &Found) -> String {
 
 fn keys_fields<'r>() -> [Field<'r, Key<'r>>; 12] {
     let end = |found: &Found, is_low: bool| match (found.bound, is_low) {
-        (Bound::Both(low, _) | Bound::Lower(low), true) => json!(low),
-        (Bound::Both(_, high) | Bound::Upper(high), false) => json!(high),
-        _ => Value::Null,
+        (Bound::Both(low, _) | Bound::Lower(low), true) => Some(low),
+        (Bound::Both(_, high) | Bound::Upper(high), false) => Some(high),
+        _ => None,
     };
     let finite = |number: f64| number.is_finite().then_some(number);
     [
@@ -102,7 +101,7 @@ fn keys_fields<'r>() -> [Field<'r, Key<'r>>; 12] {
         Column::number("", "if rows were independent").least(10).of(|(found, _): &Key| {
             format!("+- {}", hpu_cosim::number(format!("{:.1e}", 1.96 * found.naive_sd).parse().unwrap_or(f64::NAN)))
         }),
-        Column::text("profile", "").data().of(|(found, _): &Key| json!(found.profile)),
+        Column::text("profile", "").data().of(|(found, _): &Key| Value::of(&found.profile)),
     ]
 }
 
@@ -133,7 +132,7 @@ fn logs_fields<'r>() -> [Field<'r, Log<'r>>; 10] {
         Column::number("", "rms").least(8).of(move |log: &Log| two(log.met.rms)),
         Column::number("rms_counts", "").data().of(|log: &Log| log.met.rms),
         Column::number("correlation", "next row").least(8).of(move |log: &Log| two(log.met.correlation)),
-        Column::text("worst_s", "").data().of(|log: &Log| json!(log.met.worst_s)),
+        Column::text("worst_s", "").data().of(|log: &Log| log.met.worst_s),
         Column::flag("rejected", "rejected").of(|log: &Log| log.met.is_rejected()),
     ]
 }

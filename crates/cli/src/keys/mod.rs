@@ -7,12 +7,11 @@ use std::collections::HashSet;
 use hpu_cosim::did_you_mean;
 use hpu_cosim::scene::keys::{KeyRow, Otherwise, Takes, grouped, markdown, rows};
 use hpu_cosim::scene::{NamedPart, parts};
-use hpu_page::{Cell, Column, Field, Page, Table};
+use hpu_page::{Cell, Column, Field, Page, Table, as_json};
 use schema::schema;
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use crate::page::show;
-use crate::parameters::as_json;
 use crate::shell::{Exit, Failure, print_file, print_json};
 
 /// List the keys of a scene: unit, default, accepted values and meaning
@@ -82,8 +81,8 @@ fn of_part() -> [Field<'static, &'static NamedPart>; 8] {
             .of(|part: &&'static NamedPart| Cell::new(part.kind).shown(format!("  {}", part.kind))),
         Column::text("name", "").least(24).of(|part: &&'static NamedPart| part.name),
         Column::text("about", "").of(|part: &&'static NamedPart| part.about()),
-        Column::text("figures", "").data().of(|part: &&'static NamedPart| json!(part.figures())),
-        Column::text("not_given", "").data().of(|part: &&'static NamedPart| json!(part.not_given())),
+        Column::text("figures", "").data().of(|part: &&'static NamedPart| part.figures()),
+        Column::text("not_given", "").data().of(|part: &&'static NamedPart| part.not_given()),
         Column::text("source", "").data().of(|part: &&'static NamedPart| part.source()),
         Column::text("date", "").data().of(|part: &&'static NamedPart| part.date()),
         Column::text("", "").said().of(move |part: &&'static NamedPart| {
@@ -133,13 +132,13 @@ fn fields() -> [Field<'static, KeyRow>; 11] {
         Otherwise::Required | Otherwise::Said(_) => Value::Null,
     };
     let options = |row: &KeyRow| match &row.takes {
-        Takes::Choice(names) | Takes::Names(names) => json!(names),
-        _ => Value::Null,
+        Takes::Choice(names) | Takes::Names(names) => Some(names.clone()),
+        _ => None,
     };
     [
         Column::text("section", "").data().of(|row: &KeyRow| row.section),
         Column::text("key", "").least(22).of(|row: &KeyRow| Cell::new(row.key).shown(format!("  {}", row.key))),
-        Column::text("kinds", "").data().of(|row: &KeyRow| json!(row.kinds)),
+        Column::text("kinds", "").data().of(|row: &KeyRow| row.kinds),
         Column::text("unit", "").least(12).of(|row: &KeyRow| row.unit()),
         Column::flag("required", "").data().of(|row: &KeyRow| row.otherwise == Otherwise::Required),
         Column::text("default", "").data().of(default),

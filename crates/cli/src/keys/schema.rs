@@ -7,9 +7,8 @@ use hpu_cosim::scene::KINDS;
 use hpu_cosim::scene::keys::{
     FOC, FOLLOWS, KeyRow, Otherwise, PADDLE, Shape, Sizes, Takes, has_own_kind, is_any_name, kinds_of, rows,
 };
+use hpu_page::as_json;
 use serde_json::{Map, Value, json};
-
-use crate::parameters::as_json;
 
 /// The kind of a scene and the kind of its device, as rows call them.
 #[derive(Clone, Copy)]

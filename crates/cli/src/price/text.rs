@@ -1,5 +1,6 @@
 //! A price as text and as JSON.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use hpu_rtl::{Counts, HX8K_BRAM, HX8K_CELLS, SEEDS};
@@ -169,8 +170,7 @@ fn settling_json(found: &Settling) -> Value {
             "in_words": limit(&found.limits[index]),
         })
     };
-    let errors: serde_json::Map<_, _> =
-        found.errors.iter().map(|(output, error)| (output.name().to_string(), json!(error))).collect();
+    let errors: BTreeMap<_, _> = found.errors.iter().map(|(output, error)| (output.name(), error)).collect();
     json!({
         "noticed": found.noticed(), "from": run(0), "to": run(1), "errors": errors, "lost_damping": found.lost_damping,
     })

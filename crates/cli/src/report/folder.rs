@@ -145,8 +145,8 @@ impl Rows {
         let id = format!("rows-{}", stem.replace(|c: char| !c.is_ascii_alphanumeric(), "-"));
         let value = |cell: &String| match cell.parse::<f64>() {
             _ if cell.is_empty() => Value::Null,
-            Ok(number) if number.is_finite() => json!(number),
-            _ => json!(cell),
+            Ok(number) if number.is_finite() => Value::from(number),
+            _ => Value::from(cell.as_str()),
         };
         let rows: Vec<Vec<Value>> = self.rows.iter().map(|row| row.iter().map(value).collect()).collect();
         let [x, y, color] = VIEWS.iter().find(|(name, _)| *name == stem).map_or([""; 3], |(_, view)| *view);
@@ -154,7 +154,7 @@ impl Rows {
         let meanings = self.comments.iter().filter_map(|comment| comment.split_once(": "));
         let about: serde_json::Map<String, Value> = meanings
             .filter(|(name, _)| self.columns.iter().any(|column| column == name))
-            .map(|(name, meaning)| (name.to_string(), json!(meaning)))
+            .map(|(name, meaning)| (name.to_string(), Value::from(meaning)))
             .collect();
         let table = json!({ "columns": self.columns, "rows": rows, "x": x, "y": y, "color": color, "about": about });
         format!("<div data-rows=\"{id}\"></div>\n{}", data(&id, &table))

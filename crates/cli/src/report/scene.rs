@@ -6,7 +6,7 @@ use hpu_chart::Diagram;
 use hpu_cosim::dut::Inside;
 use hpu_cosim::scene::{Experiment, Resolved, ValueSource, resolved};
 use hpu_cosim::{AnySimulation, SceneFile, Simulation, Wired, judged_window_s};
-use hpu_page::{Cell, Column, Page, Table, escaped};
+use hpu_page::{Cell, Column, Page, Table, as_json, escaped};
 use hpu_signal::Notation;
 use serde_json::Value;
 
@@ -14,7 +14,6 @@ use super::Part;
 use super::pieces::Pieces;
 use crate::diff;
 use crate::document::{Content, Document, Section, data};
-use crate::parameters::as_json;
 use crate::run::{Finished, finished, unseen};
 use crate::scene::{Named, quoted, set_options};
 use crate::shell::hdl::Vhdl;

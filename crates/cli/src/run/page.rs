@@ -359,7 +359,7 @@ fn nets(ran: &Ran) -> Table {
         Column::text("name", "net").least(11).of(|net: &NetUse| net.signal.name),
         Column::text("format", "format")
             .least(9)
-            .of(|net: &NetUse| Cell::new(json!(triple(net.signal.format))).shown(ran.notation.of(net.signal.format))),
+            .of(|net: &NetUse| Cell::new(triple(net.signal.format)).shown(ran.notation.of(net.signal.format))),
         Column::number("min", "min").least(12).of(move |net: &NetUse| seen(net, net.usage.min)),
         Column::number("max", "max").least(11).of(move |net: &NetUse| seen(net, net.usage.max)),
         if is_own { idle } else { idle.data() }.of(|net: &NetUse| {
@@ -385,7 +385,7 @@ fn nets(ran: &Ran) -> Table {
 
 /// Adds what the scene expects, and whether it came.
 fn expectations(page: &mut Page, ran: &Ran) {
-    page.data("expected", json!([])).data("expected_not_judged", ran.unjudged);
+    page.data("expected", [(); 0]).data("expected_not_judged", ran.unjudged);
     let said = |met| verdict(if met { "met" } else { "NOT MET" }, met);
     if let Some((kind, met)) = ran.outcome_met {
         let name = outcome_name(Some(kind));

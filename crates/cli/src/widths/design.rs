@@ -9,7 +9,6 @@ use hpu_page::{Cell, Column, Page, Place, Table};
 use hpu_signal::{Clock, Cycle, Format, Observe, Signal, UNKNOWN};
 use hpu_study::map::outcome_name;
 use hpu_study::widths::idle_bits;
-use serde_json::json;
 
 use super::page::{first_time, span};
 use super::{Args, command};
@@ -214,16 +213,16 @@ fn signals(args: &Args, rows: &[Row], (edges, clock): (u64, Clock), no_constants
             .least(9)
             .only(&[Place::Text, Place::File])
             .of(move |row: &Row| notation.of(row.net.signal.format)),
-        Column::text("format", "").in_json().of(|row: &Row| json!(triple(row.net.signal.format))),
+        Column::text("format", "").in_json().of(|row: &Row| triple(row.net.signal.format)),
         Column::flag("inside", "").data().of(|row: &Row| row.is_inside),
         Column::text("unit", "").data().of(|row: &Row| row.net.signal.unit),
         Column::text("measured", "measured").least(17).only(&[Place::Text, Place::Json]).of(|row: &Row| {
             let ends = row.values();
-            Cell::new(ends.map(|ends| json!(ends))).shown(ends.map_or(String::new(), |[min, max]| span(min, max)))
+            Cell::new(ends).shown(ends.map_or(String::new(), |[min, max]| span(min, max)))
         }),
         Column::number("measured_min", "").in_files().of(|row: &Row| row.values().map(|ends| ends[0])),
         Column::number("measured_max", "").in_files().of(|row: &Row| row.values().map(|ends| ends[1])),
-        Column::text("words", "").in_json().of(|row: &Row| row.words().map(|words| json!(words))),
+        Column::text("words", "").in_json().of(|row: &Row| row.words()),
         Column::integer("idle_bits", "idle").said().of(|row: &Row| idle_bits(&row.net)),
         Column::integer("idle_bits", "").data().of(|row: &Row| idle_bits(&row.net)),
         Column::text("one_bit_less", "one bit less").only(&[Place::Text]).of(less),

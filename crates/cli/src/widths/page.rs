@@ -102,7 +102,7 @@ fn signals(of: &Widths, left_out: &[&str]) -> Table {
         let exhausted = if *how == How::Exhausted { " x" } else { "" };
         let overflows = if *never_overflows { "" } else { "!" };
         let blank = if exhausted.is_empty() && !overflows.is_empty() { " " } else { "" };
-        Cell::new(json!([min, max])).shown(format!("{}{exhausted}{blank}{overflows}", span(*min, *max)))
+        Cell::new([*min, *max]).shown(format!("{}{exhausted}{blank}{overflows}", span(*min, *max)))
     };
     let lost = |loss: &Loss| Cell::new(loss.edges).shown(lost(of, loss));
     let worst = |loss: &Loss| (loss.edges > 0 && !loss.worst.is_nan()).then_some(loss.worst);
@@ -122,15 +122,15 @@ fn signals(of: &Widths, left_out: &[&str]) -> Table {
             .least(9)
             .only(&[Place::Text, Place::File])
             .of(|row: &SignalRow| row.format.to_string()),
-        Column::text("format", "").in_json().of(|row: &SignalRow| json!(triple(row.format))),
+        Column::text("format", "").in_json().of(|row: &SignalRow| triple(row.format)),
         Column::text("unit", "").data().of(|row: &SignalRow| row.unit),
         Column::text("measured", "measured").least(17).only(&[Place::Text, Place::Json]).of(move |row: &SignalRow| {
             let ends = ends(row);
-            Cell::new(ends.map(|ends| json!(ends))).shown(ends.map_or(String::new(), |[min, max]| span(min, max)))
+            Cell::new(ends).shown(ends.map_or(String::new(), |[min, max]| span(min, max)))
         }),
         Column::number("measured_min", "").in_files().of(move |row: &SignalRow| ends(row).map(|ends| ends[0])),
         Column::number("measured_max", "").in_files().of(move |row: &SignalRow| ends(row).map(|ends| ends[1])),
-        Column::text("words", "").in_json().of(|row: &SignalRow| row.measured.map(|(min, max)| json!([min, max]))),
+        Column::text("words", "").in_json().of(|row: &SignalRow| row.measured.map(|(min, max)| [min, max])),
         Column::text("proved", "proved").least(18).only(&[Place::Text, Place::Json]).of(proved),
         Column::number("proved_min", "").in_files().of(move |row: &SignalRow| bound(row).map(|bound| bound.min)),
         Column::number("proved_max", "").in_files().of(move |row: &SignalRow| bound(row).map(|bound| bound.max)),
@@ -141,7 +141,7 @@ fn signals(of: &Widths, left_out: &[&str]) -> Table {
         Column::number("error", "").in_json().of(move |row: &SignalRow| bound(row).and_then(|bound| bound.error)),
         Column::text("assumptions", "")
             .in_json()
-            .of(move |row: &SignalRow| bound(row).map(|bound| json!(bound.assumptions))),
+            .of(move |row: &SignalRow| bound(row).map(|bound| Value::of(&bound.assumptions))),
         Column::integer("idle_bits", "idle").said().of(|row: &SignalRow| row.headroom_bits),
         Column::integer("idle_bits", "").data().of(|row: &SignalRow| row.headroom_bits),
         Column::text("rounded", "rounded")
@@ -161,9 +161,7 @@ fn signals(of: &Widths, left_out: &[&str]) -> Table {
         Column::text("needs", "needs")
             .only(&[Place::Text, Place::File])
             .of(|row: &SignalRow| row.recommended.map_or(String::new(), |format| format.to_string())),
-        Column::text("recommended", "")
-            .in_json()
-            .of(|row: &SignalRow| row.recommended.map(|format| json!(triple(format)))),
+        Column::text("recommended", "").in_json().of(|row: &SignalRow| row.recommended.map(triple)),
     ];
     let rows = &of.measured.rows;
     let untold = |row: usize| rows[row].format.width() <= 2 || left_out.contains(&rows[row].name);

@@ -6,6 +6,8 @@
 //! windings are modes; the world changes between them at instants found to all places. Both loops run from tick to
 //! tick. Edge, every net and the number of modes must agree.
 //!
+//! [`phases`] does the same for a motor of three phases, by Taylor series.
+//!
 //! `cargo test -p hpu-cosim --test high_precision falls -- --nocapture --test-threads 1` shows the table.
 
 mod beside;
@@ -15,6 +17,7 @@ mod flow;
 mod laws;
 mod mean;
 mod near;
+mod phases;
 mod shaft;
 mod slow;
 mod winding;
@@ -185,4 +188,18 @@ fn twice_the_places_move_no_register_and_no_angle() {
         assert!(outcome.difference.is_none(), "{}: {outcome}", scene.name);
         assert!(outcome.off_rad < 1e-40, "{}: {outcome}", scene.name);
     }
+}
+
+#[test]
+fn every_gate_sample_and_count_behind_field_oriented_control_falls_on_the_right_clock() {
+    let agreed = phases::foc_wall(20);
+    assert!(agreed.gates >= 3000 && agreed.currents >= 700 && agreed.circuit >= 100, "{agreed:?}");
+}
+
+#[test]
+#[ignore = "testbench/long.sh runs it"]
+fn every_gate_sample_and_count_of_two_seconds_falls_on_the_right_clock() {
+    let agreed = phases::foc_wall(2000);
+    println!("foc-wall, 2 s\n{agreed}");
+    assert!(agreed.gates >= 450_000 && agreed.currents >= 79_000 && agreed.counts >= 200, "{agreed:?}");
 }

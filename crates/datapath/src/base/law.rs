@@ -236,8 +236,8 @@ macro_rules! law_ports {
 /// The part of `impl Block` that is alike in the laws that capture at a sample edge and load some edges later.
 macro_rules! law_in_sequence {
     () => {
-        fn equations(&self) -> Option<&dyn crate::AnyStep> {
-            Some(self)
+        fn equations(&self) -> Option<crate::ClockEdge<'_>> {
+            Some(crate::ClockEdge::of(self))
         }
 
         fn reset(&mut self) -> LawOut<i64> {

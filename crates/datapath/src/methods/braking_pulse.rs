@@ -27,7 +27,7 @@ use crate::base::law::{Wanted, ZERO, shown};
 use crate::base::listed::Listed;
 use crate::methods::method_variants::{InLoops, bare, distinct, shaped, short};
 use crate::step::counted_down;
-use crate::{AnyStep, Block, ConfigError, Generic, Law, LawIn, LawOut, LawWidths, MethodLoop, Register, Step};
+use crate::{Block, ClockEdge, ConfigError, Generic, Law, LawIn, LawOut, LawWidths, MethodLoop, Register, Step};
 
 crate::base::listed::configuration! {
     /// The widths and the gain of a braking pulse.
@@ -175,8 +175,8 @@ impl Block for BrakingPulse {
     const NAME: &'static str = "braking_pulse";
     crate::base::law::law_ports!(self => self.brake.to, "PWM count", "Braking pulse");
 
-    fn equations(&self) -> Option<&dyn AnyStep> {
-        Some(self)
+    fn equations(&self) -> Option<ClockEdge<'_>> {
+        Some(ClockEdge::of(self))
     }
 
     fn reset(&mut self) -> LawOut<i64> {

@@ -25,7 +25,7 @@ use crate::base::listed::Listed;
 use crate::methods::method_variants::{InLoops, bare, distinct, shaped, short};
 use crate::step::counted_down;
 use crate::{
-    AnyStep, Block, ConfigError, Generic, Law, LawIn, LawOut, LawWidths, MethodLoop, Pid, PidConfig, Register, Step,
+    Block, ClockEdge, ConfigError, Generic, Law, LawIn, LawOut, LawWidths, MethodLoop, Pid, PidConfig, Register, Step,
 };
 
 /// The controller's name as an instance.
@@ -218,8 +218,8 @@ impl Block for PositionPid {
     const NAME: &'static str = "position_pid";
     crate::base::law::law_ports!(self => self.memory(), "count", "Target of the latest sample");
 
-    fn equations(&self) -> Option<&dyn AnyStep> {
-        Some(self)
+    fn equations(&self) -> Option<ClockEdge<'_>> {
+        Some(ClockEdge::of(self))
     }
 
     fn reset(&mut self) -> LawOut<i64> {

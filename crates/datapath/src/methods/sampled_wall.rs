@@ -32,7 +32,7 @@ use crate::base::sequence::loads_before_it_reads;
 use crate::methods::method_variants::{InLoops, bare, distinct, shaped, small};
 use crate::velocity::estimator::{Estimator, EstimatorConfig, Velocity};
 use crate::{
-    AnyStep, Block, ConfigError, Generic, Law, LawIn, LawOut, LawWidths, Lemma, MethodLoop, MethodLoopConfig,
+    Block, ClockEdge, ConfigError, Generic, Law, LawIn, LawOut, LawWidths, Lemma, MethodLoop, MethodLoopConfig,
     PwmConfig, Register, Shaping, Step, ZeroOrderHold, arithmetic::zero_order_hold,
 };
 
@@ -293,8 +293,8 @@ impl Block for SampledWall {
     const NAME: &'static str = "sampled_wall";
     crate::base::law::law_ports!(self => self.velocity_word(), self.velocity_unit(), "Velocity");
 
-    fn equations(&self) -> Option<&dyn AnyStep> {
-        self.velocity.has_equations().then_some(self)
+    fn equations(&self) -> Option<ClockEdge<'_>> {
+        self.velocity.has_equations().then(|| ClockEdge::of(self))
     }
 
     fn reset(&mut self) -> LawOut<i64> {

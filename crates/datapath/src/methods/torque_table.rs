@@ -23,7 +23,7 @@ use crate::base::law::{Wanted, ZERO, shown};
 use crate::base::listed::Listed;
 use crate::methods::method_variants::{InLoops, bare, distinct, shaped, short};
 use crate::step::counted_down;
-use crate::{AnyStep, Block, ConfigError, Generic, Law, LawIn, LawOut, LawWidths, MethodLoop, Register, Step};
+use crate::{Block, ClockEdge, ConfigError, Generic, Law, LawIn, LawOut, LawWidths, MethodLoop, Register, Step};
 
 /// The most torques of a table.
 pub const MOST_TORQUES: usize = 32;
@@ -199,8 +199,8 @@ impl Block for TorqueTable {
     const NAME: &'static str = "torque_table";
     crate::base::law::law_ports!(self => self.texture.to, "PWM count", "Torque of the table");
 
-    fn equations(&self) -> Option<&dyn AnyStep> {
-        Some(self)
+    fn equations(&self) -> Option<ClockEdge<'_>> {
+        Some(ClockEdge::of(self))
     }
 
     fn reset(&mut self) -> LawOut<i64> {

@@ -30,7 +30,7 @@ use crate::base::law::ZERO;
 use crate::base::listed::Listed;
 use crate::methods::method_variants::{InLoops, bare, distinct, shaped, short};
 use crate::step::counted_down;
-use crate::{AnyStep, Block, ConfigError, Generic, Law, LawIn, LawOut, LawWidths, MethodLoop, Register, Step};
+use crate::{Block, ClockEdge, ConfigError, Generic, Law, LawIn, LawOut, LawWidths, MethodLoop, Register, Step};
 
 crate::base::listed::configuration! {
     /// The widths and gains of a virtual coupling.
@@ -179,8 +179,8 @@ impl Block for VirtualCoupling {
     const NAME: &'static str = "virtual_coupling";
     crate::base::law::law_ports!(self => self.extension.to, "count", "Extension of the coupling");
 
-    fn equations(&self) -> Option<&dyn AnyStep> {
-        Some(self)
+    fn equations(&self) -> Option<ClockEdge<'_>> {
+        Some(ClockEdge::of(self))
     }
 
     fn reset(&mut self) -> LawOut<i64> {

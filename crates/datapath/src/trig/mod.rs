@@ -14,7 +14,7 @@ pub use trig_table::TrigTable;
 
 use hpu_signal::{Format, Machine, Word};
 
-use crate::{AnyStep, Block, Generic, Register, Rom, Step};
+use crate::{Block, ClockEdge, Generic, Register, Rom, Step};
 
 hpu_signal::ports! {
     /// Inputs of a source of sine and cosine.
@@ -105,8 +105,8 @@ impl<V: Wave> Block for Trig<V> {
         self.wave.roms()
     }
 
-    fn equations(&self) -> Option<&dyn AnyStep> {
-        Some(self)
+    fn equations(&self) -> Option<ClockEdge<'_>> {
+        Some(ClockEdge::of(self))
     }
 
     fn reset(&mut self) -> TrigOut<i64> {

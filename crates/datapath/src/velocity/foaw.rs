@@ -22,7 +22,7 @@ use crate::base::countdown::{Countdown, edges};
 use crate::base::history::History;
 use crate::base::listed::Listed;
 use crate::step::counted_down;
-use crate::{AnyStep, Block, ConfigError, Generic, Lemma, Register, Step};
+use crate::{Block, ClockEdge, ConfigError, Generic, Lemma, Register, Step};
 
 hpu_signal::ports! {
     /// Inputs of the estimator.
@@ -202,9 +202,9 @@ impl Block for Foaw {
         self.told()
     }
 
-    fn equations(&self) -> Option<&dyn AnyStep> {
+    fn equations(&self) -> Option<ClockEdge<'_>> {
         // With wider words, the product does not fit a machine's integer.
-        (self.velocity.width() < 60).then_some(self)
+        (self.velocity.width() < 60).then(|| ClockEdge::of(self))
     }
 
     fn reset(&mut self) -> Out<i64> {

@@ -34,7 +34,7 @@ fn tick_alike(edges: u64) {
     for (label, mut block) in variants() {
         let name = block.name();
         let (inputs, clocked) = (block.inputs(), block.clocked());
-        let Some(registers) = block.equations().map(|equations| equations.registers()) else { continue };
+        let Some(registers) = block.equations().map(|edge| edge.registers) else { continue };
         let mut random = Random(compared);
         let mut held: Vec<i64> = registers.iter().map(|register| register.reset.unwrap_or(0)).collect();
         let mut words = vec![0; inputs.len()];

@@ -237,9 +237,9 @@ fn the_joints_are_shown_after_the_latency_and_a_start_gives_up_the_last() {
 fn the_equations_compute_the_joints_of_random_postures() {
     for (label, block) in variants().into_iter().filter(|(_, block)| block.name() == "gimbal_inverse") {
         let mut block = block;
-        let equations = block.equations().expect("equations");
-        let (registers, mut step) = (equations.registers(), equations.in_words());
-        let mut held: Vec<i64> = registers.iter().map(|register| register.reset.unwrap_or(0)).collect();
+        let mut step = block.equations().expect("equations").in_words();
+        let registers = block.equations().expect("equations").registers;
+        let mut held: Vec<_> = registers.iter().map(|register| register.reset.unwrap_or(0)).collect();
         block.reset();
         let mut random = Random(11);
         let most = block.inputs()[1].format.max() as f64;

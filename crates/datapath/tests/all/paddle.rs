@@ -4,7 +4,7 @@ use hpu_datapath::paddle::{
     AngleSelect, FilteredPid, FilteredPidConfig, TimerPwm, TimerPwmConfig, WindowSum, angle_select, filtered_pid,
     timer_pwm, window_sum,
 };
-use hpu_datapath::{AnyStep, Block};
+use hpu_datapath::{Block, Step};
 use hpu_signal::Format;
 
 /// Returns a number of at most so many bits, with its sign.
@@ -128,7 +128,7 @@ fn a_window_of_codes_is_their_sum_less_the_zero() {
             assert_eq!(newest, own + filled, "the first code fills the window");
         }
     }
-    assert!(AnyStep::registers(&block).len() > 33);
+    assert!(Step::registers(&block).len() > 33);
 }
 
 #[test]

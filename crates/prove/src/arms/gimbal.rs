@@ -152,7 +152,7 @@ fn keep(walk: &mut Walk, instance: &Instance, config: &GimbalConfig) {
         ("radius", radius),
         ("crank", Span::new(0, full)),
     ];
-    let registers = instance.model.equations().map(|equations| equations.registers()).unwrap_or_default();
+    let registers = instance.model.equations().map(|edge| edge.registers).unwrap_or_default();
     let is_angle = |register: &&Register| register.instance.is_some() && register.name == "angle";
     let angle = registers.iter().find(is_angle).expect("the CORDIC's angle");
     walk.keep(instance, &kept, (angle, &[Span::new(-full - 1, -1), Span::new(0, full)]));
@@ -173,7 +173,7 @@ fn joint_errors(config: &GimbalConfig) -> Result<[f64; 3], ConfigError> {
 
 /// Reads the switch. An offset passes its errors from sample to sample, so its drive has no known error.
 fn switch(walk: &mut Walk, instance: &Instance) {
-    let registers = instance.model.equations().map(|equations| equations.registers()).unwrap_or_default();
+    let registers = instance.model.equations().map(|edge| edge.registers).unwrap_or_default();
     let keeps_drive = registers.iter().any(|register| register.name == "offset");
     let kept = registers.iter().filter(|register| keeps_drive && ["drive", "offset"].contains(&register.name));
     let any = |register: &Register| Affine::put(|symbols| symbols.wrapped(register.format));

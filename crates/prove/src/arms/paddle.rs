@@ -67,7 +67,7 @@ fn keep(walk: &mut Walk, instance: &Instance, config: &FilteredPidConfig, (measu
     let y = Span::new(within.min - 65_536 / i128::from(share) - 1, within.max);
     let limit = i128::from(sum_limit) << (frac + gain.frac().cast_unsigned() - sum_frac);
     let command = Span::new(least.into(), most.into()).hull(Span::exact(0));
-    let registers = instance.model.equations().map(|equations| equations.registers()).unwrap_or_default();
+    let registers = instance.model.equations().map(|edge| edge.registers).unwrap_or_default();
     let Some(shown) = registers.iter().find(|register| register.name == "command") else { return };
     walk.keep(instance, &[("y", y), ("sum", Span::new(-limit, limit)), ("command", command)], (shown, &[command]));
 }

@@ -2,7 +2,7 @@
 
 use hpu_cosim::scene::Scene;
 use hpu_cosim::{AxisSimulation, Wired};
-use hpu_datapath::{AnyStep, Instance};
+use hpu_datapath::Instance;
 
 use super::{Bound, How, Proof};
 use crate::Error;
@@ -27,7 +27,7 @@ pub fn exhausted(scene: &Scene, proof: &Proof, most: u128) -> Result<Vec<Bound>,
 
 /// Returns whether a block has no registers, either by its kind or, for a limiter, in this configuration.
 fn answers_at_once(instance: &Instance) -> bool {
-    instance.model.equations().is_some_and(|equations| equations.registers().is_empty())
+    instance.model.equations().is_some_and(|edge| edge.registers.is_empty())
 }
 
 /// Returns the words that a bound allows.
@@ -47,7 +47,7 @@ fn tried(mut instance: Instance, bounds: &[Bound], most: u128) -> Vec<Bound> {
     }
     // A block's own losses are known only if all of its inputs are exact.
     let are_exact = inputs.iter().all(|input| bounds[input.net].error == Some(0.0));
-    let equations = instance.model.equations().filter(|_| are_exact).map(AnyStep::recorded);
+    let equations = instance.model.equations().filter(|_| are_exact).map(|edge| edge.recorded());
     let mut word: Vec<i64> = ranges.iter().map(|range| range.min as i64).collect();
     let mut seen: Vec<Option<(i64, i64)>> = vec![None; outputs.len()];
     let mut worst = vec![Exact::of(0).losses(); outputs.len()];

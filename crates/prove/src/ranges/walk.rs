@@ -1,6 +1,6 @@
 //! Walks over a wiring's blocks and reads each with what is known of its inputs.
 
-use hpu_datapath::{AnyBlock, AnyStep, Connection, Instance, Register};
+use hpu_datapath::{AnyBlock, ClockEdge, Connection, Instance, Register};
 use hpu_signal::{Equations, Format, Signal, Word as _};
 
 use super::affine::Affine;
@@ -36,14 +36,14 @@ impl Walk<'_> {
             return;
         }
         let Some(equations) = model.equations() else { return };
-        let shown = self.shown(equations, &self.inputs(instance), stated);
+        let shown = self.shown(&equations, &self.inputs(instance), stated);
         self.drive(instance, &shown);
     }
 
     /// Reads a block whose outputs are registers, as an edge loads them.
     pub fn load(&mut self, instance: &Instance) {
         let Some(equations) = instance.model.equations() else { return };
-        let reset = equations.registers().into_iter().map(|register| Affine::int(register.reset.unwrap_or(0).into()));
+        let reset = equations.registers.iter().map(|register| Affine::int(register.reset.unwrap_or(0).into()));
         let given: Vec<_> = reset.chain(self.inputs(instance)).collect();
         let loaded = equations.recorded().read(&given);
         self.drive(instance, &loaded);
@@ -54,8 +54,8 @@ impl Walk<'_> {
     /// `other`. Where a step leaves a range, the block's outputs stay unknown.
     pub fn keep(&mut self, instance: &Instance, kept: &[(&str, Span)], (other, cases): (&Register, &[Span])) {
         let Some(equations) = instance.model.equations() else { return };
-        let (registers, inputs) = (equations.registers(), self.inputs(instance));
-        let equations = equations.recorded();
+        let (registers, inputs) = (&equations.registers, self.inputs(instance));
+        let recorded = equations.recorded();
         let range = |register: &Register| {
             let own = |name: &str| register.instance.is_none() && register.name == name;
             kept.iter().find(|(name, _)| own(name)).map(|(_, range)| *range)
@@ -68,7 +68,7 @@ impl Walk<'_> {
                 None => Affine::put(|symbols| symbols.given(Span::of(register.format))),
             };
             let held: Vec<_> = registers.iter().map(word).collect();
-            let mut next = equations.read(&[&held[..], &inputs].concat());
+            let mut next = recorded.read(&[&held[..], &inputs].concat());
             let outputs = next.split_off(registers.len());
             let stays = |(register, word): (&Register, &Affine)| {
                 let reset = Span::exact(register.reset.unwrap_or(0).into());
@@ -117,20 +117,20 @@ impl Walk<'_> {
         };
         let inputs: Vec<_> =
             block.inputs().iter().map(|port| input(port.name).unwrap_or_else(|| any(port.format))).collect();
-        self.shown(equations, &inputs, stated)
+        self.shown(&equations, &inputs, stated)
     }
 
     /// Returns the outputs of a block with these inputs at every edge. Losses that occurred before the inputs are
     /// reported only there. `stated` claims the contents of some registers at all times; one step proves that they stay
     /// so.
-    fn shown(&self, equations: &dyn AnyStep, inputs: &[Affine], stated: &[(&str, Affine)]) -> Vec<Affine> {
-        let (registers, equations) = (equations.registers(), equations.recorded());
+    fn shown(&self, equations: &ClockEdge, inputs: &[Affine], stated: &[(&str, Affine)]) -> Vec<Affine> {
+        let (registers, equations) = (&equations.registers, equations.recorded());
         let entered: Vec<_> = if registers.is_empty() {
             inputs.iter().map(|input| input.shed()).collect()
         } else {
             inputs.iter().map(|input| input.another().shed()).collect()
         };
-        let held = self.held(&equations, &registers, &entered, stated);
+        let held = self.held(&equations, registers, &entered, stated);
         let mut words = equations.read(&[&held[..], &entered].concat());
         let kept = |word: Affine| {
             // A word that is only handed on fits only if it fitted as an input.

@@ -9,7 +9,7 @@
 use std::collections::BTreeSet;
 use std::time::Duration;
 
-use hpu_datapath::{AnyStep, Register, variants_of};
+use hpu_datapath::{ClockEdge, Register, variants_of};
 
 use super::wires::{What, Wire};
 use super::{Connected, Entity, Labelled, model, refused};
@@ -54,10 +54,10 @@ impl Entity {
             Ok(transition) => transition,
             Err(why) => return Ok(Verdict::Refused(why)),
         };
-        let registers = AnyStep::registers(equations);
-        let netlist = Netlist::foreign(text, &top, has_clock, self.links(equations, &registers, (&wires, &names)));
-        self.known(&netlist, &registers)?;
-        let edge = Edge::new(equations, &netlist, &registers);
+        let registers = &equations.registers;
+        let netlist = Netlist::foreign(text, &top, has_clock, self.links(&equations, (&wires, &names)));
+        self.known(&netlist, registers)?;
+        let edge = Edge::new(&equations, &netlist);
         let mut solvers = Vec::new();
         let questions = if registers.is_empty() {
             vec![Question::Trace { rows: 1, latency, begins: false }]
@@ -90,7 +90,7 @@ impl Entity {
             Verdict::Refuted(about, around) => {
                 let mut why = format!("by {about}, from a state that it need not come to:\n");
                 around.lines(1).iter().for_each(|line| why += &format!("    {line}\n"));
-                why + &self.unknown(&netlist, &registers)
+                why + &self.unknown(&netlist, registers)
             }
             Verdict::Open(why) => why,
             Verdict::Proved(_) | Verdict::Refused(_) | Verdict::Wired(_) | Verdict::Miswired(_) => {
@@ -100,11 +100,11 @@ impl Entity {
     }
 
     /// Returns which ports of the user's block stand for ours.
-    fn links(&self, equations: &dyn AnyStep, registers: &[Register], (wires, names): (&[Wire], &Names)) -> Links {
-        let state = self.of_state(registers).into_iter();
+    fn links(&self, equations: &ClockEdge, (wires, names): (&[Wire], &Names)) -> Links {
+        let state = self.of_state(&equations.registers).into_iter();
         let registers = state.map(|(ours, theirs)| (ours, names.path(&theirs))).collect();
         let mut links = Links { registers, ..Links::default() };
-        let (inputs, outputs) = (equations.inputs(), equations.outputs());
+        let (inputs, outputs) = (equations.block.inputs(), equations.block.outputs());
         for Wire { port, what, .. } in wires {
             let net = names.own(&port.name).to_string();
             match *what {
@@ -133,7 +133,7 @@ impl Entity {
         // A configuration may lack some registers of the block.
         let mut all = registers.to_vec();
         for (_, block) in variants_of(|name| name == self.block) {
-            all.extend(block.equations().map(AnyStep::registers).unwrap_or_default());
+            all.extend(block.equations().map(|edge| edge.registers).unwrap_or_default());
         }
         for (ours, theirs) in self.of_state(&all) {
             if !all.iter().any(|register| register.path() == ours) {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
-use hpu_datapath::{AnyBlock, AnyStep};
+use hpu_datapath::{AnyBlock, ClockEdge};
 use hpu_signal::{Format, Term};
 
 use super::{Proof, TOOLS, Verdict, prove};
@@ -73,7 +73,7 @@ impl Proofs {
     /// As [`prove`].
     pub fn prove(&self, block: &dyn AnyBlock, setup: &Setup, limit: Duration) -> Result<Verdict, Error> {
         let Some(equations) = block.equations() else { return prove(block, setup.clone(), limit) };
-        let (key, about) = self.key(block, equations, setup)?;
+        let (key, about) = self.key(block, &equations, setup)?;
         if let Some(Solvers(by)) = self.entries.find(&key) {
             self.remembered.fetch_add(1, Ordering::Relaxed);
             return Ok(Verdict::Proved(Proof::new(by)));
@@ -92,12 +92,12 @@ impl Proofs {
     /// [`Error`] when the VHDL cannot be read.
     pub fn find(&self, block: &dyn AnyBlock, setup: &Setup) -> Result<Option<Vec<&'static str>>, Error> {
         let Some(equations) = block.equations() else { return Ok(None) };
-        let (key, _) = self.key(block, equations, setup)?;
+        let (key, _) = self.key(block, &equations, setup)?;
         Ok(self.entries.find(&key).map(|Solvers(by)| by))
     }
 
     /// Returns the key of a proof, and the words about it.
-    fn key(&self, block: &dyn AnyBlock, equations: &dyn AnyStep, setup: &Setup) -> Result<(String, String), Error> {
+    fn key(&self, block: &dyn AnyBlock, equations: &ClockEdge, setup: &Setup) -> Result<(String, String), Error> {
         let generics: Vec<_> =
             block.generics().iter().map(|(name, value)| format!("{name}={}", literal(*value))).collect();
         let about = format!("{} {} by {}", block.name(), generics.join(" "), self.tools);
@@ -128,14 +128,14 @@ impl Content for Solvers {
 }
 
 /// Returns a block's registers, equations and lemmas as text.
-fn terms(equations: &dyn AnyStep) -> String {
+fn terms(equations: &ClockEdge) -> String {
     let named = |role: &str, index: usize, format: Format| Term::of_bits(format, &format!("|{role} {index}|"));
     let all = |role: &str, formats: &[Format]| -> Vec<Term> {
         formats.iter().enumerate().map(|(index, format)| named(role, index, *format)).collect()
     };
-    let registers = AnyStep::registers(equations);
+    let registers = &equations.registers;
     let kept: Vec<_> = registers.iter().map(|register| register.format).collect();
-    let inputs: Vec<_> = equations.inputs().iter().map(|input| input.format).collect();
+    let inputs: Vec<_> = equations.block.inputs().iter().map(|input| input.format).collect();
     let defined = Term::defined(HashMap::new(), || {
         let (next, shown) = equations.in_terms(&all("register", &kept), &all("input", &inputs));
         let claims = equations.lemmas().into_iter().map(|lemma| {
@@ -144,7 +144,7 @@ fn terms(equations: &dyn AnyStep) -> String {
         });
         format!("{next:?} {shown:?} {}", claims.collect::<String>())
     });
-    let ports = format!("{:?} {:?} {registers:?}", equations.inputs(), equations.outputs());
+    let ports = format!("{:?} {:?} {registers:?}", equations.block.inputs(), equations.block.outputs());
     format!("{ports}\n{}\n{}\n{:?}", defined.built, defined.lines.join("\n"), defined.cuts)
 }
 

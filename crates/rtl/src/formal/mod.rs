@@ -1,7 +1,7 @@
 //! Proofs: a block's VHDL equals the emulator for all inputs in all states, not only on vectors.
 //!
 //! GHDL synthesises the VHDL, with the same repairs as for costs. Yosys writes the netlist as a transition in SMT-LIB;
-//! every unknown bit in it may be 0 or 1. The block's equations ([`AnyStep`]) become terms over the same inputs, and
+//! every unknown bit in it may be 0 or 1. The block's equations ([`ClockEdge`]) become terms over the same inputs, and
 //! over registers read from the netlist's. A solver looks for a state and inputs for which an output, or a register
 //! after the edge, differs: *unsatisfiable* is the proof. The proof assumes the formats of registers in the state, and
 //! shows them in the next state. A second query does the same for the reset.
@@ -37,7 +37,7 @@ mod tried;
 
 use std::time::Duration;
 
-use hpu_datapath::{AnyBlock, AnyStep};
+use hpu_datapath::{AnyBlock, ClockEdge};
 use hpu_wave::Around;
 
 use crate::engines::error::Error;
@@ -104,18 +104,17 @@ pub fn prove(block: &dyn AnyBlock, setup: impl Into<Setup>, limit: Duration) -> 
         });
     };
     solver::known(setup.timeout)?;
-    if tried::can_be(equations) {
-        return tried::tried(equations, &setup, limit);
+    if tried::can_be(&equations) {
+        return tried::tried(&equations, &setup, limit);
     }
     match Netlist::new(block, &setup)? {
-        Ok(netlist) => ask(equations, &netlist, limit),
+        Ok(netlist) => ask(&equations, &netlist, limit),
         Err(why) => Ok(Verdict::Refused(why)),
     }
 }
 
-fn ask(equations: &dyn AnyStep, netlist: &Netlist, limit: Duration) -> Result<Verdict, Error> {
-    let registers = AnyStep::registers(equations);
-    let edge = Edge::new(equations, netlist, &registers);
+fn ask(equations: &ClockEdge, netlist: &Netlist, limit: Duration) -> Result<Verdict, Error> {
+    let edge = Edge::new(equations, netlist);
     let mut solvers = Vec::new();
     let mut is_so = |query: Query| -> Result<bool, Error> {
         Ok(matches!(answered(&query, limit, &mut solvers)?, Answer::Unsatisfiable))
@@ -142,7 +141,7 @@ fn ask(equations: &dyn AnyStep, netlist: &Netlist, limit: Duration) -> Result<Ve
         }
     }
     for query in query::claims(equations) {
-        if let Some(other) = told(equations.name(), &query, answered(&query, limit, &mut solvers)?) {
+        if let Some(other) = told(equations.block.name(), &query, answered(&query, limit, &mut solvers)?) {
             return Ok(other);
         }
     }

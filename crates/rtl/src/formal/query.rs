@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap};
 use std::fmt::Write as _;
 
-use hpu_datapath::{AnyStep, Lemma, Register};
+use hpu_datapath::{ClockEdge, Lemma, Register};
 use hpu_signal::{Clock, Defined, Format, Signal, Term};
 use hpu_wave::{Around, Column, ComparedRow};
 
@@ -58,10 +58,9 @@ pub(super) struct Asked {
 type Whole<'r> = BTreeMap<String, Vec<(usize, &'r Register)>>;
 
 /// A block with its netlist; the questions are about these two.
-pub(crate) struct Edge<'e> {
-    block: &'e dyn AnyStep,
+pub(crate) struct Edge<'e, 'b> {
+    equations: &'e ClockEdge<'b>,
     netlist: &'e Netlist,
-    registers: &'e [Register],
     whole: Whole<'e>,
     has_twins: bool,
 }
@@ -74,19 +73,19 @@ struct Posed {
     cuts: Vec<(String, u32, Term)>,
 }
 
-impl<'e> Edge<'e> {
-    pub(crate) fn new(block: &'e dyn AnyStep, netlist: &'e Netlist, registers: &'e [Register]) -> Self {
+impl<'e, 'b> Edge<'e, 'b> {
+    pub(crate) fn new(equations: &'e ClockEdge<'b>, netlist: &'e Netlist) -> Self {
         let mut whole = Whole::new();
-        for (place, register) in registers.iter().enumerate() {
+        for (place, register) in equations.registers.iter().enumerate() {
             whole.entry(register.path()).or_default().push((place, register));
         }
         whole.values_mut().for_each(|parts| parts.sort_by_key(|(_, register)| register.low));
-        Self { block, netlist, registers, whole, has_twins: false }
+        Self { equations, netlist, whole, has_twins: false }
     }
 
     /// Returns the name of the block.
     pub(super) fn name(&self) -> &'static str {
-        self.block.name()
+        self.equations.block.name()
     }
 
     /// Poses a question.
@@ -124,7 +123,8 @@ impl<'e> Edge<'e> {
 
     /// Makes a question about the block's results from the state and the inputs. The nets in `cuts` may have any words.
     fn posed(&self, cuts: &[Net]) -> Result<Posed, Error> {
-        let Self { block, registers, ref whole, .. } = *self;
+        let Self { equations, ref whole, .. } = *self;
+        let ClockEdge { block, registers, .. } = equations;
         let cut;
         let netlist = if cuts.is_empty() {
             self.netlist
@@ -171,7 +171,7 @@ impl<'e> Edge<'e> {
             itself.insert(name.clone(), own);
         }
         let Defined { built: (next, shown), lines, cuts } =
-            Term::defined(itself.clone(), || block.in_terms(&terms(&before), &terms(&inputs)));
+            Term::defined(itself.clone(), || equations.in_terms(&terms(&before), &terms(&inputs)));
         lines.iter().for_each(|line| query.given += &format!("{line}\n"));
         // A cut net lies in the range of the equations' number.
         for (name, own, term) in &cuts {
@@ -214,13 +214,13 @@ impl<'e> Edge<'e> {
     /// Makes the question about outputs, and about registers after an edge.
     pub(super) fn edge(&self, cuts: &[Net]) -> Result<Query, Error> {
         let Posed { mut query, next, shown, .. } = self.posed(cuts)?;
-        for (output, ours) in self.block.outputs().iter().zip(shown) {
+        for (output, ours) in self.equations.block.outputs().iter().zip(shown) {
             if self.netlist.port(output.name).is_empty() && !self.netlist.is_foreign() {
                 return Err(Error::file(format!("the VHDL has no output `{}`", output.name)));
             }
             query.shows(self.netlist, output, "s", ours);
         }
-        let next = |place: usize| Some(next[place].bits(self.registers[place].format.width()));
+        let next = |place: usize| Some(next[place].bits(self.equations.registers[place].format.width()));
         if self.netlist.is_clocked {
             self.compares_registers(&mut query, "next", "n", next);
         }
@@ -240,12 +240,13 @@ impl<'e> Edge<'e> {
             let _ = writeln!(query.given, "(assert (|{}_i| s))", netlist.name);
         }
         self.compares_registers(&mut query, role, after, |place| {
-            let Register { low, format, reset, .. } = self.registers[place];
+            let Register { low, format, reset, .. } = self.equations.registers[place];
             // Registers that a reset leaves as they are stay so on both sides, or a lemma shows that they do not
             // matter.
             let kept = || {
-                let (net, _) =
-                    netlist.register(&self.registers[place].path()).filter(|_| self.block.lemmas().is_empty())?;
+                let (net, _) = netlist
+                    .register(&self.equations.registers[place].path())
+                    .filter(|_| self.equations.lemmas().is_empty())?;
                 Some(format!("((_ extract {} {low}) {})", low + format.width() - 1, netlist.bits(net, "s")))
             };
             reset.map(|word| literal(format, word)).or_else(kept)
@@ -256,7 +257,8 @@ impl<'e> Edge<'e> {
 
     /// Makes the question about `rows` rows; see [`Question::Trace`].
     fn trace(&self, rows: usize, latency: usize, begins: bool) -> Query {
-        let Self { block, netlist, registers, .. } = *self;
+        let Self { equations, netlist, .. } = *self;
+        let ClockEdge { block, registers, .. } = equations;
         let mut query = Query::new(netlist, self.has_twins);
         let resets = begins && netlist.reset().is_some();
         let first = usize::from(resets);
@@ -288,7 +290,7 @@ impl<'e> Edge<'e> {
             let mut words = terms(&before);
             let mut shown = Vec::new();
             for inputs in &inputs {
-                let (next, answers) = block.in_terms(&words, &terms(inputs));
+                let (next, answers) = equations.in_terms(&words, &terms(inputs));
                 words = next;
                 shown.push(answers);
             }
@@ -498,7 +500,7 @@ impl Query {
 }
 
 /// Returns the questions about the lemmas of a block's equations.
-pub(super) fn claims(block: &dyn AnyStep) -> Vec<Query> {
+pub(super) fn claims(equations: &ClockEdge) -> Vec<Query> {
     let claim = |Lemma { any, follows }: Lemma| {
         let mut query = Query::of(String::new());
         let named = any.iter().enumerate();
@@ -510,7 +512,7 @@ pub(super) fn claims(block: &dyn AnyStep) -> Vec<Query> {
         query.about = "what its equations compute".to_string();
         query
     };
-    block.lemmas().into_iter().map(claim).collect()
+    equations.lemmas().into_iter().map(claim).collect()
 }
 
 /// Returns the name of a state's twin.

@@ -7,7 +7,7 @@
 use std::collections::HashMap;
 use std::time::Duration;
 
-use hpu_datapath::AnyStep;
+use hpu_datapath::ClockEdge;
 use hpu_signal::{Format, Signal, Term};
 
 use super::netlist::Netlist;
@@ -23,19 +23,19 @@ const MOST_BITS: u32 = 18;
 
 /// Returns whether all inputs of a block can be tried, and whether that suffices: the next words of its registers must
 /// depend on the inputs alone.
-pub(super) fn can_be(equations: &dyn AnyStep) -> bool {
-    let registers = AnyStep::registers(equations);
-    let bits: u32 = equations.inputs().iter().map(|input| input.format.width()).sum();
+pub(super) fn can_be(equations: &ClockEdge) -> bool {
+    let registers = &equations.registers;
+    let bits: u32 = equations.block.inputs().iter().map(|input| input.format.width()).sum();
     if registers.is_empty() || bits > MOST_BITS {
         return false;
     }
-    let inputs = equations.inputs();
+    let inputs = equations.block.inputs();
     let named = |role: &str, index: usize, format: Format| Term::of_bits(format, &format!("|{role} {index}|"));
     let next = |role: &str| {
         let before = registers.iter().enumerate().map(|(index, register)| named(role, index, register.format));
         let inputs = inputs.iter().enumerate().map(|(index, input)| named("input", index, input.format));
         let (next, _) = equations.in_terms(&before.collect::<Vec<_>>(), &inputs.collect::<Vec<_>>());
-        next.into_iter().zip(&registers).map(|(next, register)| next.bits(register.format.width())).collect::<Vec<_>>()
+        next.into_iter().zip(registers).map(|(next, register)| next.bits(register.format.width())).collect::<Vec<_>>()
     };
     // Equal terms share one definition. So if the terms are equal for other registers, the words after the edge do not
     // depend on the registers.
@@ -43,24 +43,23 @@ pub(super) fn can_be(equations: &dyn AnyStep) -> bool {
 }
 
 /// Proves a block whose inputs [can be](can_be) tried.
-pub(super) fn tried(equations: &dyn AnyStep, setup: &Setup, limit: Duration) -> Result<Verdict, Error> {
-    let (netlist, remembers) = match Netlist::without_tables(equations, setup)? {
+pub(super) fn tried(equations: &ClockEdge, setup: &Setup, limit: Duration) -> Result<Verdict, Error> {
+    let (netlist, remembers) = match Netlist::without_tables(equations.block, setup)? {
         Ok(found) => found,
         Err(why) => return Ok(Verdict::Refused(why)),
     };
     if !remembers.is_empty() {
         return Ok(Verdict::Open(format!("its registers are made of registers: {}", remembers.join(", "))));
     }
-    let registers = AnyStep::registers(equations);
     if !netlist.is_clocked {
         return Ok(Verdict::Open("nothing in its VHDL is clocked".to_string()));
     }
     let mut by = Vec::new();
-    let edge = Edge::new(equations, &netlist, &registers);
+    let edge = Edge::new(equations, &netlist);
     if let Some(other) = super::decided(&edge, Question::Reset, limit, &mut by)? {
         return Ok(other);
     }
-    let library = benches([equations.name()], setup).map_err(Error::of_input)?;
+    let library = benches([equations.block.name()], setup).map_err(Error::of_input)?;
     let tally = held(&library, &all(equations), "all").map_err(Error::of_input)?;
     Ok(match tally.first {
         Some(mut first) => {
@@ -76,11 +75,11 @@ pub(super) fn tried(equations: &dyn AnyStep, setup: &Setup, limit: Duration) -> 
 }
 
 /// Computes the block's equations for all its inputs.
-fn all(equations: &dyn AnyStep) -> Vectors {
-    let inputs = equations.inputs();
+fn all(equations: &ClockEdge) -> Vectors {
+    let inputs = equations.block.inputs();
     let widths: Vec<_> = inputs.iter().map(|input| input.format.width()).collect();
     let bits: u32 = widths.iter().sum();
-    let before: Vec<_> = AnyStep::registers(equations).iter().map(|register| register.reset.unwrap_or(0)).collect();
+    let before: Vec<_> = equations.registers.iter().map(|register| register.reset.unwrap_or(0)).collect();
     let mut step = equations.in_words();
     let row = |number: u64| {
         let mut rest = number;
@@ -94,5 +93,5 @@ fn all(equations: &dyn AnyStep) -> Vectors {
         let (_, shown) = step(&next, &words);
         [0].into_iter().chain(words).chain(shown).collect()
     };
-    Vectors { header: Header::of(equations), rows: (0..1 << bits).map(row).collect() }
+    Vectors { header: Header::of(equations.block), rows: (0..1 << bits).map(row).collect() }
 }

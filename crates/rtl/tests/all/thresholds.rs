@@ -10,7 +10,7 @@ use std::cell::Cell;
 use std::ops::{Add, Mul, Neg, Sub};
 
 use hpu_cosim::named_block;
-use hpu_datapath::{AnyBlock, AnyStep, variants_of};
+use hpu_datapath::{AnyBlock, variants_of};
 use hpu_rtl::{Stimulus, generics_label, stimuli};
 use hpu_signal::{Equations, Machine, Narrowing, Overflow, Reading, Rounding, Word};
 
@@ -145,10 +145,9 @@ struct Read<'b> {
 impl<'b> Read<'b> {
     fn new(block: &'b dyn AnyBlock) -> Option<Self> {
         let step = block.equations()?;
-        let registers = AnyStep::registers(step);
-        let formats = registers.iter().map(|register| register.format);
+        let formats = step.registers.iter().map(|register| register.format);
         let formats = formats.chain(block.inputs().iter().map(|signal| signal.format)).collect();
-        let registers = registers.iter().map(|register| register.reset).collect();
+        let registers = step.registers.iter().map(|register| register.reset).collect();
         Some(Self { equations: step.recorded(), reading: Reading::default(), block, registers, formats })
     }
 

@@ -1,7 +1,6 @@
 //! The limits of a touch on a segment on a gimbal: the criteria that tell whether the finger can rest.
 
 use hpu_cosim::figure;
-use serde_json::json;
 
 use hpu_prove::criteria::touch::{NAMES, Rest};
 
@@ -30,7 +29,7 @@ pub(super) fn page(scene: &str, name: &str, found: &TouchLimits) -> Page {
     page.fact("position_stiffness_n_per_m", "position control", position, of_position);
     page.fact("stiffness_n_per_m", "asked spring", asked, stiffness(asked));
     let looks = TouchLimits::looks();
-    page.data("range_n_per_m", json!([least, most])).data("looks", looks);
+    page.data("range_n_per_m", [least, most]).data("looks", looks);
     page.line("looked at", format!("{looks} stiffnesses from {} to {}", figure(*least), stiffness(*most)));
     page.note("").table(rests(&criteria.rests, criteria.holds)).note("");
     page.table(verdicts(criteria.fails(), rests_n_per_m)).note("");
@@ -63,7 +62,7 @@ fn verdicts(fails: [bool; 3], rests_n_per_m: &[Vec<[f64; 2]>; 3]) -> Table {
     let stretches = |stretches: &[[f64; 2]]| {
         let text = stretches.iter().map(|[from, to]| format!("{} to {}", figure(*from), figure(*to)));
         let text = text.collect::<Vec<_>>().join(", ");
-        Cell::new(json!(stretches)).shown(if text.is_empty() { "nowhere".into() } else { text })
+        Cell::new(stretches).shown(if text.is_empty() { "nowhere".into() } else { text })
     };
     let fields = [
         Column::text("name", "criterion").least(LABEL).of(|(((name, _), _), _): &Row| *name),

@@ -109,7 +109,7 @@ impl Stage {
     /// Reads a block; `None` if it has no equations.
     fn of(model: &dyn AnyBlock, connections: &[Connection], tied: &[(&'static str, i64)]) -> Option<Self> {
         let equations = model.equations()?;
-        let registers = equations.registers();
+        let registers = &equations.registers;
         let reset = || registers.iter().map(|register| register.reset.unwrap_or(0));
         let net = |name: &str| connections.iter().find(|connection| connection.port.name == name).map(|c| c.net);
         let input = |Signal { name, format, .. }: Signal| {
@@ -123,7 +123,7 @@ impl Stage {
             inputs: model.inputs().into_iter().map(input).collect(),
             outputs: model.outputs().iter().filter_map(|port| Some((net(port.name)?, port.format))).collect(),
             countdown: registers.iter().position(|register| register.name == Register::COUNTDOWN),
-            registers,
+            registers: registers.clone(),
             read: (Vec::new(), Vec::new()),
             rests: false,
             stepped: true,

@@ -1,5 +1,7 @@
 //! The page of a search over the widths of an axis.
 
+use std::collections::BTreeMap;
+
 use hpu_chart::{Picture, error_by_width, stiffness_by_cost};
 use hpu_cosim::figure;
 use hpu_cosim::scene::{Experiment, Loop};
@@ -10,7 +12,7 @@ use hpu_study::fit::percent;
 use hpu_study::map::outcome_name;
 use hpu_study::widths::Field;
 use hpu_study::widths::search::{Design, Line, RatedDesign};
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
 use super::Searched;
 use super::device::Device;
@@ -49,10 +51,9 @@ fn shown(searched: &Searched) -> Shown<'_> {
         text("damping", 10, damping),
         text("velocity", 8, |design| design.get(Field::VELOCITY).to_string()),
         text("pwm", 4, |design| design.get(Field::PWM).to_string()),
-        Column::text("set", "").in_json().of(|point: &RatedDesign| {
-            let set: Map<_, _> = point.design.set().into_iter().map(|(key, value)| (key, json!(value))).collect();
-            Value::from(set)
-        }),
+        Column::text("set", "")
+            .in_json()
+            .of(|point: &RatedDesign| hpu_page::Value::of(point.design.set().into_iter().collect::<BTreeMap<_, _>>())),
     ];
     fields.extend(found.reference.design.widths().map(|(key, _)| {
         Column::text(&key.name.replace('.', "_"), "")
@@ -184,12 +185,11 @@ fn data(searched: &Searched) -> Vec<(&'static str, Value)> {
     let found = &searched.found;
     let scenes = found.on.iter().enumerate().map(|(index, on)| {
         let held = found.proved.as_ref().map(|proved| proved[index]);
-        let ends = |(least, most): (i64, i64)| json!([least, most]);
         json!({
             "scene": on.scene,
             "outcome": outcome_name(Some(on.outcome)),
             "wall_reached": on.touches,
-            "proved": held.map(|held| json!({ "delta": ends(held.delta), "velocity": ends(held.velocity) })),
+            "proved": held.map(|held| json!({ "delta": held.delta, "velocity": held.velocity })),
         })
     });
     let lines = found.lines.iter().map(|line| {
@@ -201,8 +201,8 @@ fn data(searched: &Searched) -> Vec<(&'static str, Value)> {
     });
     vec![
         ("scenes", scenes.collect()),
-        ("proved", json!(searched.proved)),
-        ("kinds", json!(found.kinds)),
+        ("proved", searched.proved.into()),
+        ("kinds", Value::from(found.kinds)),
         ("errors_by_width", lines.collect()),
     ]
 }

@@ -234,7 +234,7 @@ fn finish(args: &Search, asked: &Asked, cases: &[Case], gathered: Option<Rows>) 
     }
     let mut page = page(&searched);
     let files = folder.map(|folder| write(&searched, &page.text(), folder)).transpose()?.unwrap_or_default();
-    page.data("files", serde_json::json!(files));
+    page.data("files", files);
     show(&page, asked.json)?;
     Ok(Exit::Fine)
 }

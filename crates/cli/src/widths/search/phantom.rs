@@ -3,11 +3,10 @@
 use std::collections::BTreeMap;
 
 use hpu_cosim::scene::Experiment;
-use hpu_page::{Cell, Column};
+use hpu_page::{Cell, Column, Value};
 use hpu_study::fit::percent;
 use hpu_study::phantom::proved;
 use hpu_study::widths::search::RatedDesign;
-use serde_json::{Map, Value, json};
 
 use super::device::Device;
 use super::shown::{Shown, in_text};
@@ -62,9 +61,8 @@ fn shown(searched: &Searched) -> Shown<'_> {
     }));
     fields.extend([
         Column::text("widths", "").in_json().of(|point: &RatedDesign| {
-            let widths: Map<_, _> =
-                point.design.widths().map(|(key, bits)| (key.name.to_string(), json!(bits))).collect();
-            Value::from(widths)
+            let widths = point.design.widths().map(|(key, bits)| (key.name, bits));
+            Value::of(widths.collect::<BTreeMap<_, _>>())
         }),
         Column::integer("block_rams", "RAM").least(5).of(|point: &RatedDesign| point.merit.cost.rams),
         Column::integer("cells_estimated", "cells").least(6).of(|point: &RatedDesign| point.merit.cost.logic),
@@ -95,7 +93,7 @@ fn shown(searched: &Searched) -> Shown<'_> {
         reference: found.reference.design.to_string(),
         lines: lines(searched),
         smallest: searched.smallest().map(|point| smallest(searched, point)),
-        data: vec![("off", json!(found.off))],
+        data: vec![("off", found.off.into())],
     }
 }
 

@@ -6,7 +6,7 @@ pub(crate) mod step;
 
 use hpu_signal::{Format, Ports, Signal};
 
-use step::AnyStep;
+use step::ClockEdge;
 
 pub(crate) use parts::renamed;
 pub use parts::{Connection, Instance, Parts};
@@ -108,7 +108,7 @@ pub trait Block {
         Vec::new()
     }
     /// Returns its clock edge as equations, if the block has them.
-    fn equations(&self) -> Option<&dyn AnyStep> {
+    fn equations(&self) -> Option<ClockEdge<'_>> {
         None
     }
     /// Returns the blocks inside, if the block is made of blocks alone. Proofs compare them with the VHDL.
@@ -164,7 +164,7 @@ pub trait AnyBlock {
     /// See [`Block::roms`].
     fn roms(&self) -> Vec<Rom>;
     /// See [`Block::equations`].
-    fn equations(&self) -> Option<&dyn AnyStep>;
+    fn equations(&self) -> Option<ClockEdge<'_>>;
     /// See [`Block::counts`].
     fn counts(&self) -> Option<&'static str>;
     /// See [`Block::inside`].
@@ -220,7 +220,7 @@ impl<B: Block> AnyBlock for B {
     fn roms(&self) -> Vec<Rom> {
         Block::roms(self)
     }
-    fn equations(&self) -> Option<&dyn AnyStep> {
+    fn equations(&self) -> Option<ClockEdge<'_>> {
         Block::equations(self)
     }
     fn counts(&self) -> Option<&'static str> {
@@ -297,8 +297,8 @@ macro_rules! clocked {
             self.told()
         }
 
-        fn equations(&self) -> Option<&dyn $crate::AnyStep> {
-            Some(self)
+        fn equations(&self) -> Option<$crate::ClockEdge<'_>> {
+            Some($crate::ClockEdge::of(self))
         }
     };
 }
@@ -345,8 +345,8 @@ macro_rules! combinational {
             self.told()
         }
 
-        fn equations(&self) -> Option<&dyn $crate::AnyStep> {
-            Some(self)
+        fn equations(&self) -> Option<$crate::ClockEdge<'_>> {
+            Some($crate::ClockEdge::of(self))
         }
 
         fn reset(&mut self) -> Self::Out<i64> {

@@ -133,37 +133,45 @@ type Follows<'s> = dyn Fn(&[Term]) -> (Holds, Holds) + 's;
 /// The truth of a condition, as a term.
 pub type Holds = <Term as Word>::Bit;
 
-/// [`Step`] with the types erased. All readings are of the same recorded equations, so that these are compiled once.
-pub trait AnyStep: AnyBlock {
+/// The clock edge of a block as equations, without the types of the block: registers, claims, and the equations
+/// recorded for any reading, so that each reading is compiled once. [`Block::equations`] returns it.
+pub struct ClockEdge<'b> {
+    /// The block.
+    pub block: &'b dyn AnyBlock,
     /// See [`Step::registers`].
-    fn registers(&self) -> Vec<Register>;
+    pub registers: Vec<Register>,
+    lemmas: Box<dyn Fn() -> Vec<Lemma<'b>> + 'b>,
+    recorded: Box<dyn Fn() -> Equations + 'b>,
+}
+
+impl<'b> ClockEdge<'b> {
+    /// Returns the clock edge of a block.
+    pub fn of<S: Step>(block: &'b S) -> Self {
+        Self {
+            block,
+            registers: block.registers(),
+            lemmas: Box::new(|| block.lemmas()),
+            recorded: Box::new(|| recorded(block)),
+        }
+    }
+
     /// See [`Step::lemmas`].
-    fn lemmas(&self) -> Vec<Lemma<'_>>;
+    pub fn lemmas(&self) -> Vec<Lemma<'b>> {
+        (self.lemmas)()
+    }
+
     /// Returns the equations for any reading. Their inputs are the registers and then the inputs of the block; their
     /// results are the registers after an edge and then the outputs before it.
-    fn recorded(&self) -> Equations;
-}
+    pub fn recorded(&self) -> Equations {
+        (self.recorded)()
+    }
 
-impl<S: Step> AnyStep for S {
-    fn registers(&self) -> Vec<Register> {
-        Step::registers(self)
-    }
-    fn lemmas(&self) -> Vec<Lemma<'_>> {
-        Step::lemmas(self)
-    }
-    fn recorded(&self) -> Equations {
-        recorded(self)
-    }
-}
-
-impl dyn AnyStep + '_ {
     /// Returns a function that computes the registers after an edge and the outputs before it, from the registers and
     /// the inputs, as words of the machine.
     pub fn in_words(&self) -> impl FnMut(&[i64], &[i64]) -> (Vec<i64>, Vec<i64>) + use<> {
         let equations = self.recorded();
-        let registers = AnyStep::registers(self).into_iter().map(|register| register.format);
-        let inputs = self.inputs().into_iter().map(|signal| signal.format);
-        let formats: Vec<_> = registers.chain(inputs).collect();
+        let inputs = self.block.inputs().into_iter().map(|signal| signal.format);
+        let formats: Vec<_> = self.registers.iter().map(|register| register.format).chain(inputs).collect();
         let mut reading = Reading::default();
         move |registers, inputs| {
             let given = formats.iter().zip(registers.iter().chain(inputs));
@@ -189,7 +197,7 @@ fn split<W>(mut results: Vec<W>, registers: usize) -> (Vec<W>, Vec<W>) {
     (results, shown)
 }
 
-/// Records a block's equations; see [`AnyStep::recorded`].
+/// Records a block's equations; see [`ClockEdge::recorded`].
 fn recorded(block: &(impl Step + ?Sized)) -> Equations {
     let (registers, inputs) = (block.registers().len(), flatten(&block.inputs()).len());
     Equations::of(registers + inputs, |given| {

@@ -75,28 +75,33 @@ fn described(header: &Header) -> [(&'static str, Value); 4] {
     let columns = header.inputs.iter().map(column("in")).chain(header.outputs.iter().map(column("out")));
     let generic = |&(name, value): &(&str, Generic)| {
         let value = match value {
-            Generic::Integer(value) => json!(value),
-            Generic::Boolean(value) => json!(value),
+            Generic::Integer(value) => Value::from(value),
+            Generic::Boolean(value) => Value::from(value),
         };
         (name.to_string(), value)
     };
     [
-        ("block", json!(header.block)),
-        ("clocked", json!(header.clocked)),
+        ("block", header.block.into()),
+        ("clocked", header.clocked.into()),
         ("generics", Value::Object(header.generics.iter().map(generic).collect::<Map<_, _>>())),
         ("columns", columns.collect()),
     ]
 }
 
 fn origin_keys(origin: &Origin) -> Vec<(&'static str, Value)> {
-    let mut keys = vec![("variant", json!(origin.variant))];
+    let mut keys = vec![("variant", origin.variant.clone().into())];
     keys.extend(match &origin.source {
-        Source::Directed => vec![("set", json!("directed"))],
-        Source::Random { seed } => vec![("set", json!("random")), ("seed", json!(seed))],
+        Source::Directed => vec![("set", "directed".into())],
+        Source::Random { seed } => vec![("set", "random".into()), ("seed", (*seed).into())],
         Source::Scene { scene, settings, seed } => {
-            vec![("set", json!("scene")), ("scene", json!(scene)), ("settings", json!(settings)), ("seed", json!(seed))]
+            vec![
+                ("set", "scene".into()),
+                ("scene", scene.clone().into()),
+                ("settings", settings.clone().into()),
+                ("seed", (*seed).into()),
+            ]
         }
-        Source::Table => vec![("set", json!("table"))],
+        Source::Table => vec![("set", "table".into())],
     });
     keys
 }
