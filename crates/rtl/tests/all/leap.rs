@@ -21,7 +21,7 @@ pub(crate) fn simulators() -> Simulators {
 }
 
 /// Returns a scene of `testbench/dut` whose text is changed in these places, with an engine.
-fn scene(name: &str, changes: &[(&str, &str)], engine: &str) -> DutScene {
+pub(crate) fn scene(name: &str, changes: &[(&str, &str)], engine: &str) -> DutScene {
     let path = root().join(format!("testbench/dut/{name}.toml"));
     let mut file = SceneFile::find(&path.to_string_lossy()).expect("a scene");
     for (before, after) in changes {
@@ -103,7 +103,7 @@ fn two_designs_have_the_outputs_that_verilator_has_told() {
 
 /// Every word that an observer is shown, edge by edge.
 #[derive(Default, PartialEq)]
-struct Shown(Vec<(u64, Vec<i64>)>);
+pub(crate) struct Shown(pub(crate) Vec<(u64, Vec<i64>)>);
 
 impl Observe for Shown {
     fn nets(&mut self, cycle: Cycle, words: &[i64]) {
@@ -115,7 +115,7 @@ impl Observe for Shown {
     fn reals(&mut self, _: Cycle, _: &[f64]) {}
 }
 
-fn ran(scene: &DutScene) -> (Shown, Summary, String) {
+pub(crate) fn ran(scene: &DutScene) -> (Shown, Summary, String) {
     let simulators = simulators();
     let simulation = DutSimulation::new(scene, &simulators, Inside::Nothing).unwrap_or_else(|error| panic!("{error}"));
     let (mut trace, mut shown) = (simulation.brief_trace(), Shown::default());
@@ -181,7 +181,7 @@ fn a_run_with_a_chip_on_i2c_is_that_of_verilator_to_the_last_bit() {
 }
 
 /// Returns a scene around Verilog of its own, with the clock `clk` and inputs at 0.
-fn around(verilog: &str, more: &str, engine: &str) -> DutScene {
+pub(crate) fn around(verilog: &str, more: &str, engine: &str) -> DutScene {
     around_file(("t.v", verilog), ("t", "clk"), more, engine)
 }
 
@@ -273,7 +273,7 @@ fn same_answers(verilog: &str, more: &str, of: (u32, bool)) {
 }
 
 /// The same by an engine. Returns its name at the end.
-fn same_answers_by(engine: &str, verilog: &str, more: &str, (requests, drives): (u32, bool)) -> String {
+pub(crate) fn same_answers_by(engine: &str, verilog: &str, more: &str, (requests, drives): (u32, bool)) -> String {
     same_answers_of(&|engine| around(verilog, more, engine), engine, verilog, (requests, drives))
 }
 
@@ -578,49 +578,6 @@ fn words_that_nothing_has_set_are_unknown_as_in_verilator() {
     same_answers(verilog, "reset = { port = \"rst\" }\nregisters = \"zero\"\n", (200, true));
 }
 
-/// A design that changes at every edge, after a stretch in which it leaps.
-const BUSY: &str =
-    "module t(input clk, input rst, input [3:0] a, output reg pulse, output reg [7:0] sum, output [3:0] b);
-     reg [15:0] lfsr;
-     reg [9:0] n;
-     assign b = a ^ lfsr[3:0];
-     always @(posedge clk)
-       if (rst) begin lfsr <= 16'hace1; sum <= 0; pulse <= 0; n <= 0; end
-       else begin
-         n <= n + 1;
-         lfsr <= {lfsr[14:0], lfsr[15] ^ lfsr[13] ^ lfsr[12] ^ lfsr[10]};
-         if (n == 0) {pulse, sum} <= {1'b0, sum} + {5'b0, a} + lfsr[0];
-       end
-     endmodule\n";
-
-/// Verilator takes over after 2^16 edges, with the words that it would have had.
-#[test]
-fn a_design_that_does_not_leap_is_handed_over_with_the_same_words_at_every_edge() {
-    let reset = "reset = { port = \"rst\" }\n";
-    let held = BUSY.replace("assign b = a ^ lfsr[3:0]", "assign b = n[9:6]");
-    for (verilog, requests, drives) in [(BUSY, 700, false), (&*held, 3000, true)] {
-        let engine = same_answers_by("auto", verilog, reset, (requests, drives));
-        assert!(engine.starts_with("Verilator") && engine.contains("(from clock edge 65536 on"), "{engine}");
-        assert!(engine.contains("register `lfsr` changes at every edge"), "{engine}");
-    }
-    let calm = BUSY.replace("lfsr <= {", "if (a == 16) lfsr <= {");
-    let engine = same_answers_by("auto", &calm, reset, (700, true));
-    assert!(engine.starts_with("hpu's leaps") && engine.contains("% of the clock edges leapt over"), "{engine}");
-}
-
-#[test]
-fn a_value_that_nothing_has_set_is_told_by_verilator_with_its_register() {
-    let verilog = "module t(input clk, input rst, input [1:0] a, output y, output z);
-         reg [3:0] phase;
-         reg [9:0] n;
-         assign z = n[5];
-         assign y = n[9] & phase[0];
-         always @(posedge clk) begin n <= rst ? 10'd0 : n + 10'd1; if (a == 2) phase <= phase + 1; end
-         endmodule\n";
-    let said = same_answers_by("auto", verilog, "reset = { port = \"rst\" }\n", (200, true));
-    assert!(said.contains("register `phase`"), "{said}");
-}
-
 /// Verilator runs what Yosys may read otherwise and cannot be written out for it, and the engine's name says why.
 #[test]
 fn verilog_that_two_tools_may_read_otherwise_does_not_leap() {
@@ -819,52 +776,6 @@ fn prescalers_at_random_answer_as_in_verilator() {
 #[ignore = "testbench/long.sh runs it"]
 fn many_prescalers_at_random_answer_as_in_verilator() {
     random_prescalers(100..500);
-}
-
-/// The designs whose counters are no plain ones: an eye on what `auto` does with them. Verilator, another process,
-/// is asked at each change of an output; in the wall that of the sigma-delta modulator changes at most edges.
-#[test]
-fn designs_that_do_not_leap_well_run_in_verilator_unless_it_is_asked_too_often() {
-    let (far, near) = ("position = \"1.5 rad\"", "position = \"0.1 rad\"");
-    for (name, wall, starts, why) in [
-        ("sigma", far, "Verilator", "register `lfsr` changes at every edge"),
-        ("sigma", near, "hpu's leaps", "0.0 % of the clock edges leapt over"),
-        ("prescaled", near, "hpu's leaps", "% of the clock edges leapt over"),
-        ("paddle", near, "hpu's leaps", "% of the clock edges leapt over"),
-    ] {
-        let brief =
-            [("run = { duration = \"1 s\" }", "run = { duration = \"30 ms\" }"), ("1.4]", "1.6]"), ("150 ms", "20 ms")];
-        let changes = [&brief[..], &[(far, wall)]].concat();
-        let ((one, by_auto, engine), (other, by_verilator, _)) =
-            (ran(&scene(name, &changes, "auto")), ran(&scene(name, &changes, "verilator")));
-        assert!(engine.starts_with(starts) && engine.contains(why), "{name}: {engine}");
-        assert!(one == other && one.0.len() > 400, "{name}: {} changes", one.0.len());
-        assert_eq!(by_auto.energy, by_verilator.energy, "{name}");
-    }
-}
-
-/// A design that waits for 65536 edges and then changes a register at every edge: its beginning does not decide.
-#[test]
-fn a_design_that_leaps_until_it_has_started_is_handed_over_then() {
-    let verilog = "module t(input clk, output reg pwm);
-         reg [16:0] n = 0;
-         reg [15:0] lfsr = 1;
-         initial pwm = 0;
-         always @(posedge clk) begin
-           if (!n[16]) n <= n + 1; else lfsr <= {lfsr[14:0], lfsr[15] ^ lfsr[13] ^ lfsr[12] ^ lfsr[10]};
-           pwm <= n[16] && lfsr[9:0] == 10'h155;
-         end
-         endmodule\n";
-    let ran_by = |engine: &str| {
-        let mut scene = around(verilog, "[dut.ports]\npwm = \"bridge.pwm\"\n", engine);
-        scene.head.run.duration_s = 0.03;
-        ran(&scene)
-    };
-    let ((one, by_auto, engine), (other, by_verilator, _)) = (ran_by("auto"), ran_by("verilator"));
-    let said = "Verilator 5.006 (from clock edge 131072 on; before, leaps come to";
-    assert!(engine.starts_with(said) && engine.contains("`lfsr` changes at every edge"), "{engine}");
-    assert!(one == other && one.0.len() > 100, "{} changes", one.0.len());
-    assert_eq!(by_auto.energy, by_verilator.energy);
 }
 
 /// The words that an observer is shown of each net: its changes, and a number that depends on each of their edges and

@@ -9,6 +9,7 @@ mod exports;
 mod formal;
 mod generics;
 mod gimbal_loops;
+mod handed_over;
 mod headers;
 mod junit;
 mod leap;
