@@ -190,8 +190,8 @@ def outcome(command, root, folder=None):
 
 
 def judged(mutants, tests, root):
-    """Writes each mutant into the sources of a tree in turn, and runs the tests. Returns a row for each; None where that
-    cannot be told."""
+    """Writes each mutant into the sources of a tree in turn, and runs the tests. Returns a row for each; None where
+    that cannot be told."""
     builds, failed = tests()
     if not builds or failed:
         print(f"without a mutant: {failed or 'no build'}", file=sys.stderr)

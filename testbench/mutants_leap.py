@@ -310,6 +310,7 @@ PRINTED = [
     (PLAIN, "an extension copies no sign",
      "(format!(\"{{($signed({value}) + $signed({{{width}{{1'b0}}}}))}}\"), width)",
      "(format!(\"{{{{{width}{{1'b0}}}} | {value}}}\"), width)"),
+    # Lives: Verilator gives the operands of each operation its width, so nothing around it is wider.
     (PLAIN, "an operation takes its width from around it", "Ok((format!(\"{{({} {sign} {b})}}\", signed(a))",
      "Ok((format!(\"({} {sign} {b})\", signed(a))"),
     (PLAIN, "the words of a choice are exchanged", "({when} ? {yes} : {no})", "({when} ? {no} : {yes})"),

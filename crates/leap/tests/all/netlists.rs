@@ -720,9 +720,9 @@ fn a_cluster_ends_where_a_counter_moves_what_it_takes() {
     }
 }
 
-/// A sawtooth of 1023 steps, compared with a word that is taken from an input at each wrap, after inputs that change too
-/// often for jumps. The sawtooth stays a counter whether it wraps while clusters are looked for or not: with its words
-/// from an orbit, each edge would bound a jump.
+/// A sawtooth of 1023 steps, compared with a word that is taken from an input at each wrap, after inputs that change
+/// too often for jumps. The sawtooth stays a counter whether it wraps while clusters are looked for or not: with its
+/// words from an orbit, each edge would bound a jump.
 #[test]
 fn a_counter_that_wraps_while_clusters_are_looked_for_stays_one() {
     for begin in (0..1023).step_by(93) {
