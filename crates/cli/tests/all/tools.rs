@@ -161,6 +161,25 @@ fn the_time_limit_of_tools_holds_for_their_versions() {
     }
 }
 
+/// Nine runs of a design on one thread: each tool tells its version once.
+#[test]
+fn a_study_asks_each_tool_for_its_version_once() {
+    let asked = scratch("tool-version-asked").join("asked");
+    let script = |tool: &str, option: &str| {
+        let note = format!("echo {tool} >> '{}'", text(&asked));
+        format!("if [ \"$1\" = {option} ]; then {note}; fi\nexec {tool} \"$@\"")
+    };
+    let scripts = [("verilator", script("verilator", "--version")), ("yosys", script("yosys", "-V"))];
+    let scripts = scripts.each_ref().map(|(name, script)| (*name, script.as_str()));
+    let axes = ["--x", "dut.ports.gain=50..150:3", "--y", "hand.stiffness=0.1..0.3 N.m/rad:3"];
+    let map = ["map", "testbench/dut/knee.toml", "--set", "run.duration=10 ms", "--jobs", "1"];
+    let output = with("tool-version-once", &scripts, &[&map[..], &axes].concat());
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let mut told: Vec<_> = fs::read_to_string(&asked).expect("questions").lines().map(str::to_string).collect();
+    told.sort();
+    assert_eq!(told, ["verilator", "yosys"]);
+}
+
 #[test]
 fn the_time_limit_of_tools_holds_for_the_commands_of_slurm() {
     let dir = scratch("tool-slurm");

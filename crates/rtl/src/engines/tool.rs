@@ -3,11 +3,14 @@
 //! A tool runs in a process group of its own for a limited time, and its output is gathered up to a limit. A tool that
 //! runs longer, writes more, or is stopped from here is killed with all processes that it started.
 
+use std::collections::BTreeMap;
 use std::io::Read;
+use std::path::PathBuf;
 use std::process::{Command, ExitStatus, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
-use std::time::{Duration, Instant};
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant, SystemTime};
 use std::{fmt, thread};
 
 use crate::engines::group::{Group, folders, is_stopping};
@@ -36,6 +39,9 @@ const INSTALL: &str = "apt install ghdl-mcode yosys nextpnr-ice40 fpga-icestorm 
 
 /// Bitwuzla's Python package has only the library. This script makes it read a file as the program does.
 const BITWUZLA: &str = include_str!("bitwuzla.py");
+
+/// A program: its path, the time of its last change, and its size.
+type File = (PathBuf, SystemTime, u64);
 
 hpu_signal::named! {
     /// An external tool.
@@ -92,12 +98,32 @@ impl Tool {
         }
     }
 
-    /// Asks the tool for its version. `limit` is the user's time limit of a tool, if there is one.
+    /// Asks the tool for its version, unless this process has asked the same file before: a study asks for each of its
+    /// runs. `limit` is the user's time limit of a tool, if there is one.
     ///
     /// # Errors
     ///
     /// [`ToolError`] when the tool is missing, too old, or prints no version.
     pub(crate) fn version(self, limit: Option<Duration>) -> Result<String, ToolError> {
+        static TOLD: Mutex<BTreeMap<File, String>> = Mutex::new(BTreeMap::new());
+        let told = || TOLD.lock().unwrap_or_else(PoisonError::into_inner);
+        let file = self.file();
+        if let Some(version) = file.as_ref().and_then(|file| told().get(file).cloned()) {
+            return Ok(version);
+        }
+        let found = self.asked(limit)?;
+        told().extend(file.map(|file| (file, found.clone())));
+        Ok(found)
+    }
+
+    /// Returns the file that is started, as it is now; `None` if there is none of the tool's own.
+    fn file(self) -> Option<File> {
+        let path = folders().into_iter().map(|folder| folder.join(self.name())).find(|path| path.is_file())?;
+        let about = path.metadata().ok()?;
+        Some((path, about.modified().ok()?, about.len()))
+    }
+
+    fn asked(self, limit: Option<Duration>) -> Result<String, ToolError> {
         let mut command = self.command();
         command.arg(if matches!(self, Self::Yosys | Self::Icarus) { "-V" } else { "--version" });
         let step = "tell its version";
