@@ -216,23 +216,27 @@ def judged(mutants, tests, root):
     return rows
 
 
-def known(arguments):
-    """Returns whether these are options of a script that calls `held`."""
-    return all(argument == "--update" or argument.startswith("--only=") for argument in arguments)
+def known(*lists):
+    """Returns whether the options are those of a script that calls `held` with these lists, and choose a mutant."""
+    options = [word for word in sys.argv[1:] if word != "--update"]
+    return all(word.startswith("--only=") for word in options) and any(chosen(mutants) for mutants in lists)
+
+
+def chosen(mutants):
+    """Returns the mutants whose file or error has the text of `--only`; all of them without that option."""
+    only = next((word.removeprefix("--only=") for word in sys.argv if word.startswith("--only=")), "")
+    return [mutant for mutant in mutants if only in mutant[0] or only in mutant[1]]
 
 
 def held(mutants, tests, root, command, record, of):
     """Judges mutants, and writes the record if that was asked for. Returns the exit code.
 
     With `--only` rows of mutants that are not judged are kept, and those of mutants that there are no more go."""
-    only = next((word.removeprefix("--only=") for word in sys.argv if word.startswith("--only=")), "")
-    chosen = [mutant for mutant in mutants if only in mutant[0] or only in mutant[1]]
-    if not chosen:
-        return 0
-    found = judged(chosen, tests, root)
+    found = judged(chosen(mutants), tests, root) if chosen(mutants) else []
     if found is None:
         return 3
-    rows = {key(row): row for row in [*(kept(record) if only else []), *found]}
+    is_part = len(found) < len(mutants)
+    rows = {key(row): row for row in [*(kept(record) if is_part else []), *found]}
     rows = [rows[name] for name in ((file, what) for file, what, *_ in mutants) if name in rows]
     missing = len(mutants) - len(rows)
     survivors = sum("  SURVIVES  " in row for row in rows)
@@ -273,7 +277,7 @@ def tests():
 
 
 def main():
-    if not known(sys.argv[1:]):
+    if not known(MUTANTS):
         print(__doc__, file=sys.stderr)
         return 2
     return held(MUTANTS, tests, ROOT, "testbench/mutants_certify.py", RECORD, "the checker of certificates")

@@ -328,7 +328,7 @@ PRINTED = [
 
 
 def main():
-    if not known(sys.argv[1:]):
+    if not known(MUTANTS, PRINTED):
         print(__doc__, file=sys.stderr)
         return 2
     folder = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")).resolve() / "mutants-leap"

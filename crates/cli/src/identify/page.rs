@@ -132,7 +132,7 @@ fn logs_fields<'r>() -> [Field<'r, Log<'r>>; 10] {
         Column::number("", "rms").least(8).of(move |log: &Log| two(log.met.rms)),
         Column::number("rms_counts", "").data().of(|log: &Log| log.met.rms),
         Column::number("correlation", "next row").least(8).of(move |log: &Log| two(log.met.correlation)),
-        Column::text("worst_s", "").data().of(|log: &Log| log.met.worst_s),
+        Column::number("worst_s", "").data().of(|log: &Log| log.met.worst_s),
         Column::flag("rejected", "rejected").of(|log: &Log| log.met.is_rejected()),
     ]
 }

@@ -193,7 +193,10 @@ fn twice_the_places_move_no_register_and_no_angle() {
 #[test]
 fn every_gate_sample_and_count_behind_field_oriented_control_falls_on_the_right_clock() {
     let agreed = phases::foc_wall(20);
-    assert!(agreed.gates >= 3000 && agreed.currents >= 700 && agreed.circuit >= 100, "{agreed:?}");
+    assert!(
+        agreed.gates >= 3000 && agreed.currents >= 700 && agreed.circuit >= 100 && agreed.states == 20,
+        "{agreed:?}"
+    );
 }
 
 #[test]
@@ -201,5 +204,8 @@ fn every_gate_sample_and_count_behind_field_oriented_control_falls_on_the_right_
 fn every_gate_sample_and_count_of_two_seconds_falls_on_the_right_clock() {
     let agreed = phases::foc_wall(2000);
     println!("foc-wall, 2 s\n{agreed}");
-    assert!(agreed.gates >= 450_000 && agreed.currents >= 79_000 && agreed.counts >= 200, "{agreed:?}");
+    assert!(
+        agreed.gates >= 450_000 && agreed.currents >= 79_000 && agreed.counts >= 200 && agreed.states == 2000,
+        "{agreed:?}"
+    );
 }

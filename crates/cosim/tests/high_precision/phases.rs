@@ -17,8 +17,9 @@ use crate::fixed::Fixed;
 
 type F = Fixed<4>;
 
-/// The order of the series, and what is left out of a sum: a last term above it fails.
+/// The order of the series.
 const ORDER: usize = 24;
+/// The greatest last term of a series that passes: the terms left out are smaller still.
 const LEFT_OUT: f64 = 1e-42;
 /// The longest segment, in clock edges.
 const LONGEST: u64 = 500;
@@ -464,7 +465,7 @@ fn crossing(series: &Series, most: F) -> Option<F> {
     (share < most).then_some(share)
 }
 
-/// What a run by the engine shows: the words of all nets at the edges that it ticks.
+/// The words of all nets at the latest edge that the engine has ticked.
 #[derive(Default)]
 struct Ticked {
     edge: u64,
@@ -570,20 +571,25 @@ pub struct Agreed {
     pub counts: u64,
     pub circuit: u64,
     pub friction: u64,
-    /// The greatest differences of angle, speed and current across the field at the ends of milliseconds.
+    /// The number of states compared, one a millisecond, and the greatest differences of angle, speed and current
+    /// across the field.
+    pub states: u64,
     pub off: [f64; 3],
 }
 
 impl fmt::Display for Agreed {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let Self { edges, ticks, gates, currents, angles, counts, circuit, friction, off } = self;
+        let Self { edges, ticks, gates, currents, angles, counts, circuit, friction, states, off } = self;
         writeln!(f, "{edges:>12} clock edges, at each of which all outputs are the same")?;
         writeln!(f, "{ticks:>12} edges that the engine ticks, at each of which all nets are the same")?;
         writeln!(f, "{gates:>12} switchings of legs\n{currents:>12} samples of currents")?;
         writeln!(f, "{angles:>12} samples of the angle\n{counts:>12} counts of the encoder")?;
         writeln!(f, "{circuit:>12} changes of the circuit, {friction} of friction, at instants between clock edges")?;
         let [angle, speed, current] = off;
-        write!(f, "greatest differences at milliseconds: {angle:.1e} rad, {speed:.1e} rad/s, {current:.1e} A")
+        write!(
+            f,
+            "{states:>12} states, one a millisecond, within {angle:.1e} rad, {speed:.1e} rad/s and {current:.1e} A"
+        )
     }
 }
 
@@ -675,6 +681,7 @@ pub fn foc_wall(milliseconds: u64) -> Agreed {
             }
         }
         if edge % row_edges == 0 && engine.world().edge() >= edge {
+            agreed.states += 1;
             motor.go(edge);
             let mut row = Vec::new();
             engine.world().exact(edge, &mut row);

@@ -16,8 +16,9 @@ use crate::line::FOREVER;
 
 /// The longest orbit.
 const LONGEST: usize = 4096;
-/// A register that moves by one difference at equal distances is a counter. A longer orbit of one is frozen only if
-/// each word that others see changes at most [`RARE`] times at so many edges: a line may tell more of it.
+/// A register that moves by one difference at equal distances, but where it wraps, is a counter. A longer orbit of one
+/// is frozen only if each word that others see changes at most [`RARE`] times at so many edges: a line may tell more of
+/// it.
 const SHORT: usize = 64;
 const RARE: usize = 2;
 /// The most cells that are evaluated to find orbits.
